@@ -40,6 +40,8 @@ for name in sys.argv[1:]:
     for key, value in sorted(classes.items()):
         for member in sorted(vars(value)):
             what = getattr(value, member)
+            if isinstance(what, property):
+                continue  # what stock has in objects
             if member[0] != "_" or member in ("__init__", "__call__"):
                 print(name, key, member, list(inspect.signature(what).parameters) if callable(what) else what)
 """

@@ -304,6 +304,12 @@ for changes in (
     except dynamic_reconfigure.DynamicReconfigureParameterException as error:
         print(error)
 print(client.get_configuration()["groups"]["groups"].keys())
+def states(group):
+    inner = group["groups"]
+    return [(name, inner[name]["state"], states(inner[name])) for name in sorted(inner)]
+for changes in ({"First_one": False}, {"Third": False, "First_one": True}, {"Default": False}, {"nope": True}, {}):
+    print(changes, states(client.update_groups(changes)), states(client.get_group_descriptions()))
+client.update_groups({"Third": True})
 try:
     Client("/server/picky2", timeout=20).update_configuration({"int_": 7})
 except dynamic_reconfigure.DynamicReconfigureCallbackException as error:

@@ -189,3 +189,81 @@ def test_a_client_of_the_other_kind(launcher: Master, pair: tuple[str, str]) -> 
     client.wait_line("^/markers 1 a go$")
     server.wait_line("^moved 8.0$")
     server.wait_line("^go me$")
+
+
+PARTS = (
+    START
+    + """
+import time
+rospy.init_node("parts")
+for name in ("logdebug", "logwarn", "logerr"):
+    setattr(rospy, name, lambda text, *args, name=name: print("   ", name, text % args if args else text))
+def attempt(ask, *arguments, **names):
+    try:
+        print("  ->", str(ask(*arguments, **names)).replace("\\\\n", " "))
+    except Exception as error:
+        print("  raises", type(error).__name__)
+class Topic:
+    def __init__(self, name):
+        self.name = name
+    def publish(self, message):
+        if self.name != "quiet":
+            print("    publishes", self.name, message.server_id, message.seq_num, getattr(message, "type", None))
+server = InteractiveMarkerServer(topic_ns="marks", server_id="/own", q_size=5)
+server.update_pub = server.init_pub = Topic("quiet")
+def show(context):
+    print("   =", getattr(context, "update_type", None), context.default_feedback_cb is None, sorted(context.feedback_cbs),
+          context.int_marker.name, context.int_marker.pose.position.x, getattr(context, "last_client_id", None))
+def nothing(it):
+    pass
+show(MarkerContext())
+show(UpdateContext())
+print(UpdateContext.FULL_UPDATE, UpdateContext.POSE_UPDATE, UpdateContext.ERASE, server.DEFAULT_FEEDBACK_CB)
+attempt(server.insert, marker("a"), feedback_cb=len, feedback_type=255)
+server.pending_updates["a"].default_feedback_cb = nothing  # without one, stock raises TypeError at feedback
+attempt(server.insert, marker("a"), max, 3)
+show(server.pending_updates["a"])
+attempt(server.setPose, "a", Pose())
+attempt(server.applyChanges)
+show(server.marker_contexts["a"])
+attempt(server.doSetPose, None, "a", Pose(Point(4, 5, 6), Quaternion()), Header(frame_id="f"))
+show(server.pending_updates["a"])
+attempt(server.doSetPose, server.pending_updates["a"], "a", Pose(Point(7, 5, 6), Quaternion()), Header(frame_id="g"))
+show(server.pending_updates["a"])
+attempt(server.erase, "a")
+attempt(server.setPose, name="a", pose=Pose(), header=Header())
+show(server.pending_updates["a"])
+attempt(server.applyChanges)
+context = server.marker_contexts["a"]
+def feed(client, x, seconds=None, kind=InteractiveMarkerFeedback.POSE_UPDATE):
+    if seconds is not None:
+        context.last_feedback = rospy.Time.now() - rospy.Duration(seconds)
+    attempt(server.processFeedback, feedback("a", kind, client, x))
+    print("   ", repr(context.last_client_id), context.int_marker.pose.position.x, sorted(server.pending_updates))
+feed("one", 1.0, 0.1)
+feed("one", 2.0, 30)
+feed("two", 3.0)
+feed("one", 4.0)
+feed("two", 5.0, 30)
+def wrong(it):
+    raise ValueError("wrong")
+attempt(server.setCallback, name="a", feedback_cb=wrong, feedback_type=InteractiveMarkerFeedback.BUTTON_CLICK)
+feed("two", 6.0, 0, InteractiveMarkerFeedback.BUTTON_CLICK)
+attempt(server.setCallback, "a", lambda it: (print("    locked", server.mutex.locked()), server.setPose("a", Pose())))
+feed("two", 7.0, 0)
+server.update_pub, server.init_pub = Topic("update"), Topic("init")
+attempt(server.publish, InteractiveMarkerUpdate())
+attempt(server.keepAlive, None)
+attempt(server.publishInit)
+attempt(server.clear)
+print(sorted(server.pending_updates), sorted(server.marker_contexts))
+attempt(server.applyChanges)
+print(sorted(server.pending_updates), sorted(server.marker_contexts), server.seq_num)
+attempt(server.insert, "no marker")
+server.update_pub = server.init_pub = Topic("quiet")
+"""
+)
+
+
+def test_contexts_and_conflicts(launcher: Master) -> None:
+    assert "conflicting feedback" in same(launcher, PARTS)

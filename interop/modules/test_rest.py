@@ -12,10 +12,24 @@ MASTERS = ("ours",)
 PROGRAMS = Path(__file__).parent / "programs"
 
 
-def test_connections(launcher: Master) -> None:
-    assert faces.same(launcher, (PROGRAMS / "tcpros.py").read_text())
+@pytest.mark.parametrize("name", ["rospy_end", "rospy_node", "tcpros"])
+def test_nodes(launcher: Master, name: str) -> None:
+    assert faces.same(launcher, (PROGRAMS / f"{name}.py").read_text())
 
 
-@pytest.mark.parametrize("name", ["bag_tool", "distro", "prototypes", "small"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "bag_tool",
+        "definition_parts",
+        "distro",
+        "graph_parts",
+        "prototypes",
+        "ros_packages",
+        "rospy_pure",
+        "roslib_old",
+        "small",
+    ],
+)
 def test_the_same_as_stock(master: Master, name: str) -> None:
     assert faces.same(master, (PROGRAMS / f"{name}.py").read_text(), ROS_ROOT="/usr/share/ros")

@@ -217,7 +217,10 @@ parent.shutdown()
 show("end")
 """
 SCRIPT = """
-import roslaunch, time
+import os, roslaunch, time, xmlrpc.client
+master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
+if not master.hasParam("/me", "/run_id")[2]:  # stock waits for it
+    master.setParam("/me", "/run_id", "the-run")
 launch = roslaunch.scriptapi.ROSLaunch()
 try:
     launch.launch(roslaunch.core.Node("scripted", "run", name="early"))
@@ -280,9 +283,41 @@ try:
 except roslaunch.RLException as error:
     show(error)
 """
+SPINS = """
+import os, subprocess
+import roslaunch, roslaunch.launch
+folder = os.path.join(os.environ["ROS_PACKAGE_PATH"], "scripted")
+with open(os.path.join(folder, "short.launch"), "w") as file:
+    file.write("<launch><node pkg='scripted' type='run' name='short' args='0'/></launch>")
+parent = roslaunch.parent.ROSLaunchParent(roslaunch.rlutil.get_or_generate_uuid(None, False), [file.name])
+for use in (parent.spin, parent.spin_once):
+    try:
+        use()
+    except Exception as error:
+        show(type(error).__name__, error)
+parent.start()
+show(parent.spin(), bool(parent.spin_once()), parent.pm.is_shutdown, parent.pm.get_active_names(), parent.pm.name[:14])
+parent.shutdown()
+parent.shutdown()
+launch = roslaunch.scriptapi.ROSLaunch()
+launch.start()
+roslaunch.pmon.pmon_shutdown()
+show(launch.spin(), bool(launch.spin_once()))
+launch.stop()
+config = roslaunch.config.ROSLaunchConfig()
+runner = roslaunch.launch.ROSLaunchRunner(parent.run_id, config)
+try:
+    runner.run_test(roslaunch.core.Node("scripted", "run", name="x"))
+except Exception as error:
+    show(isinstance(error, Exception))
+program = "import sys, roslaunch; roslaunch.main(sys.argv)"
+for words in (["--find-node", "/short", "scripted", "short.launch"], ["--no-such-option"]):
+    done = subprocess.run([sys.executable, "-c", program, *words], capture_output=True, text=True, timeout=30)
+    show(words, done.returncode, done.stdout.split("\\n"))
+"""
 
 
-@pytest.mark.parametrize("text", [PARENT, SCRIPT, RUNNER], ids=["parent", "script", "runner"])
+@pytest.mark.parametrize("text", [PARENT, SCRIPT, RUNNER, SPINS], ids=["parent", "script", "runner", "spins"])
 def test_running(launcher: Master, package: dict[str, str], text: str) -> None:
     text = SHOW + text
     assert len(same_lines(launcher, text, package)) >= 4

@@ -8,7 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
-from faces import FACES, command, environ, same
+from faces import FACES, command, environ, run, same
 from harness import Master
 
 MASTERS = ("ours",)
@@ -138,3 +138,76 @@ print(rostest.is_publisher("/out", "/other"), rostest.is_publisher("/none", "/as
 
 def test_asking_the_master(launcher: Master) -> None:
     assert same(launcher, ASKING) == "False False False 1\n"
+
+
+FILES = r"""
+import os, re, sys
+import xml.etree.ElementTree as ET
+os.environ["ROS_TEST_RESULTS_DIR"] = HOME
+import rosunit.junitxml as junit
+def attempt(function, *args, **names):
+    try:
+        result = function(*args, **names)
+        print("  ->", result if not isinstance(result, ET.Element) else ET.tostring(result))
+    except Exception as error:
+        print("  raises", type(error).__name__, error)
+def show(result):
+    print("=", result.name, result.num_errors, result.num_failures, result.num_tests, result.time,
+          [result.system_out, result.system_err])
+    for case in result.test_case_results:
+        print("   ", case.name, case.passed, case.time, case.classname, [case.description],
+              [(each.type, each.text) for each in case.errors + case.failures])
+case = junit.TestCaseResult("case")
+case.add_error(junit.TestError("Kind", "text <&]]> \x00\x07 \xe9"))
+case.add_failure(junit.TestFailure("Kind", "failed"))
+case.time, case.classname = 1.25, "Class"
+for each in case, case.errors[0], case.failures[0]:
+    attempt(each.xml)
+    attempt(each.xml_element)
+info = junit.TestInfo("Kind", "text")
+print(info.type, info.text)
+result = junit.Result("suite", 1, 2, 3)
+result.system_out, result.system_err = "out \x01 <x>", "err"
+attempt(result.xml_element)
+attempt(junit.cdata, "x]]>y")
+attempt(junit.filter_nonprintable_text, "a\x00b\x1b[0m\t\xe9")
+attempt(junit.filter_nonprintable_text, 3)
+print(ascii(junit.pattern))
+PLACE = os.path.join(HOME, "package", "TEST-one.xml")
+os.makedirs(os.path.join(HOME, "package", "deeper"))
+os.makedirs(os.path.join(HOME, "other"))
+SUITE = '<testsuite name="s" tests="3" errors="1" failures="1" time="1.5">%s</testsuite>'
+INNER = '<testcase name="a" classname="k" time="0.5"/><testcase name="b" time="x"><failure type="T" message="M">text' \
+        '</failure></testcase><testcase name="c"><error type="E"> one <![CDATA[two]]>\n </error></testcase><testcase>' \
+        '<skipped/></testcase><system-out>said\x1b\n</system-out><system-err>err</system-err>'
+for text in (SUITE % INNER, "<testsuites>" + SUITE % INNER + SUITE % INNER + "</testsuites>", "<testsuites/>",
+             "<testsuite/>", "<other/>", "", "nothing", SUITE.replace("3", "x"),
+             SUITE % ('<properties/><testcase name="a"><system-out>in</system-out></testcase>' + SUITE % INNER)):
+    with open(PLACE, "w") as file:
+        file.write(text)
+    try:
+        show(junit.read(PLACE, "name"))
+    except ValueError as error:
+        print("wrong", error)
+    with open(PLACE) as file:
+        print(file.read())
+show(junit.read(os.path.join(HOME, "nothing"), "x"))
+for name in ("package/TEST-one.xml", "package/deeper/two.xml", "package/notes.txt", "top.xml", "other/three.xml"):
+    with open(os.path.join(HOME, name), "w") as file:
+        file.write(SUITE % "")
+for wanted in ([], ["package"], ["nobody"]):
+    show(junit.read_all(wanted))
+show(junit.read_all(filter_=["other"]))
+junit.print_summary(junit.read(PLACE, "name"))
+for count in (0, 2):
+    junit.print_summary(junit.Result("x", 0, 0, count), runner_name="ME")
+"""
+
+
+def test_files_of_results(master: Master, tmp_path: Path) -> None:
+    said = [
+        run(face, master, f"HOME = {str(tmp_path / face)!r}\n" + FILES).replace(str(tmp_path / face), "HOME")
+        for face in FACES
+    ]
+    assert said[1] == said[0]
+    assert "[package.one/b][FAILURE]" in said[0]

@@ -7,24 +7,16 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from browsing import Browser, Web
-from selenium import webdriver
-from selenium.webdriver.chrome.service import Service
+from browsing import Browser, Web, start_chromium
 
 from pyros1.master.server import Master
 from pyros1.node import Node
-
-_OPTIONS = """
---headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking
---disable-component-update --disable-sync --disable-dev-shm-usage --window-size=1280,800 --hide-scrollbars
-""".split()  # noqa: SIM905  shorter as text
 
 
 @pytest.fixture
@@ -62,16 +54,8 @@ def _driver() -> Iterator[Any]:
         if os.environ.get("PYROS1_REQUIRE_STOCK"):
             pytest.fail("chromium and chromedriver are missing: interop/setup installs them")
         pytest.skip("chromium and chromedriver are not installed")
-    options = webdriver.ChromeOptions()
-    options.binary_location = shutil.which("chromium")
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    folder = tempfile.mkdtemp()
-    for option in (*_OPTIONS, f"--user-data-dir={folder}"):
-        options.add_argument(option)
-    driver = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
-    yield driver
-    driver.quit()
-    shutil.rmtree(folder, ignore_errors=True)
+    with start_chromium() as driver:
+        yield driver
 
 
 @pytest.fixture

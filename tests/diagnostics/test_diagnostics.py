@@ -56,6 +56,9 @@ def test_frequency() -> None:
         level, message, values = result(task.run)
         assert (level, message) == (OK if count == 10 else WARN, expected)
         assert values["Actual frequency (Hz)"] == f"{count:f}"
+    task.maximum = None
+    level, message, values = result(task.run)
+    assert message == "Desired frequency met" and "Maximum acceptable frequency (Hz)" not in values
 
 
 def test_time_stamps() -> None:

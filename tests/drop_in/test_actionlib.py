@@ -73,7 +73,7 @@ def test_fibonacci(environ: dict[str, str]) -> None:
 
 
 NO_ACTION = """
-import actionlib, actionlib.goal_id_generator, rospy
+import actionlib, actionlib.action_client, rospy
 from std_msgs.msg import String
 rospy.init_node("me")
 try:
@@ -81,7 +81,7 @@ try:
 except actionlib.ActionException as error:
     print(error)
 try:
-    actionlib.goal_id_generator.s_goalcount
+    actionlib.transitions
 except AttributeError as error:
     print(error)
 """
@@ -90,4 +90,34 @@ except AttributeError as error:
 def test_what_is_no_action(environ: dict[str, str]) -> None:
     out = run(NO_ACTION, environ)
     assert "Type is not an action spec: <class 'std_msgs.msg._String.String'>" in out
-    assert "pyros1 has no actionlib.goal_id_generator.s_goalcount" in out
+    assert "pyros1 has no actionlib.transitions" in out
+
+
+CHAIN = """
+import threading
+import actionlib, rospy
+from actionlib.msg import TestAction, TestGoal, TestResult
+rospy.init_node("chain")
+def execute(goal):
+    server.set_succeeded(TestResult(goal.goal))
+server = actionlib.SimpleActionServer("count", TestAction, execute, False)
+server.start()
+client = actionlib.SimpleActionClient("count", TestAction)
+assert client.wait_for_server(rospy.Duration(20))
+results, last = [], threading.Event()
+def done(state, result):
+    results.append((state, result.result))
+    if len(results) < 5:
+        client.send_goal(TestGoal(len(results)), done)  # stock's client loses it
+    else:
+        last.set()
+client.send_goal(TestGoal(0), done)
+assert client.wait_for_result(rospy.Duration(20)) and last.wait(20)
+assert results == [(3, number) for number in range(5)], results
+assert client.wait_for_result(rospy.Duration(20)) and client.get_state() == 3 and client.get_result().result == 4
+rospy.signal_shutdown("done")
+"""
+
+
+def test_goals_that_are_sent_at_the_end_of_others(environ: dict[str, str]) -> None:
+    run(CHAIN, environ)

@@ -106,7 +106,7 @@ import rospy.impl.udpros
 """
 
 MISSING = """
-for module, name in ((rospy, "nothing"), (rospy.impl, "udpros"), (rospy.rostime, "get_rostime_cond"),
+for module, name in ((rospy, "nothing"), (rospy.impl, "udpros"), (rospy.rostime, "_set_rostime"),
                      (rospy.topics, "QueuedConnection")):
     try:
         getattr(module, name)

@@ -73,6 +73,11 @@ rosparam.dump_params("out.yaml", "/robot/arm")
 assert yaml.safe_load(open("out.yaml")) == {"joints": ["a", "b"]}
 rosparam.delete_param("/robot")
 assert rosparam.list_params("/robot") == []
+from xmlrpc.client import Binary
+rosparam.set_param("/blob", "!!binary aGVsbG8=")
+assert rosparam.get_param("/blob") == Binary(b"hello")
+assert yaml.safe_load(yaml.dump({"blob": Binary(b"hello")})) == {"blob": Binary(b"hello")}
+assert rosparam.represent_xml_binary(yaml.SafeDumper(sys.stderr), Binary(b"hello")).value.strip() == "aGVsbG8="
 for text in ("!degrees __import__('os')", "rad(9**9**9**9)"):
     try:
         rosparam.load_str("a: " + text, "text")

@@ -52,66 +52,97 @@ def session(monkeypatch: pytest.MonkeyPatch) -> Session:
     return Session(None, lambda: None)  # type: ignore[arg-type]  # these views need no robot
 
 
+def take(session: Session, now: float) -> tuple[list[str | bytes], float | None]:
+    """Return the frames that are due at a time, and the time of the next ones."""
+    numbers, again = session.due(now)
+    frames = [frame for number in numbers if (frame := session.push(number)) is not None]
+    return frames, session.due(now)[1] if numbers else again
+
+
 def shown(frames: list[str | bytes]) -> list[Any]:
     return [json.loads(frame) for frame in frames]
 
 
 def test_one_push_is_on_its_way_and_the_next_waits_for_the_page(session: Session) -> None:
     assert session.handle(Open(1, "counter", {})) == []
-    frames, again = session.take(0.0)
+    frames, again = take(session, 0.0)
     assert (shown(frames), again) == ([{"stream": 1, "data": 1}], None)
     Counter.made[0].wake()
-    assert session.take(5.0) == ([], None)
+    assert take(session, 5.0) == ([], None)
     session.handle(Next(1))
-    assert shown(session.take(6.0)[0]) == [{"stream": 1, "data": 2}]
+    assert shown(take(session, 6.0)[0]) == [{"stream": 1, "data": 2}]
 
 
 def test_no_more_often_than_the_view_wants(session: Session) -> None:
     session.handle(Open(1, "counter", {}))
-    session.take(0.0)
+    take(session, 0.0)
     session.handle(Next(1))
     Counter.made[0].wake()
-    assert session.take(0.25) == ([], 1.0)
-    assert len(session.take(1.0)[0]) == 1
+    assert take(session, 0.25) == ([], 1.0)
+    assert len(take(session, 1.0)[0]) == 1
 
 
 def test_a_view_that_cannot_be_made_yet_is_tried_again_and_says_so_once(session: Session) -> None:
     session.handle(Open(1, "counter", {"fail": True}))
-    frames, again = session.take(0.0)
+    frames, again = take(session, 0.0)
     assert shown(frames) == [{"stream": 1, "error": "not yet"}]
     assert again == 1.0
-    assert session.take(0.5) == ([], 1.0)
-    assert session.take(1.0) == ([], 2.0)
+    assert take(session, 0.5) == ([], 1.0)
+    assert take(session, 1.0) == ([], 2.0)
     session.handle(Change(1, {}))
-    assert shown(session.take(1.5)[0]) == [{"stream": 1, "data": 1}]
+    assert shown(take(session, 1.5)[0]) == [{"stream": 1, "data": 1}]
 
 
 def test_a_problem_is_told_once_and_the_view_goes_on(session: Session) -> None:
     session.handle(Open(1, "counter", {}))
-    session.take(0.0)
+    take(session, 0.0)
     view = Counter.made[0]
     session.handle(Next(1))
     view.problem = "broken"
     view.wake()
-    assert shown(session.take(1.0)[0]) == [{"stream": 1, "error": "broken"}]
+    assert shown(take(session, 1.0)[0]) == [{"stream": 1, "error": "broken"}]
     view.wake()
-    assert session.take(2.0)[0] == []
+    assert take(session, 2.0)[0] == []
     view.problem = ""
     view.wake()
-    assert shown(session.take(3.0)[0]) == [{"stream": 1, "data": 2}]
+    assert shown(take(session, 3.0)[0]) == [{"stream": 1, "data": 2}]
+
+
+def test_a_slow_view_delays_no_other_one(session: Session) -> None:
+    for number in (1, 2):
+        session.handle(Open(number, "counter", {}))
+    take(session, 0.0)
+    for number in (1, 2):
+        session.handle(Next(number))
+        Counter.made[number - 1].wake()
+    assert session.due(1.0) == ([1, 2], None)
+    Counter.made[1].wake()
+    assert session.due(5.0) == ([], None)  # both are under way
+    assert session.push(2) is not None
+    session.handle(Next(2))
+    Counter.made[1].wake()
+    assert session.due(6.0) == ([2], None)  # and the first still is
+
+
+def test_what_is_closed_while_it_is_due_says_nothing(session: Session) -> None:
+    session.handle(Open(1, "counter", {}))
+    assert session.due(0.0) == ([1], None)
+    session.handle(Close(1))
+    assert session.push(1) is None
+    assert Counter.made == []
 
 
 def test_change_and_close(session: Session) -> None:
     session.handle(Open(1, "counter", {}))
-    session.take(0.0)
+    take(session, 0.0)
     session.handle(Next(1))
     session.handle(Change(1, {"count": 41}))
-    assert shown(session.take(0.1)[0]) == [{"stream": 1, "data": 42}]
+    assert shown(take(session, 0.1)[0]) == [{"stream": 1, "data": 42}]
     session.handle(Close(1))
     assert Counter.made[0].closed
     for request in (Next(1), Change(1, {}), Close(1)):
         assert session.handle(request) == []  # it may have crossed our last push
-    assert session.take(9.0) == ([], None)
+    assert take(session, 9.0) == ([], None)
 
 
 def test_wrong_requests_are_answered(session: Session) -> None:
@@ -122,7 +153,7 @@ def test_wrong_requests_are_answered(session: Session) -> None:
         session.handle(Open(number, "counter", {}))
     assert "at most" in shown(session.handle(Open(999, "counter", {})))[0]["error"]  # type: ignore[arg-type]
     session.close()
-    session.take(0.0)
+    take(session, 0.0)
     assert all(view.closed for view in Counter.made)
 
 

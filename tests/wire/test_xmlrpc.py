@@ -234,8 +234,8 @@ def test_relatives_of_the_plain_types_are_sent_as_those() -> None:
         def __index__(self) -> int:
             return 7
 
-    sent = [Text("a"), Number(1.5), Index(), (1, 2), bytearray(b"x"), memoryview(b"y")]
-    assert xmlrpc.loads_response(xmlrpc.dumps_response(sent)) == ["a", 1.5, 7, [1, 2], b"x", b"y"]
+    sent = [Text("a"), Number(1.5), Index(), (1, 2), bytearray(b"x"), memoryview(b"y"), client.Binary(b"z")]
+    assert xmlrpc.loads_response(xmlrpc.dumps_response(sent)) == ["a", 1.5, 7, [1, 2], b"x", b"y", b"z"]
 
 
 def test_faults() -> None:

@@ -87,3 +87,34 @@ print(
     show(lambda: s.Q),
     s.left.fx() == s.right.fx(),
 )
+
+pixels = np.random.RandomState(3)
+for coefficients in (
+    [],
+    [0.1, -0.05, 0.001, -0.002],
+    [0.1, -0.05, 0.001, -0.002, 0.003],
+    [0.2, 0.1, 0, 0, 0.01, 0.3, 0.02, 0.01],
+):
+    for turned in (False, True):
+        i = info()
+        i.D, i.width, i.height = coefficients, 64, 48
+        i.K = [50.0, 0, 32, 0, 51, 24, 0, 0, 1]
+        i.P = [45.0, 0, 33, 0, 0, 46, 23, 0, 0, 0, 1, 0]
+        if turned:
+            i.R = [0.99, 0.1, 0, -0.1, 0.99, 0, 0, 0, 1.0]
+        m = PinholeCameraModel()
+        m.fromCameraInfo(i)
+        for channels in ((), (3,)):
+            raw = pixels.rand(48, 64, *channels).astype(np.float32)
+            rectified = np.zeros_like(raw)
+            m.rectifyImage(raw, rectified)
+            print(show(lambda: np.round(rectified[::6, ::7].astype(float), 2)))
+            whole = (raw * 255).astype(np.uint8)
+            rectified = np.zeros_like(whole)
+            m.rectifyImage(whole, rectified)
+            print(round(float(rectified.mean()) / 10), rectified.dtype, rectified.min(), rectified.max() > 200)
+        for place in ((0, 0), (10, 20), (63.0, 47.0)):
+            print(show(lambda: m.rectifyPoint(place)))
+print(show(lambda: image_geometry.cameramodels.mkmat(2, 2, [1, 2, 3, 4])))
+empty = PinholeCameraModel()
+print(empty.distortionCoeffs(), empty.tfFrame(), StereoCameraModel().tfFrame(), empty.projectionMatrix())

@@ -61,6 +61,24 @@ def load(text):
     return d.load_distro(path)
 
 
+for stacks, variants in (({}, {}), ({"a": 1}, {})):
+    made = d.Distro(stacks, variants, "rel", "ver", {"raw": 1})
+    print(made.release_name, made.version, made.raw_data, made.variants)
+    t("stacks", lambda: (made.stacks, made.get_stacks(), made.get_stacks(released=True)))
+for extends, own, inherited in (([], ["s"], []), (["e"], ["s"], ["i"]), ("e", None, None)):
+    variant = d.Variant("n", extends, own, inherited)
+    print(variant.name, variant.extends)
+    t("stacks", lambda: (variant.stack_names, variant.get_stack_names(True), variant.get_stack_names(implicit=False)))
+GIT = {"git": {"uri": "u/$STACK_NAME", "dev-branch": "d", "distro-tag": "t", "release-tag": "$STACK_VERSION"}}
+for arguments in (
+    ("n", "1.0", "rel", GIT),
+    ("n", None, "rel", GIT),
+    ("n", "1.0", "rel", {}),
+    ("n", "1", "rel", {"x": 1}),
+    ("n",),
+):
+    t("stack", lambda: d.DistroStack(*arguments).name)
+    t("stack", lambda: d.DistroStack(*arguments).vcs_config.to_rosinstall("here", "release", True))
 distro = load(GOOD)
 print(distro.release_name, distro.version, sorted(distro.stacks), sorted(distro.released_stacks))
 print(sorted(distro.get_stacks(True)), distro.raw_data["release"])

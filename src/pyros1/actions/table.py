@@ -20,7 +20,7 @@ class Tracked:
     """
 
     def __init__(self, goal_id: Any, status: int = Status.PENDING, goal: Any = None) -> None:
-        self.status: Any = load_message("actionlib_msgs/GoalStatus")(goal_id=goal_id, status=status)
+        self.status: Any = load_message("actionlib_msgs/GoalStatus")(goal_id=goal_id, status=int(status))
         self.goal = goal
         self.ended: Time | None = None
 

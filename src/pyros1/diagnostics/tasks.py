@@ -25,7 +25,7 @@ class Frequency:
 
     Args:
         now: returns the time: ``node.now``.
-        minimum, maximum: in Hz.
+        minimum, maximum: in Hz; ``maximum`` None: no limit.
         tolerance: share by which the frequency may be outside of them: 0.1 is 10 %.
         window: number of runs of the task over which is counted.
     """
@@ -34,7 +34,7 @@ class Frequency:
         self,
         now: Callable[[], Time],
         minimum: float = 0.0,
-        maximum: float = float("inf"),
+        maximum: float | None = float("inf"),
         tolerance: float = 0.1,
         window: int = 5,
     ) -> None:
@@ -63,12 +63,13 @@ class Frequency:
             self._runs.append((now, count))
         events, seconds = count - before, (now - since).to_sec()
         hertz = events / seconds if seconds else 0.0
-        low, high = self.minimum * (1 - self.tolerance), self.maximum * (1 + self.tolerance)
+        low = self.minimum * (1 - self.tolerance)
+        high = None if self.maximum is None else self.maximum * (1 + self.tolerance)
         if not events:
             status.summary(ERROR, "No events recorded.")
         elif seconds and hertz < low:
             status.summary(WARN, "Frequency too low.")
-        elif hertz > high:
+        elif high is not None and hertz > high:
             status.summary(WARN, "Frequency too high.")
         else:
             status.summary(OK, "Desired frequency met")
@@ -80,7 +81,8 @@ class Frequency:
             status.add("Target frequency (Hz)", f"{self.minimum:f}")
         if self.minimum > 0:
             status.add("Minimum acceptable frequency (Hz)", f"{low:f}")
-        status.add("Maximum acceptable frequency (Hz)", f"{high:f}")
+        if high is not None:
+            status.add("Maximum acceptable frequency (Hz)", f"{high:f}")
 
 
 class TimeStamps:

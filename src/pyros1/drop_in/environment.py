@@ -86,17 +86,24 @@ def disable(folder: str | None = None) -> bool:
 
 
 def installed_rospy() -> str | None:
-    """Return the file of the rospy that programs of this environment import, as it is now; None if there is none."""
+    """Return the file of the rospy that programs of this environment import, as it is now; None if there is none.
+
+    Raises:
+        SiteError: the interpreter does not start in time.
+    """
     code = "import importlib.util as u; s = u.find_spec('rospy'); print(s.origin if s else '')"
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        stdin=subprocess.DEVNULL,
-        text=True,
-        timeout=30,
-        check=False,
-    )
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            stdin=subprocess.DEVNULL,
+            text=True,
+            timeout=30,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise SiteError(f"{sys.executable} does not start within 30 s") from None
     return done.stdout.strip() or None
 
 

@@ -39,6 +39,7 @@ class Process:
         self._reason = ""
         self._waiting: list[Callable[[Node], object]] = []
         self._hooks: dict[str, list[Hook]] = {"client": [], "before": [], "after": []}
+        self._over: set[str] = set()
         self._lock = threading.RLock()
 
     # Start ------------------------------------------------------------------------------------------------------------
@@ -78,17 +79,19 @@ class Process:
     # End --------------------------------------------------------------------------------------------------------------
 
     def on_shutdown(self, hook: Hook, when: str = "client") -> None:
-        """Call a function with the reason when the node ends; at once, if that has begun.
+        """Call a function with the reason when the node ends; at once, if it has ended.
+
+        A hook that another one adds comes behind those that wait already.
 
         Args:
             when: "client": first, while everything works as before. "before": then. "after": when waits have ended and
                 `is_shutdown` is true.
         """
         with self._lock:
-            if not self.ending:
+            if when not in self._over:
                 self._hooks[when].append(hook)
                 return
-        hook(self._reason)
+        hook("already shutdown")
 
     def shutdown(self, reason: str) -> None:
         """End the node; without one, run the hooks."""
@@ -107,14 +110,21 @@ class Process:
         self._run("before")
 
     def _after(self) -> None:
-        self.is_shutdown = True
+        with self._lock:
+            self.is_shutdown = True
+            self._over.add("after")
         self._run("after")
 
     def _run(self, when: str) -> None:
         hooks = self._hooks[when]
-        while hooks:
+        while True:
+            with self._lock:
+                if not hooks:
+                    self._over.add(when)
+                    return
+                hook = hooks.pop(0)
             try:
-                hooks.pop(0)(self._reason)
+                hook(self._reason)
             except Exception:  # noqa: BLE001 - the program's code: the others run, too
                 import traceback  # noqa: PLC0415  it takes as long to load as much of rospy
 

@@ -69,7 +69,9 @@ class Topics:
                     )
                 publication.handles += 1
                 publication.latch = publication.latch or latch
-                publication.headers.update(headers)  # for subscribers that come later
+                publication.headers.update(headers)  # this, and the next, for subscribers that come later
+                if queue_size is not None and publication.queue_size is not None:  # those that wait remain so
+                    publication.queue_size = queue_size
                 return Publisher(publication, message_class, lambda: self._unadvertise(publication))
             created = Publication(context, name, message_class, wire_type, queue_size, latch, headers)
             created.handles = 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from time import monotonic
 from typing import Any
 
 from pyros1.graph import Graph
@@ -23,6 +24,8 @@ from pyros1.web.wire import RequestError
 
 _TRY_AGAIN = 1.0
 """Seconds between two looks for a master."""
+_TOPICS_AGE = 0.5
+"""Seconds for which the master's list of topics is believed."""
 _CALLER = "/pyros1_web"
 
 
@@ -39,7 +42,7 @@ class Robot:
         self.master_uri = master_uri
         self.access = access
         self.master = MasterClient(_CALLER, master_uri, timeout=3.0)
-        self.graph = Graph(self.master)
+        self.graph: Graph = _CachedGraph(self.master)
         self.system = System(self.graph)
         self.console = Console()
         self.bags = Library(Shelf(access.bags), access.may_see)
@@ -131,3 +134,26 @@ class Robot:
 
     def _now(self) -> float:
         return self._node.now().to_sec() if self._node else 0.0
+
+
+class _CachedGraph(Graph):
+    """Asks for topics once a second at most, however many curves look for theirs."""
+
+    def __init__(self, master: MasterClient) -> None:
+        super().__init__(master)
+        self._lock = threading.Lock()
+        self._types: dict[str, str] = {}
+        self._error: Error | None = None
+        self._asked = float("-inf")
+
+    def topic_types(self) -> dict[str, str]:
+        with self._lock:
+            if monotonic() - self._asked >= _TOPICS_AGE:
+                try:
+                    self._types, self._error = super().topic_types(), None
+                except Error as error:
+                    self._error = error
+                self._asked = monotonic()
+            if self._error is not None:
+                raise self._error
+            return self._types

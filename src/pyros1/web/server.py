@@ -10,8 +10,8 @@ import asyncio
 import contextlib
 import json
 import logging
-from collections.abc import AsyncIterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import AsyncIterator, Coroutine
+from concurrent.futures import Executor, ThreadPoolExecutor
 from http import HTTPStatus
 from time import monotonic
 from typing import Any
@@ -34,10 +34,12 @@ PROTOCOL = Subprotocol("pyros1.v1")
 SOCKET = "/ws"
 """Path of the page's WebSocket."""
 MOST_PAGES = 64
-_MOST_CALLS = 32
+_MOST_CALLS = 16
 """Most calls of a page that run at the same time; more wait."""
 _THREADS = 32
-"""Threads of streams, and as many of calls: calls may wait for minutes, and streams must go on then."""
+"""Threads for pushes; as many for calls, which may take long and must not delay pushes."""
+_TOGETHER = 0.003
+"""Seconds: what becomes due so soon after something else is looked at together with it."""
 
 
 class WebServer:
@@ -52,8 +54,8 @@ class WebServer:
         self._robot = robot
         self._access = access
         self._assets = Assets()
-        self._threads = ThreadPoolExecutor(_THREADS, "web")
-        self._callers = ThreadPoolExecutor(_THREADS, "web call")
+        self._pushes = ThreadPoolExecutor(_THREADS, "web: pushes")
+        self._calls = ThreadPoolExecutor(_THREADS, "web: calls")
         self._pages = 0
 
     @contextlib.asynccontextmanager
@@ -86,8 +88,8 @@ class WebServer:
             ) as server:
                 yield server
         finally:
-            for threads in (self._threads, self._callers):
-                threads.shutdown(wait=False, cancel_futures=True)
+            self._pushes.shutdown(wait=False, cancel_futures=True)
+            self._calls.shutdown(wait=False, cancel_futures=True)
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """Answer an HTTP request; None lets a WebSocket begin."""
@@ -123,41 +125,37 @@ class WebServer:
     async def _page(self, socket: ServerConnection) -> None:
         self._pages += 1
         try:
-            await _Page(socket, self._robot, self._threads, self._callers).run()
+            await _Page(socket, self._robot, self._pushes, self._calls).run()
         finally:
             self._pages -= 1
 
 
 class _Page:
-    """Drives a `Session`: one task reads, one sends, one per call."""
+    """Drives a `Session`: one task reads, one looks what is due, one per push and per call."""
 
-    def __init__(
-        self, socket: ServerConnection, robot: Robot, threads: ThreadPoolExecutor, callers: ThreadPoolExecutor
-    ) -> None:
+    def __init__(self, socket: ServerConnection, robot: Robot, pushes: Executor, calls: Executor) -> None:
         self._socket = socket
-        self._callers = callers
-        self._threads = threads
+        self._pushes = pushes
+        self._calls = calls
         self._loop = asyncio.get_running_loop()
         self._awake = asyncio.Event()
         self._waking = False
         self._session = Session(robot, self._wake)
-        self._turn = asyncio.Lock()  # of the session
-        self._calls: set[asyncio.Task[None]] = set()
+        self._tasks: set[asyncio.Task[None]] = set()
         self._room = asyncio.Semaphore(_MOST_CALLS)
 
     async def run(self) -> None:
-        pushing = asyncio.create_task(self._push())
+        self._begin(self._look())
         try:
             async for text in self._socket:
                 await self._take(text)
         except ConnectionClosed:
             pass
         finally:
-            for task in (pushing, *self._calls):
+            for task in self._tasks:
                 task.cancel()
-            await asyncio.gather(pushing, *self._calls, return_exceptions=True)
-            async with self._turn:
-                await self._in_thread(self._session.close)
+            await asyncio.gather(*self._tasks, return_exceptions=True)
+            await self._loop.run_in_executor(self._pushes, self._session.close)
 
     async def _take(self, text: str | bytes) -> None:
         try:
@@ -167,40 +165,43 @@ class _Page:
             return
         if isinstance(request, wire.Call):
             await self._room.acquire()
-            task = asyncio.create_task(self._call(request))
-            self._calls.add(task)
-            task.add_done_callback(self._calls.discard)
+            self._begin(self._call(request))
             return
-        async with self._turn:
-            frames = await self._in_thread(self._session.handle, request)
-        for frame in frames:
+        for frame in await self._loop.run_in_executor(self._pushes, self._session.handle, request):
             await self._socket.send(frame)
 
     async def _call(self, call: wire.Call) -> None:
         try:
-            frame = await self._loop.run_in_executor(self._callers, self._session.answer, call)
-            with contextlib.suppress(ConnectionClosed):
-                await self._socket.send(frame)
+            frame = await self._loop.run_in_executor(self._calls, self._session.answer, call)
+            await self._socket.send(frame)
         finally:
             self._room.release()
 
-    async def _push(self) -> None:
-        with contextlib.suppress(ConnectionClosed):
-            while True:
-                self._awake.clear()
-                self._waking = False
-                async with self._turn:
-                    frames, again = await self._in_thread(self._session.take, monotonic())
-                for frame in frames:
-                    await self._socket.send(frame)  # a slow page is waited for here, and only here
-                wait = None if again is None else max(0.0, again - monotonic())
-                with contextlib.suppress(asyncio.TimeoutError):
-                    await asyncio.wait_for(self._awake.wait(), wait)
-                if again is not None and (early := again - monotonic()) > 0:
-                    await asyncio.sleep(min(early, 0.005))  # what comes together is sent together
+    async def _look(self) -> None:
+        while True:
+            self._awake.clear()
+            self._waking = False
+            numbers, again = self._session.due(monotonic())
+            for number in numbers:
+                self._begin(self._push(number))
+            wait = None if again is None else max(0.0, again - monotonic())
+            with contextlib.suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(self._awake.wait(), wait)
+            await asyncio.sleep(_TOGETHER)
 
-    async def _in_thread(self, function: Any, *args: Any) -> Any:
-        return await self._loop.run_in_executor(self._threads, function, *args)
+    async def _push(self, number: int) -> None:
+        frame = await self._loop.run_in_executor(self._pushes, self._session.push, number)
+        if frame is not None:
+            await self._socket.send(frame)  # a slow page is waited for here
+
+    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
+        async def guarded() -> None:
+            with contextlib.suppress(ConnectionClosed):
+                await work
+
+        task = asyncio.create_task(guarded())
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
 
     def _wake(self) -> None:
         if not self._waking:  # most messages come while a look is due already

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -27,7 +28,10 @@ class _Stream:
     def __init__(self, make: Callable[[Mapping[str, Any]], View], args: Mapping[str, Any]) -> None:
         self.make = make
         self.args = args
+        self.turn = threading.Lock()  # of the view: it may be slow, and others shall not wait for it
         self.view: View | None = None
+        self.busy = False
+        self.closed = False
         self.awaited = True  # the page has shown the last push
         self.woken = True
         self.at = float("-inf")
@@ -35,6 +39,8 @@ class _Stream:
 
     def due(self) -> float | None:
         """Return when to take the next push; None for not before something happens."""
+        if self.busy or self.closed:
+            return None
         if self.view is None:
             return self.at + _TRY_AGAIN
         if not self.awaited or not (self.woken or self.view.polled):
@@ -45,17 +51,52 @@ class _Stream:
 class Session:
     """A page.
 
-    All methods but `wake` of the views are called by one thread at a time.
+    `due` belongs to the thread of the server's loop. `handle`, `push`, `answer` and `close` may take long and run in
+    other threads, also at the same time for different streams.
 
     Args:
         robot: what the page is about.
-        wake: called, from any thread, when `take` may return something.
+        wake: called, from any thread, when a stream may be due.
     """
 
     def __init__(self, robot: Robot, wake: Callable[[], object]) -> None:
         self._robot = robot
         self._wake = wake
         self._streams: dict[int, _Stream] = {}
+
+    def due(self, now: float) -> tuple[list[int], float | None]:
+        """Return the streams for which `push` is to be called now, and when to ask again.
+
+        Args:
+            now: seconds of a clock that does not jump.
+
+        Returns:
+            Numbers of streams, and a time; None if there is nothing to do before the session wakes.
+        """
+        numbers: list[int] = []
+        next_time: float | None = None
+        for number, stream in list(self._streams.items()):
+            due = stream.due()
+            if due is None:
+                continue
+            if due <= now:
+                stream.busy, stream.at, stream.woken = True, now, False
+                numbers.append(number)
+            else:
+                next_time = due if next_time is None else min(due, next_time)
+        return numbers, next_time
+
+    def push(self, number: int) -> str | bytes | None:
+        """Return the frame of a stream that was due; None if its view has nothing new."""
+        stream = self._streams.get(number)
+        if stream is None:
+            return None
+        with stream.turn:
+            try:
+                return self._frame(number, stream)
+            finally:
+                stream.busy = False
+                self._wake()
 
     def handle(self, request: wire.Open | wire.Change | wire.Next | wire.Close) -> list[str]:
         """Do what a request about a stream says; return the frames of an answer."""
@@ -76,33 +117,11 @@ class Session:
         return []
 
     def answer(self, call: wire.Call) -> str:
-        """Do what a call says, in a thread; it may take seconds. Return the frame of the answer."""
+        """Do what a call says; return the frame of the answer."""
         try:
             return wire.result(call.id, calls.run(self._robot, call.name, call.args))
         except Error as error:
             return wire.failure(call.id, str(error))
-
-    def take(self, now: float) -> tuple[list[str | bytes], float | None]:
-        """Return the frames that are due, and when to call again.
-
-        Args:
-            now: seconds of a clock that does not jump.
-
-        Returns:
-            The frames, and a time; None if there is nothing to do before the session wakes.
-        """
-        frames: list[str | bytes] = []
-        next_time: float | None = None
-        for number, stream in list(self._streams.items()):
-            due = stream.due()
-            if due is not None and due <= now:
-                frame = self._push(number, stream, now)
-                if frame is not None:
-                    frames.append(frame)
-                due = stream.due()
-            if due is not None:
-                next_time = due if next_time is None else min(due, next_time)
-        return frames, next_time
 
     def close(self) -> None:
         """End all streams."""
@@ -129,15 +148,16 @@ class Session:
         stream = self._streams.get(number)
         if stream is None:
             return
-        if stream.view is None:
+        with stream.turn:
             stream.args = args
-        else:
-            stream.view.change(args)
-        stream.woken, stream.at, stream.problem = True, float("-inf"), ""
+            if stream.view is not None:
+                stream.view.change(args)
+            stream.woken, stream.at, stream.problem = True, float("-inf"), ""
         self._wake()
 
-    def _push(self, number: int, stream: _Stream, now: float) -> str | bytes | None:
-        stream.at, stream.woken = now, False
+    def _frame(self, number: int, stream: _Stream) -> str | bytes | None:
+        if stream.closed:
+            return None
         try:
             if stream.view is None:
                 stream.view = stream.make(stream.args)
@@ -156,5 +176,9 @@ class Session:
 
     def _close(self, number: int) -> None:
         stream = self._streams.pop(number, None)
-        if stream is not None and stream.view is not None:
-            stream.view.close()
+        if stream is None:
+            return
+        stream.closed = True
+        with stream.turn:
+            if stream.view is not None:
+                stream.view.close()

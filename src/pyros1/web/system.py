@@ -71,11 +71,17 @@ class System:
         Raises:
             MasterUnreachableError: the master does not answer.
         """
-        with self._lock:
+        latest = self._latest
+        if not self._lock.acquire(blocking=latest is None):
+            assert latest is not None
+            return latest  # others ask already, and that may take a while
+        try:
             if self._latest is None or self._clock() - self._made >= max_age:
                 self._latest = self._ask()
                 self._made = self._clock()
             return self._latest
+        finally:
+            self._lock.release()
 
     def _ask(self) -> dict[str, Any]:
         state = self._graph.state()

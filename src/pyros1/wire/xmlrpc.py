@@ -131,7 +131,7 @@ def _write_struct(value: dict[Any, Any], depth: int) -> str:
     return f"<value><struct>{''.join(items)}</struct></value>"
 
 
-def _write_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911 - one return per kind of value
+def _write_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911, PLR0912 - one per kind of value
     """Return the element of a less common value: subclasses, binary data, dates, integers of other libraries."""
     if isinstance(value, (PreparedDict, PreparedList)):
         text = value.text
@@ -153,6 +153,8 @@ def _write_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911 - one retur
         return _write(list(value), depth)
     if isinstance(value, dict):
         return _write_struct(value, depth)
+    if type(value).__name__ == "Binary" and isinstance(getattr(value, "data", None), bytes):
+        return _write_uncommon(value.data, depth)  # of xmlrpc.client, which is not imported here for its sockets
     if hasattr(value, "__index__"):
         try:
             number = int(value.__index__())

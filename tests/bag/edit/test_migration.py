@@ -13,7 +13,7 @@ import pyros1.bag
 from pyros1.bag import BagWriter
 from pyros1.bag.edit.migration import Migrator, rule_text
 from pyros1.cli.running import run_command
-from pyros1.msgs import from_definition
+from pyros1.msgs import from_definition, load_message
 
 from ...bodies import encode
 from ..conftest import Make
@@ -164,3 +164,25 @@ def test_wrong_words(run: Any, old_bag: Path, tmp_path: Path) -> None:
     (tmp_path / "bad.bmr").write_text("1 +")
     code, _, err = run("check", "old.bag", "bad.bmr")
     assert (code, "bad.bmr: the rules cannot be used: SyntaxError" in err) == (1, True)
+
+
+def test_a_rule_names_types_with_or_without_their_package(tmp_path: Path) -> None:
+    text = "Inner inner\nHeader header\n" + "=" * 80 + "\nMSG: some_msgs/Inner\nint32 a\n"
+    (tmp_path / "rules.bmr").write_text(
+        "class Rule(MessageUpdateRule):\n"
+        "    old_type = new_type = 'some_msgs/Outer'\n"
+        f"    old_full_text = {text!r}\n    new_full_text = 'int32 b'\n    valid = True\n"
+    )
+    migrator = Migrator(load_message)
+    migrator.read_rules(str(tmp_path / "rules.bmr"))
+    (rule,) = migrator.rules.values()
+    for name in ("Inner", "some_msgs/Inner"):
+        assert rule.get_old_class(name)(a=5).a == 5
+    assert rule.get_old_class("Outer") is rule.old_class
+    assert rule.get_new_class("some_msgs/Outer") is rule.new_class
+    assert rule.get_old_class("Header")._type == "std_msgs/Header"
+    for wanted in (rule.get_new_class, rule.get_old_class):
+        with pytest.raises(KeyError, match="some_msgs/Other"):
+            wanted("Other")
+    with pytest.raises(KeyError):
+        rule.get_new_class("Inner")

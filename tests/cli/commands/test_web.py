@@ -86,6 +86,8 @@ def test_a_panel_of_a_server_that_runs(start: Start, environ: dict[str, str]) ->
         assert other.wait(20) == 0
         assert found.startswith(f"{link}#plot=")
         assert settings_in(found) == {"panel": "plot", "settings": settings}
+    found = link_in(first_line(start("image", "camera/image")))
+    assert found.startswith(f"{link}#image=")
     other = start("console")
     assert link_in(first_line(other)) == f"{link}#console"
     server.terminate()

@@ -385,6 +385,15 @@ def test_messages_of_another_logging_system(tmp_path: Path, capsys: Any) -> None
     ]
 
 
+def test_errors_are_explained(capsys: Any) -> None:
+    setting = Setting()
+    setting.log.explain_with(lambda error: "\nwrite x" if isinstance(error, NameError) else "")
+    for error in (NameError("no"), ValueError("no")):
+        setting.log.exception("it failed", error=error)
+    assert [text.splitlines()[-1] for text in setting.texts] == ["write x", "ValueError: no"]
+    assert all(text.startswith("it failed\n") for text in setting.texts)
+
+
 def test_levels_that_are_kept_elsewhere(capsys: Any) -> None:
     setting, levels = Setting(), {"rosout": ERROR}
     setting.log.use_levels(levels)

@@ -128,6 +128,16 @@ def test_cached_values_follow_changes(node: Any, other: Any, updates: Any) -> No
     assert params.cached("rate", 1) == 1
 
 
+def test_changes_by_others_are_told(node: Any, other: Any, updates: Any) -> None:
+    calls: list[tuple[str, Any]] = []
+    node.params.on_update(lambda name, value: calls.append((name.rstrip("/"), value)))
+    assert node.params.cached("rate", 1) == 1
+    updates(lambda: other.set("/robot/rate", 2))
+    assert calls == [("/robot/rate", 2)]
+    updates(lambda: other.__delitem__("/robot/rate"))
+    assert calls[1:] == [("/robot/rate", {})]
+
+
 def test_cached_needs_no_master_once_it_is_there(node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     node.params["rate"] = 3
     assert node.params.cached("rate") == 3

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from pyros1.ground.errors import (
+    DeserializationError,
     MessageError,
     NodeError,
     NodeShutdownError,
@@ -285,6 +286,22 @@ def test_a_response_over_the_limit(caller: Any, fake_node: Any, in_thread: Any) 
     sock, _ = fake.accept()
     sock.sendall(encode_header({"md5sum": Empty._md5sum}) + b"\x01\xff\xff\xff\xff")  # no type: as roscpp (T24)
     with pytest.raises(ServiceError, match="limit"):
+        call.join()
+
+
+@pytest.mark.parametrize("lenient", [False, True])
+def test_bytes_behind_a_response(caller: Any, fake_node: Any, in_thread: Any, lenient: bool) -> None:
+    fake = fake_node("/fake")
+    fake.master.register_service("/s", f"rosrpc://localhost:{fake.port}", fake.uri)
+    client = caller.service("s", Empty)
+    client.lenient = lenient
+    call = in_thread(client)
+    sock, _ = fake.accept()
+    sock.sendall(encode_header({"md5sum": Empty._md5sum}) + b"\x01\x02\0\0\0zz")
+    if lenient:
+        assert call.join() == Empty._response_class()
+        return
+    with pytest.raises(DeserializationError, match="2 bytes are left over"):
         call.join()
 
 

@@ -54,8 +54,27 @@ class MessageUpdateRule:
         raise NotImplementedError(f"{self.location}: the rule for {self.old_type} has no update()")
 
     def get_new_class(self, name: str) -> Class:
-        """Return the class of a type that is used by the new definition."""
-        return self.migrator.part(self.new_class, name)
+        """Return the class of a type that the new definition uses, or is.
+
+        Args:
+            name: with its package, or without the definition's own.
+
+        Raises:
+            KeyError: it uses no such type.
+        """
+        return self._used_by(self.new_class, name)
+
+    def get_old_class(self, name: str) -> Class:
+        """Return the class of a type that the old definition uses; see `get_new_class`."""
+        return self._used_by(self.old_class, name)
+
+    def _used_by(self, cls: Class, name: str) -> Class:
+        full = name if "/" in name else f"{'std_msgs' if name == 'Header' else cls._type.partition('/')[0]}/{name}"
+        if full == cls._type:
+            return cls
+        if full not in split_full_text(cls._type, cls._full_text) and full != "std_msgs/Header":
+            raise KeyError(full)
+        return self.migrator.part(cls, full)
 
     def migrate(self, old_msg: Message, new_msg: Message) -> None:
         """Fill a nested message of the new message from one of the old message."""

@@ -94,9 +94,11 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
         options.files = [os.path.abspath(word) for word in words]
         clock = {"clock": True} if options.clock else {}
         return panel, {"files": options.files, **clock} if words else clock
+    if panel == "image" and len(words) == 1:
+        return panel, {"topic": invocation.resolve(words[0])}
     if panel != "plot":
         if words:
-            raise UsageError(f"the panel {panel} takes no arguments")
+            raise UsageError(f"the panel {panel} takes {'one topic' if panel == 'image' else 'no arguments'}")
         return panel, {}
     from pyros1.observe.fields import expand  # noqa: PLC0415
 
@@ -159,7 +161,7 @@ COMMAND = Command(
         Flag("--clear-config", dest="clear_config", hidden=True),
         Flag("--force-discover", dest="force_discover", hidden=True),
         Argument("panel", optional=True, help="the panel to open: graph, console, plot ..."),
-        Argument("argument", optional=True, many=True, help="what it shows: curves of a plot, bags"),
+        Argument("argument", optional=True, many=True, help="what it shows: curves, the topic of an image, bags"),
         usage="[options] [PANEL [ARGUMENT ...]]",
         description="Graph, console, plots, messages, parameters and services, live. Needs pyros1[web].",
         examples=[
@@ -175,7 +177,9 @@ COMMAND = Command(
         "rqt": ("--open",),
         "rqt_bag": ("bag",),
         "rqt_console": ("console",),
+        "rqt_image_view": ("image",),
         "rqt_plot": ("plot",),
+        "rqt_tf_tree": ("frames",),
         "rxconsole": ("console",),
         "rxplot": ("plot",),
     },

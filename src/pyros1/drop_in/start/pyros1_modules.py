@@ -164,11 +164,27 @@ def since(error):
     return next((advice for part, advice in OLDER if part in text), None)
 
 
+PYTHON2 = (
+    "pyros1: this looks like a program for Python 2, which ended in 2020. It runs here once it is converted: "
+    "pip install fissix && fissix -w FILE does most of it."
+)
+
+
+def word_on(error):
+    """Return what is to be said of an error that old programs meet, or an empty text."""
+    if is_python2(error):
+        return PYTHON2
+    advice = since(error)
+    return "pyros1: this program was written for an older Python. %s." % advice if advice else ""
+
+
 def install():
     """Offer the modules in this process, unless the environment says stock's."""
     wanted = os.environ.get("PYROS1_ROSPY", "")
     if wanted == "stock" or any(type(each).__name__ in ("Waiting", "Finder") for each in sys.meta_path):
         return
+    if wanted not in ("", "pyros1"):
+        sys.stderr.write("pyros1: PYROS1_ROSPY is '%s', not 'pyros1' or 'stock': it is ignored\n" % wanted)
     if PathFinder in sys.meta_path:
         sys.meta_path.insert(sys.meta_path.index(PathFinder), Folders())
     if wanted == "pyros1":
@@ -186,12 +202,8 @@ def install():
 
     def excepthook(kind, error, traceback):
         show(kind, error, traceback)
-        if is_python2(error):
-            sys.stderr.write(
-                "pyros1: this looks like a program for Python 2, which ended in 2020. It runs here once it is converted: "
-                "pip install fissix && fissix -w FILE does most of it.\n"
-            )
-        elif since(error):
-            sys.stderr.write("pyros1: this program was written for an older Python. %s.\n" % since(error))
+        word = word_on(error)
+        if word:
+            sys.stderr.write(word + "\n")
 
     sys.excepthook = excepthook

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from pyros1.launch.plan import NodePlan, Plan
@@ -11,12 +11,13 @@ from pyros1.net.hosts import DEFAULT_MASTER_URI, is_local
 _LONGEST_VALUE = 20
 
 
-def summary(plan: Plan, extra_params: dict[str, Any] | None = None) -> str:
+def summary(plan: Plan, extra_params: Mapping[str, Any] | None = None, machines: Iterable[str] | None = None) -> str:
     """Return the block that is printed before anything is started.
 
     Args:
         plan: the plan.
         extra_params: parameters in addition to the plan's: those of the core.
+        machines: names of the machines to list; None for all if a node runs on another one.
     """
     lines = ["", "SUMMARY", "========"]
     if plan.clear_params:
@@ -24,9 +25,11 @@ def summary(plan: Plan, extra_params: dict[str, Any] | None = None) -> str:
     params = {**(extra_params or {}), **plan.params}
     if params:
         lines += ["", "PARAMETERS", *sorted(f" * {name}: {_short(value)}" for name, value in params.items())]
-    used = {plan.machines[node.machine] for node in plan.nodes if node.machine in plan.machines}
-    if any(not is_local(machine.address) for machine in used):
-        lines += ["", "MACHINES", *(f" * {name}" for name in sorted(plan.machines))]
+    if machines is None:
+        used = {plan.machines[node.machine] for node in plan.nodes if node.machine in plan.machines}
+        machines = plan.machines if any(not is_local(machine.address) for machine in used) else ()
+    if machines:
+        lines += ["", "MACHINES", *(f" * {name}" for name in sorted(machines))]
     lines += ["", "NODES"]
     by_namespace: dict[str, list[NodePlan]] = {}
     for node in plan.nodes:

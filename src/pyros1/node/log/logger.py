@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import MutableMapping
+from collections.abc import Callable, MutableMapping
 from types import CodeType, FrameType
 
 from pyros1.ground import shown
@@ -89,6 +89,8 @@ class Log:
             if len(args) == 1 and isinstance(args[0], BaseException) and "%" not in str(text):
                 error, args = args[0], ()
         trace = "" if error is None else "\n" + trace_of(error)
+        if error is not None and self._sink.explain is not None:
+            trace += self._sink.explain(error)
         self._log(ERROR, shown.lines(_filled(text, args) + trace), (), None, False)
 
     def peer(self, level: int, text: str, *args: object) -> None:
@@ -149,6 +151,14 @@ class Log:
                 ~set_logger_level list and change it.
         """
         self._sink.levels = levels
+
+    def explain_with(self, explain: Callable[[BaseException], str]) -> None:
+        """Add a word to the errors that `exception` logs.
+
+        Args:
+            explain: returns the text that is put behind the traceback; empty if there is nothing to say.
+        """
+        self._sink.explain = explain
 
     def _log(self, level: int, text: object, args: tuple[object, ...], throttle: float | None, once: bool) -> None:
         sink = self._sink

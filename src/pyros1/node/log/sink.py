@@ -108,6 +108,7 @@ class LogSink:
         self.node_name = node_name
         self.now = now
         self.levels: MutableMapping[str, int] = {}
+        self.explain: Callable[[BaseException], str] | None = None
         self.seen: dict[tuple[str, int], float] = {}
         self.publish: Callable[[Record], None] | None = None
         self._later = later or (lambda *_: None)

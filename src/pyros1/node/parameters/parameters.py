@@ -46,6 +46,7 @@ class Parameters:
         self._remappings = remappings
         self._copies = Copies()
         self._lane = Lane(later)  # of the copies
+        self._watchers: list[Callable[[str, Any], object]] = []
 
     def __getitem__(self, name: str) -> Any:
         """Return a parameter's value: a number, a string, bytes, a list or a dict.
@@ -168,4 +169,16 @@ class Parameters:
         known = self._copies.knows(key)
         if known:
             self._lane.do(self._copies.set_by_others, key, value)
+            for watcher in self._watchers:
+                self._lane.do(watcher, key, value)
         return known
+
+    def on_update(self, callback: Callable[[str, Any], object]) -> None:
+        """Call a function with full name and new value of each change that the master sends for the local copies.
+
+        The value of a parameter that was deleted is an empty dict.
+
+        Args:
+            callback: must return soon, since it is called by the thread that receives the change.
+        """
+        self._watchers.append(callback)

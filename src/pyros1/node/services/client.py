@@ -133,6 +133,7 @@ class ServiceClient:
     Attributes:
         name: the service's full name.
         type: the service class.
+        lenient: whether bytes behind a response are ignored; False: they are an error.
     """
 
     def __init__(
@@ -146,6 +147,7 @@ class ServiceClient:
     ) -> None:
         self.name = name
         self.type = service_class
+        self.lenient = False
         self._context = context
         self._master = master
         self._persistent = persistent
@@ -281,7 +283,8 @@ class ServiceClient:
             raise ServiceError(
                 f"service [{self.name}] responded with an error: {one_line(body.decode('utf-8', 'replace'))}", body
             )
-        return self.type._response_class._decode(body, 0, len(body))
+        response_class = self.type._response_class
+        return response_class().deserialize(body) if self.lenient else response_class._decode(body, 0, len(body))
 
     def _greet(self, call: _Call) -> None:
         header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)

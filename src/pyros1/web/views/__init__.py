@@ -23,6 +23,8 @@ _HOMES = {
     "bag_plot": "BagPlotView",
     "bag_play": "BagPlayView",
     "bag_recording": "BagRecordingView",
+    "frames": "FramesView",
+    "image": "ImageView",
 }
 NAMES = frozenset(_HOMES)
 """Names of the views."""

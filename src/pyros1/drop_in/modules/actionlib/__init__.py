@@ -7,4 +7,4 @@ from actionlib.simple_action_client import *  # noqa: F403
 from actionlib.simple_action_server import *  # noqa: F403
 from pyros1.drop_in.missing import missing as _missing
 
-__getattr__ = _missing("actionlib", g_goal_id="goals get their numbers from a counter")
+__getattr__ = _missing("actionlib")

@@ -1,16 +1,16 @@
-"""Client of an action, for any number of goals at once."""
+"""Client of an action with any number of goals (https://wiki.ros.org/actionlib)."""
 
 from __future__ import annotations
 
+import threading
 import time
+import weakref
+from collections.abc import Callable
 from typing import Any
 
 import rospy
-from rospy import Header
 
 from actionlib.comm_state import (
-    INVALID_TRANSITION,
-    NO_TRANSITION,
     ClientGoalHandle,
     CommState,
     CommStateMachine,
@@ -18,9 +18,11 @@ from actionlib.comm_state import (
     get_name_of_constant,
 )
 from actionlib.exceptions import ActionException
-from actionlib.goal_manager import GoalManager
+from pyros1.actions import ActionError
+from pyros1.actions.parts import Action
 from pyros1.drop_in.missing import missing
 from pyros1.msgs.actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
+from pyros1.msgs.std_msgs.msg import Header
 
 __all__ = [
     "INVALID_TRANSITION",
@@ -36,94 +38,205 @@ __all__ = [
     "GoalStatusArray",
     "Header",
     "TerminalState",
+    "g_goal_id",
     "get_name_of_constant",
     "rospy",
+    "threading",
+    "time",
+    "weakref",
 ]
 
-__getattr__ = missing("actionlib.action_client", g_goal_id="goals get their numbers from a counter")
+__getattr__ = missing(
+    "actionlib.action_client",
+    _transitions="see pyros1.actions.states.stages_after",
+    _find_status_by_goal_id="look into status_array.status_list",
+)
+
+NO_TRANSITION = -1
+INVALID_TRANSITION = -2
+g_goal_id = 1
+"""Number of this program's next goal."""
+_numbering = threading.Lock()
+_POLL = 0.01
+"""Seconds between two looks whether the server is there."""
 
 
-class ActionClient:
-    """Sends goals, and follows them.
+def message_classes(ActionSpec: Any) -> tuple[Any, Any, Any]:
+    """Return the classes of an action's goal, result and feedback messages; raises ActionException."""
+    example = ActionSpec()
+    try:
+        found = Action.of(type(example))
+    except ActionError:
+        raise ActionException(f"Type is not an action spec: {ActionSpec}") from None
+    return found.action_goal, found.action_result, found.action_feedback
+
+
+class GoalManager:
+    """The goals of a client. It keeps none alive: those whose handles are gone are forgotten.
 
     Args:
-        ns: name of the action.
         ActionSpec: class of the action, as TestAction.
 
     Raises:
-        ActionException: ``ActionSpec`` is not an action.
+        ActionException: it is not an action.
+    """
+
+    def __init__(self, ActionSpec: Any) -> None:
+        self.list_mutex = threading.RLock()
+        self.statuses: list[weakref.ref[CommStateMachine]] = []
+        self.send_goal_fn: Any = None
+        self.ActionSpec = ActionSpec
+        self.ActionGoal, self.ActionResult, self.ActionFeedback = message_classes(ActionSpec)
+
+    def register_send_goal_fn(self, fn: Callable[[Any], object]) -> None:
+        """Set the function that sends a goal's message."""
+        self.send_goal_fn = fn
+
+    def register_cancel_fn(self, fn: Callable[[Any], object]) -> None:
+        """Set the function that sends a GoalID of a goal to be cancelled."""
+        self.cancel_fn = fn
+
+    def init_goal(
+        self,
+        goal: Any,
+        transition_cb: Callable[[Any], object] | None = None,
+        feedback_cb: Callable[[Any, Any], object] | None = None,
+    ) -> ClientGoalHandle:
+        """Send a goal, as TestGoal; see `ActionClient.send_goal`."""
+        message = self.ActionGoal(header=Header(stamp=rospy.Time.now()), goal_id=self._generate_id(), goal=goal)
+        machine = CommStateMachine(message, transition_cb, feedback_cb, self.send_goal_fn, self.cancel_fn)
+        with self.list_mutex:
+            self.statuses.append(weakref.ref(machine))
+        self.send_goal_fn(message)
+        return ClientGoalHandle(machine)
+
+    def update_statuses(self, status_array: Any) -> None:
+        """Hand a message of the action's status topic to all goals."""
+        for machine in self._get_live_statuses():
+            machine.update_status(status_array)
+
+    def update_results(self, action_result: Any) -> None:
+        """Hand a message of the action's result topic to all goals."""
+        for machine in self._get_live_statuses():
+            machine.update_result(action_result)
+
+    def update_feedbacks(self, action_feedback: Any) -> None:
+        """Hand a message of the action's feedback topic to all goals."""
+        for machine in self._get_live_statuses():
+            machine.update_feedback(action_feedback)
+
+    def _generate_id(self) -> Any:
+        global g_goal_id
+        with _numbering:
+            number, g_goal_id = g_goal_id, g_goal_id + 1
+        now = rospy.Time.now()
+        return GoalID(stamp=now, id=f"{rospy.get_name()}-{number}-{now.to_sec():.3f}")
+
+    def _get_live_statuses(self) -> list[CommStateMachine]:
+        with self.list_mutex:
+            machines = [machine for machine in (each() for each in self.statuses) if machine is not None]
+            if len(machines) < len(self.statuses):
+                self.statuses = [each for each in self.statuses if each() is not None]
+        return machines
+
+
+class ActionClient:
+    """Sends goals to an action's server, and follows all of them.
+
+    Parameters: ``actionlib_client_pub_queue_size`` (10) and ``actionlib_client_sub_queue_size`` (without limit).
+
+    Args:
+        ns: name of the action.
+        ActionSpec: its class, as TestAction.
+
+    Raises:
+        ActionException: it is not an action.
     """
 
     def __init__(self, ns: str, ActionSpec: Any) -> None:
         self.ns = ns
         self.last_status_msg: Any = None
-        self.manager = GoalManager(ActionSpec)
         self.ActionSpec = ActionSpec
-        self.ActionGoal = self.manager.ActionGoal
-        self.ActionResult = self.manager.ActionResult
-        self.ActionFeedback = self.manager.ActionFeedback
-        name = rospy.remap_name(ns)
+        self.ActionGoal, self.ActionResult, self.ActionFeedback = message_classes(ActionSpec)
         size = rospy.get_param("actionlib_client_pub_queue_size", 10)
-        self.pub_queue_size = size if size >= 0 else 10
-        self.pub_goal = rospy.Publisher(f"{name}/goal", self.ActionGoal, queue_size=self.pub_queue_size)
-        self.pub_cancel = rospy.Publisher(f"{name}/cancel", GoalID, queue_size=self.pub_queue_size)
+        self.pub_queue_size = 10 if size < 0 else size
+        self.pub_goal = rospy.Publisher(f"{ns}/goal", self.ActionGoal, queue_size=self.pub_queue_size)
+        self.pub_cancel = rospy.Publisher(f"{ns}/cancel", GoalID, queue_size=self.pub_queue_size)
+        self.manager = GoalManager(ActionSpec)
         self.manager.register_send_goal_fn(self.pub_goal.publish)
         self.manager.register_cancel_fn(self.pub_cancel.publish)
         size = rospy.get_param("actionlib_client_sub_queue_size", -1)
-        self.sub_queue_size = size if size >= 0 else None
-        options: dict[str, Any] = {"queue_size": self.sub_queue_size}
-        self.status_sub = rospy.Subscriber(f"{name}/status", GoalStatusArray, self._status_cb, **options)
-        self.result_sub = rospy.Subscriber(f"{name}/result", self.ActionResult, self._result_cb, **options)
-        self.feedback_sub = rospy.Subscriber(f"{name}/feedback", self.ActionFeedback, self._feedback_cb, **options)
+        self.sub_queue_size = None if size < 0 else size
+        topics = (
+            ("status", GoalStatusArray, self._status_cb),
+            ("result", self.ActionResult, self._result_cb),
+            ("feedback", self.ActionFeedback, self._feedback_cb),
+        )
+        self.status_sub, self.result_sub, self.feedback_sub = (
+            rospy.Subscriber(f"{ns}/{topic}", kind, callback=callback, queue_size=self.sub_queue_size)
+            for topic, kind, callback in topics
+        )
 
     def stop(self) -> None:
-        """End all topics."""
+        """Unregister all topics: goals get no further news."""
         for topic in (self.pub_goal, self.pub_cancel, self.status_sub, self.result_sub, self.feedback_sub):
             topic.unregister()
 
-    def send_goal(self, goal: Any, transition_cb: Any = None, feedback_cb: Any = None) -> ClientGoalHandle:
-        """Send a goal.
+    def send_goal(
+        self,
+        goal: Any,
+        transition_cb: Callable[[Any], object] | None = None,
+        feedback_cb: Callable[[Any, Any], object] | None = None,
+    ) -> ClientGoalHandle:
+        """Send a goal; keep the handle, or the callbacks end with it.
 
         Args:
             goal: the action's goal message, as TestGoal.
-            transition_cb: called with the handle at each change of its state.
-            feedback_cb: called with the handle and each feedback message.
+            transition_cb: called with a handle of the goal in each new CommState.
+            feedback_cb: called with a handle of the goal and each feedback message, as TestFeedback.
         """
         return self.manager.init_goal(goal, transition_cb, feedback_cb)
 
     def cancel_all_goals(self) -> None:
-        """Ask the server to cancel all its goals."""
+        """Ask the server to cancel all goals, those of other clients too."""
         self.pub_cancel.publish(GoalID(stamp=rospy.Time(), id=""))
 
     def cancel_goals_at_and_before_time(self, time: Any) -> None:
-        """Ask the server to cancel all goals that were sent until a time."""
+        """Ask the server to cancel all goals, those of other clients too, that were sent at or before a rospy.Time."""
         self.pub_cancel.publish(GoalID(stamp=time, id=""))
 
-    def wait_for_action_server_to_start(self, timeout: Any = rospy.Duration(0.0)) -> bool:  # noqa: B008
-        """Old name of `wait_for_server`."""
-        return self.wait_for_server(timeout)
-
-    def wait_for_server(self, timeout: Any = rospy.Duration(0.0)) -> bool:  # noqa: B008
+    def wait_for_server(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008  stock's signature
         """Wait until the server is connected on all topics.
 
         Args:
-            timeout: a Duration; 0 for no limit.
+            timeout: rospy.Duration; zero: no limit.
 
         Returns:
-            Whether it is connected.
+            Whether it is connected; False if the node ends before that.
         """
-        ends = rospy.get_rostime() + timeout
+        until = rospy.get_rostime() + timeout
+        limited = timeout != rospy.Duration()
         while not rospy.is_shutdown():
             if self._is_connected():
                 return True
-            if timeout != rospy.Duration(0.0) and rospy.get_rostime() >= ends:
-                break
-            time.sleep(0.01)
+            if limited and rospy.get_rostime() >= until:
+                return False
+            time.sleep(_POLL)
         return False
 
+    def wait_for_action_server_to_start(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008
+        """Do what `wait_for_server` does; the older name of it."""
+        return self.wait_for_server(timeout)
+
     def _is_connected(self) -> bool:
-        topics = (self.pub_goal, self.pub_cancel, self.result_sub, self.feedback_sub)
-        return self.last_status_msg is not None and all(topic.get_num_connections() for topic in topics)
+        status = self.last_status_msg
+        if status is None:
+            return False
+        server = status._connection_header["callerid"]
+        return all(topic.impl.has_connection(server) for topic in (self.pub_goal, self.pub_cancel)) and all(
+            any(connection.callerid_pub == server for connection in topic.impl.connections)
+            for topic in (self.result_sub, self.feedback_sub)
+        )
 
     def _status_cb(self, msg: Any) -> None:
         self.last_status_msg = msg

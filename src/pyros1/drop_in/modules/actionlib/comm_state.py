@@ -1,69 +1,87 @@
-"""A goal as its client sees it; stock has these classes in actionlib.action_client."""
+"""A goal as its client sees it, with stock's states; how they follow each other is known to pyros1.actions.states."""
 
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from typing import Any
 
 import rospy
 
-from pyros1.actions.states import stages_after
+from pyros1.actions.states import Stage, Status, stages_after
 from pyros1.msgs.actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
-NO_TRANSITION = -1
-INVALID_TRANSITION = -2
+_SPOKEN = frozenset(Status) - {Status.LOST}
+"""What a server may say."""
+_ENDS = frozenset(status for status in Status if status.ended)
 
 
 def get_name_of_constant(C: Any, n: int) -> str:
-    """Return the name that a class has for a number."""
-    names = (name for name, value in vars(C).items() if isinstance(value, int) and value == n)
-    return next(names, f"NO_SUCH_STATE_{n}")
+    """Return the name of a class's integer constant; ``NO_SUCH_STATE_n`` if it has none of that value."""
+    for name, value in vars(C).items():
+        if isinstance(value, int) and value == n and not name.startswith("_"):
+            return name
+    return f"NO_SUCH_STATE_{n}"
+
+
+GoalStatus.to_string = classmethod(get_name_of_constant)  # type: ignore[attr-defined]  # as stock has it
 
 
 class CommState:
-    """Where a goal is, as its client knows."""
+    """Where a goal is, as its client knows (https://wiki.ros.org/actionlib/DetailedDescription)."""
 
-    WAITING_FOR_GOAL_ACK = 0
-    PENDING = 1
-    ACTIVE = 2
-    WAITING_FOR_RESULT = 3
-    WAITING_FOR_CANCEL_ACK = 4
-    RECALLING = 5
-    PREEMPTING = 6
-    DONE = 7
+    WAITING_FOR_GOAL_ACK = int(Stage.WAITING_FOR_GOAL_ACK)
+    PENDING = int(Stage.PENDING)
+    ACTIVE = int(Stage.ACTIVE)
+    WAITING_FOR_RESULT = int(Stage.WAITING_FOR_RESULT)
+    WAITING_FOR_CANCEL_ACK = int(Stage.WAITING_FOR_CANCEL_ACK)
+    RECALLING = int(Stage.RECALLING)
+    PREEMPTING = int(Stage.PREEMPTING)
+    DONE = int(Stage.DONE)
     LOST = 8
 
-    to_string = classmethod(get_name_of_constant)
+    @classmethod
+    def to_string(cls, n: int) -> str:
+        """Return the name of a state."""
+        return get_name_of_constant(cls, n)
 
 
 class TerminalState:
-    """How a goal ended."""
+    """How a goal may end; the values are those of actionlib_msgs/GoalStatus."""
 
-    RECALLED = GoalStatus.RECALLED
-    REJECTED = GoalStatus.REJECTED
-    PREEMPTED = GoalStatus.PREEMPTED
-    ABORTED = GoalStatus.ABORTED
-    SUCCEEDED = GoalStatus.SUCCEEDED
-    LOST = GoalStatus.LOST
+    PREEMPTED = int(Status.PREEMPTED)
+    SUCCEEDED = int(Status.SUCCEEDED)
+    ABORTED = int(Status.ABORTED)
+    REJECTED = int(Status.REJECTED)
+    RECALLED = int(Status.RECALLED)
+    LOST = int(Status.LOST)
 
-    to_string = classmethod(get_name_of_constant)
-
-
-GoalStatus.to_string = classmethod(get_name_of_constant)  # type: ignore[attr-defined]
-_ENDS = {value for name, value in vars(TerminalState).items() if isinstance(value, int)}
+    @classmethod
+    def to_string(cls, n: int) -> str:
+        """Return the name of such an end."""
+        return get_name_of_constant(cls, n)
 
 
 class CommStateMachine:
-    """Follows one goal.
+    """One goal: its state, the server's latest status of it, and its result.
 
-    Attributes:
-        state: the CommState.
-        latest_goal_status: the server's latest GoalStatus.
-        latest_result: the message with the result; None until it comes.
+    Goals with the same name are equal.
+
+    Args:
+        action_goal: the message of the action's goal topic, as TestActionGoal.
+        transition_cb: called with a `ClientGoalHandle` in each new state; None for no one.
+        feedback_cb: called with a `ClientGoalHandle` and each feedback message; None for no one.
+        send_goal_fn: what sends the goal; it is only kept.
+        send_cancel_fn: called with a GoalID when the goal shall be cancelled.
     """
 
     def __init__(
-        self, action_goal: Any, transition_cb: Any, feedback_cb: Any, send_goal_fn: Any, send_cancel_fn: Any
+        self,
+        action_goal: Any,
+        transition_cb: Callable[[Any], object] | None,
+        feedback_cb: Callable[[Any, Any], object] | None,
+        send_goal_fn: Any,
+        send_cancel_fn: Any,
     ) -> None:
         self.action_goal = action_goal
         self.transition_cb = transition_cb
@@ -72,36 +90,30 @@ class CommStateMachine:
         self.send_cancel_fn = send_cancel_fn
         self.state = CommState.WAITING_FOR_GOAL_ACK
         self.mutex = threading.RLock()
-        self.latest_goal_status: Any = GoalStatus(status=GoalStatus.PENDING)
+        self.latest_goal_status = GoalStatus(status=GoalStatus.PENDING)
         self.latest_result: Any = None
 
-    def __eq__(self, o: Any) -> bool:
-        return bool(self.action_goal.goal_id.id == o.action_goal.goal_id.id)
+    def __eq__(self, o: object) -> bool:
+        return self.action_goal.goal_id.id == o.action_goal.goal_id.id  # type: ignore[attr-defined]
 
     def __hash__(self) -> int:
         return hash(self.action_goal.goal_id.id)
 
     def set_state(self, state: int) -> None:
-        """Change the state, and call nobody."""
-        rospy.logdebug(
-            "Transitioning CommState from %s to %s", CommState.to_string(self.state), CommState.to_string(state)
-        )
+        """Set the state, without a callback."""
+        rospy.logdebug("Transitioning CommState from %s to %s", *map(CommState.to_string, (self.state, state)))
         self.state = state
 
     def transition_to(self, state: int) -> None:
-        """Change the state, and call the program."""
-        rospy.logdebug(
-            "Transitioning to %s (from %s, goal: %s)",
-            CommState.to_string(state),
-            CommState.to_string(self.state),
-            self.action_goal.goal_id.id,
-        )
+        """Set the state, and call ``transition_cb``."""
+        names = map(CommState.to_string, (state, self.state))
+        rospy.logdebug("Transitioning to %s (from %s, goal: %s)", *names, self.action_goal.goal_id.id)
         self.state = state
         if self.transition_cb:
             self.transition_cb(ClientGoalHandle(self))
 
     def update_status(self, status_array: Any) -> None:
-        """Take the server's list of all goals."""
+        """Follow the server's list of statuses, a GoalStatusArray; a goal that has vanished from it is lost."""
         with self.mutex:
             if self.state == CommState.DONE:
                 return
@@ -112,38 +124,45 @@ class CommStateMachine:
                     self._mark_as_lost()
                 return
             self.latest_goal_status = status
-            if not GoalStatus.PENDING <= status.status <= GoalStatus.RECALLED:
-                rospy.logerr(f"Got an unknown status from the ActionServer: {status.status}")
-                return
-            stages = stages_after(self.state, status.status)
-            if stages is None:
-                names = CommState.to_string(self.state), GoalStatus.to_string(status.status)
-                rospy.logerr("Invalid goal status transition from %s to %s", *names)
-                return
-            for stage in stages:
-                self.transition_to(int(stage))
+            self._follow(status.status)
 
     def update_result(self, action_result: Any) -> None:
-        """Take a result, if it is this goal's."""
-        if self.action_goal.goal_id.id != action_result.status.goal_id.id:
+        """Take a message of the action's result topic, which ends the goal if it is meant."""
+        status = action_result.status
+        if status.goal_id.id != self.action_goal.goal_id.id:
             return
         with self.mutex:
-            self.latest_goal_status = action_result.status
+            self.latest_goal_status = status
             self.latest_result = action_result
             if self.state == CommState.DONE:
                 rospy.logerr("Got a result when we were already in the DONE state")
-            elif CommState.WAITING_FOR_GOAL_ACK <= self.state < CommState.DONE:
-                self.update_status(GoalStatusArray(status_list=[action_result.status]))
-                self.transition_to(CommState.DONE)
+            elif self.state == CommState.LOST:
+                rospy.logerr("In a funny state: %i", self.state)
             else:
-                rospy.logerr(f"In a funny state: {self.state}")
+                self.update_status(GoalStatusArray(status_list=[status]))
+                self.transition_to(CommState.DONE)
 
     def update_feedback(self, action_feedback: Any) -> None:
-        """Take feedback, if it is this goal's."""
-        if self.action_goal.goal_id.id != action_feedback.status.goal_id.id:
+        """Take a message of the action's feedback topic."""
+        if action_feedback.status.goal_id.id != self.action_goal.goal_id.id:
             return
-        if self.feedback_cb and self.state != CommState.DONE:
+        with self.mutex:
+            wanted = self.feedback_cb and self.state != CommState.DONE
+        if wanted and self.feedback_cb:
             self.feedback_cb(ClientGoalHandle(self), action_feedback.feedback)
+
+    def _follow(self, status: int) -> None:
+        if self.state == CommState.LOST:
+            rospy.logerr("CommStateMachine is in a funny state: %i", self.state)
+        elif status not in _SPOKEN:
+            rospy.logerr("Got an unknown status from the ActionServer: %i", status)
+        else:
+            stages = stages_after(self.state, status)
+            if stages is None:
+                names = CommState.to_string(self.state), get_name_of_constant(GoalStatus, status)
+                rospy.logerr("Invalid goal status transition from %s to %s", *names)
+            for stage in stages or ():
+                self.transition_to(int(stage))
 
     def _mark_as_lost(self) -> None:
         self.latest_goal_status.status = GoalStatus.LOST
@@ -151,67 +170,73 @@ class CommStateMachine:
 
 
 class ClientGoalHandle:
-    """Handle of a goal that was sent; while one lives, its goal is followed."""
+    """A goal that was sent. Handles of the same goal are equal.
 
-    def __init__(self, comm_state_machine: CommStateMachine) -> None:
-        self.comm_state_machine = comm_state_machine
+    Args:
+        comm_state_machine: the goal; None for a handle of no goal, which answers with errors in the log.
+    """
 
-    def __eq__(self, o: Any) -> bool:
-        return bool(o) and self.comm_state_machine == o.comm_state_machine
+    def __init__(self, comm_state_machine: CommStateMachine | None) -> None:
+        self.comm_state_machine: Any = comm_state_machine
 
-    def __ne__(self, o: Any) -> bool:
+    def __eq__(self, o: object) -> bool:
+        if o is None:
+            return False
+        return self.comm_state_machine == o.comm_state_machine  # type: ignore[attr-defined]
+
+    def __ne__(self, o: object) -> bool:
         return not self == o
 
     def __hash__(self) -> int:
         return hash(self.comm_state_machine)
 
     def cancel(self) -> None:
-        """Ask the server to cancel the goal."""
+        """Ask the server to cancel the goal, whatever its state. A handle of no goal raises AttributeError."""
         machine = self.comm_state_machine
         with machine.mutex:
-            machine.send_cancel_fn(GoalID(stamp=rospy.Time(0), id=machine.action_goal.goal_id.id))
+            machine.send_cancel_fn(GoalID(stamp=rospy.Time(), id=machine.action_goal.goal_id.id))
             machine.transition_to(CommState.WAITING_FOR_CANCEL_ACK)
 
     def get_comm_state(self) -> int:
-        """Return the CommState."""
-        if not self._is_active("get_comm_state"):
-            return CommState.LOST
-        return self.comm_state_machine.state
+        """Return the goal's CommState."""
+        return int(self.comm_state_machine.state) if self._has_goal("get_comm_state") else CommState.LOST
 
     def get_goal_status(self) -> int:
-        """Return the server's latest status."""
-        if not self._is_active("get_goal_status"):
+        """Return the server's latest status, of GoalStatus."""
+        if not self._has_goal("get_goal_status"):
             return int(GoalStatus.PENDING)
         return int(self.comm_state_machine.latest_goal_status.status)
 
     def get_goal_status_text(self) -> str:
         """Return what the server said with its latest status."""
-        if not self._is_active("get_goal_status_text"):
+        if not self._has_goal("get_goal_status_text"):
             return "ERROR: Trying to get_goal_status_text on an inactive ClientGoalHandle."
         return str(self.comm_state_machine.latest_goal_status.text)
 
     def get_result(self) -> Any:
-        """Return the result; None if none has come."""
-        if not self._is_active("get_result"):
+        """Return the action's result message; None if none has come."""
+        if not self._has_goal("get_result"):
             return None
         latest = self.comm_state_machine.latest_result
-        return latest.result if latest else None
+        return latest and latest.result
 
     def get_terminal_state(self) -> int:
-        """Return how the goal ended."""
-        if not self._is_active("get_terminal_state"):
+        """Return how the goal ended, a TerminalState; LOST if the server said something else."""
+        if not self._has_goal("get_terminal_state"):
             return int(GoalStatus.LOST)
-        with self.comm_state_machine.mutex:
-            state = self.comm_state_machine.state
-            if state != CommState.DONE:
-                rospy.logwarn("Asking for the terminal state when we're in [%s]", CommState.to_string(state))
-            status = int(self.comm_state_machine.latest_goal_status.status)
+        machine = self.comm_state_machine
+        with machine.mutex:
+            if machine.state != CommState.DONE:
+                state = CommState.to_string(machine.state)
+                rospy.logwarn("Asking for the terminal state when we're in [%s]", state)
+            status = int(machine.latest_goal_status.status)
             if status in _ENDS:
                 return status
             rospy.logerr("Asking for a terminal state, but the goal status is %d", status)
             return int(GoalStatus.LOST)
 
-    def _is_active(self, asked: str) -> bool:
-        if not self.comm_state_machine:
-            rospy.logerr(f"Trying to {asked} on an inactive ClientGoalHandle.")
-        return bool(self.comm_state_machine)
+    def _has_goal(self, asked: str) -> bool:
+        if self.comm_state_machine is None:
+            rospy.logerr("Trying to %s on an inactive ClientGoalHandle.", asked)
+            return False
+        return True

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+import threading
 from typing import Any
 
 import rospy
@@ -10,14 +10,20 @@ import rospy
 from pyros1.drop_in.missing import missing
 from pyros1.msgs.actionlib_msgs.msg import GoalID
 
-_numbers = itertools.count(1)
+__all__ = [
+    "GoalID",
+    "GoalIDGenerator",
+    "rospy",
+    "s_goalcount",
+    "s_goalcount_lock",
+    "threading",
+]
 
+__getattr__ = missing("actionlib.goal_id_generator")
 
-__getattr__ = missing(
-    "actionlib.goal_id_generator",
-    s_goalcount="goals get numbers without a lock",
-    s_goalcount_lock="goals get numbers without a lock",
-)
+s_goalcount_lock = threading.Lock()
+s_goalcount = 0
+"""How many names this program has made."""
 
 
 class GoalIDGenerator:
@@ -36,5 +42,9 @@ class GoalIDGenerator:
 
     def generate_ID(self) -> Any:
         """Return a new GoalID, with the present time."""
+        global s_goalcount  # noqa: PLW0603  stock's name for it
         now = rospy.Time.now()
-        return GoalID(stamp=now, id=f"{self.name}-{next(_numbers)}-{now.secs}.{now.nsecs}")
+        with s_goalcount_lock:
+            s_goalcount += 1
+            number = s_goalcount
+        return GoalID(stamp=now, id=f"{self.name}-{number}-{now.secs}.{now.nsecs}")

@@ -1,4 +1,4 @@
-"""A goal, as the program of its server holds it."""
+"""A goal as the program of its server holds it."""
 
 from __future__ import annotations
 
@@ -6,14 +6,35 @@ from typing import Any
 
 import rospy
 
-from pyros1.actions.states import Move, status_after
+from pyros1.actions.states import Move
+from pyros1.drop_in.missing import missing
 from pyros1.msgs.actionlib_msgs.msg import GoalID, GoalStatus
+
+__all__ = [
+    "ServerGoalHandle",
+    "rospy",
+]
+
+__getattr__ = missing("actionlib.server_goal_handle")
+
+_PLACE = "To transition to %s state, the goal must be in a %s state, it is currently in state: %d"
+_ENDS = {
+    Move.CANCEL: ("canceled", "a cancelled", "pending, recalling, active, or preempting"),
+    Move.REJECT: ("rejected", "a rejected", "pending or recalling"),
+    Move.ABORT: ("aborted", "an aborted", "preempting or active"),
+    Move.SUCCEED: ("succeeded", "a succeeded", "preempting or active"),
+}
 
 
 class ServerGoalHandle:
-    """Handle of a goal, made by the ActionServer; one without arguments stands for no goal.
+    """A goal that a client has sent. Handles of the same goal are equal.
 
-    A change that the goal's state does not allow is logged, and nothing else happens.
+    A handle without a goal equals nothing, and answers with errors in the log.
+
+    Args:
+        status_tracker: the goal's `StatusTracker`.
+        action_server: the `ActionServer` that got it.
+        handle_tracker: the `HandleTrackerDeleter` of the goal's handles.
     """
 
     def __init__(self, status_tracker: Any = None, action_server: Any = None, handle_tracker: Any = None) -> None:
@@ -22,115 +43,107 @@ class ServerGoalHandle:
         self.handle_tracker = handle_tracker
         self.goal = status_tracker.goal if status_tracker else None
 
+    def __eq__(self, other: object) -> bool:
+        if not self.goal or not other.goal:  # type: ignore[attr-defined]
+            return False
+        return self.get_goal_id().id == other.get_goal_id().id  # type: ignore[attr-defined]
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __hash__(self) -> int:
+        return hash(self.get_goal_id().id)
+
     def get_default_result(self) -> Any:
-        """Return a result with default values."""
+        """Return a result message of the action, with default values."""
         return self.action_server.ActionResultType()
 
-    def set_accepted(self, text: str = "") -> None:
-        """Begin with the goal."""
-        self._log("Accepting goal")
-        if self._has_goal() and not self._move(Move.ACCEPT, text):
-            self._refuse("an active", "pending or recalling")
-
-    def set_canceled(self, result: Any = None, text: str = "") -> None:
-        """End the goal: it was stopped, or never begun, because a client or a newer goal asked for that."""
-        result = result or self.get_default_result()
-        self._log("Setting status to canceled on goal")
-        if self._has_goal() and not self._move(Move.CANCEL, text, result):
-            self._refuse("a cancelled", "pending, recalling, active, or preempting")
-
-    def set_rejected(self, result: Any = None, text: str = "") -> None:
-        """End the goal: it is not wanted."""
-        result = result or self.get_default_result()
-        self._log("Setting status to rejected on goal")
-        if self._has_goal() and not self._move(Move.REJECT, text, result):
-            self._refuse("a rejected", "pending or recalling")
-
-    def set_aborted(self, result: Any = None, text: str = "") -> None:
-        """End the goal: it cannot be reached."""
-        result = result or self.get_default_result()
-        self._log("Setting status to aborted on goal")
-        if self._has_goal() and not self._move(Move.ABORT, text, result):
-            self._refuse("an aborted", "preempting or active")
-
-    def set_succeeded(self, result: Any = None, text: str = "") -> None:
-        """End the goal: it was reached."""
-        result = result or self.get_default_result()
-        self._log("Setting status to succeeded on goal")
-        if self._has_goal() and not self._move(Move.SUCCEED, text, result):
-            self._refuse("a succeeded", "preempting or active")
-
-    def set_cancel_requested(self) -> bool:
-        """Note that the goal shall be cancelled; return whether that is news."""
-        self._log("Transisitoning to a cancel requested state on goal")
-        return self.goal is not None and self._move(Move.ASK_TO_CANCEL)
-
-    def publish_feedback(self, feedback: Any) -> None:
-        """Send feedback to the clients."""
-        self._log("Publishing feedback for goal")
-        if self.goal is None:
-            rospy.logerr("Attempt to publish feedback on an uninitialized ServerGoalHandle")
-            return
-        with self.action_server.lock:
-            self.action_server.publish_feedback(self.status_tracker.status, feedback)
-
     def get_goal(self) -> Any:
-        """Return the goal that the client has sent; None for no goal."""
-        return self.goal.goal if self.goal is not None else None
+        """Return what the client wants: the action's goal message, as TestGoal; None without a goal."""
+        return self.goal.goal if self.goal else None
 
     def get_goal_id(self) -> Any:
-        """Return the GoalID."""
-        if self.goal is None:
+        """Return the goal's GoalID."""
+        if not self.goal:
             rospy.logerr("Attempt to get a goal id on an uninitialized ServerGoalHandle")
             return GoalID()
         with self.action_server.lock:
             return self.status_tracker.status.goal_id
 
     def get_goal_status(self) -> Any:
-        """Return the GoalStatus."""
-        if self.goal is None:
+        """Return the goal's GoalStatus."""
+        if not self.goal:
             rospy.logerr("Attempt to get goal status on an uninitialized ServerGoalHandle")
             return GoalStatus()
         with self.action_server.lock:
             return self.status_tracker.status
 
-    def __eq__(self, other: Any) -> bool:
-        if not self.goal or not other.goal:
+    def publish_feedback(self, feedback: Any) -> None:
+        """Send the action's feedback message, as TestFeedback."""
+        self._log("Publishing feedback for goal, id: %s, stamp: %.2f")
+        if not self.goal:
+            rospy.logerr("Attempt to publish feedback on an uninitialized ServerGoalHandle")
+            return
+        with self.action_server.lock:
+            self.action_server.publish_feedback(self.status_tracker.status, feedback)
+
+    def set_accepted(self, text: str = "") -> None:
+        """Begin. A goal that is not in a state for it stays as it is, as in all these, with an error in the log."""
+        self._log("Accepting goal, id: %s, stamp: %.2f")
+        if self._move(Move.ACCEPT, text, "an active", "pending or recalling"):
+            with self.action_server.lock:
+                self.action_server.publish_status()
+
+    def set_canceled(self, result: Any = None, text: str = "") -> None:
+        """End the goal: it was stopped.
+
+        Args:
+            result: the action's result message, as TestResult; None for one with default values.
+            text: for people.
+        """
+        self._end(Move.CANCEL, result, text)
+
+    def set_rejected(self, result: Any = None, text: str = "") -> None:
+        """Refuse the goal, before `set_accepted`."""
+        self._end(Move.REJECT, result, text)
+
+    def set_aborted(self, result: Any = None, text: str = "") -> None:
+        """End the goal: it could not be reached."""
+        self._end(Move.ABORT, result, text)
+
+    def set_succeeded(self, result: Any = None, text: str = "") -> None:
+        """End the goal: it was reached."""
+        self._end(Move.SUCCEED, result, text)
+
+    def set_cancel_requested(self) -> bool:
+        """Note that a client asks to stop the goal; return whether it can still be stopped."""
+        self._log("Transisitoning to a cancel requested state on goal id: %s, stamp: %.2f")
+        if not self.goal:
             return False
-        return bool(self.get_goal_id().id == other.get_goal_id().id)
-
-    def __ne__(self, other: Any) -> bool:
-        return not self == other
-
-    def __hash__(self) -> int:
-        return hash(self.get_goal_id().id)
-
-    def _has_goal(self) -> bool:
-        if self.goal is None:
-            rospy.logerr("Attempt to set status on an uninitialized ServerGoalHandle")
-        return self.goal is not None
-
-    def _move(self, move: Move, text: str = "", result: Any = None) -> bool:
-        """Change the status and tell the clients; return False if it is not possible."""
-        server, tracker = self.action_server, self.status_tracker
-        with server.lock:
-            after = status_after(tracker.status.status, move)
-            if after is None:
+        with self.action_server.lock:
+            if not self.status_tracker.move(Move.ASK_TO_CANCEL):
                 return False
-            tracker.status.status = int(after)
-            if move is not Move.ASK_TO_CANCEL:
-                tracker.status.text = text
-            if after.ended:
-                tracker.handle_destruction_time = rospy.Time.now()
-                server.publish_result(tracker.status, result)
-            else:
-                server.publish_status()
-        return True
+            self.action_server.publish_status()
+            return True
 
-    def _refuse(self, to: str, those: str) -> None:
-        text = "To transition to %s state, the goal must be in a %s state, it is currently in state: %d"
-        rospy.logerr(text, to, those, self.status_tracker.status.status)
+    def _log(self, text: str) -> None:
+        rospy.logdebug(text, self.get_goal_id().id, self.get_goal_id().stamp.to_sec())
 
-    def _log(self, what: str) -> None:
-        goal_id = self.get_goal_id()
-        rospy.logdebug("%s, id: %s, stamp: %.2f", what, goal_id.id, goal_id.stamp.to_sec())
+    def _move(self, move: Move, text: str, name: str, allowed: str) -> bool:
+        if not self.goal:
+            rospy.logerr("Attempt to set status on an uninitialized ServerGoalHandle")
+            return False
+        with self.action_server.lock:
+            if self.status_tracker.move(move, text):
+                return True
+            rospy.logerr(_PLACE, name, allowed, self.status_tracker.status.status)
+            return False
+
+    def _end(self, move: Move, result: Any, text: str) -> None:
+        verb, name, allowed = _ENDS[move]
+        result = result or self.get_default_result()
+        self._log(f"Setting status to {verb} on goal, id: %s, stamp: %.2f")
+        if self._move(move, text, name, allowed):
+            with self.action_server.lock:
+                self.status_tracker.handle_destruction_time = rospy.Time.now()
+                self.action_server.publish_result(self.status_tracker.status, result)

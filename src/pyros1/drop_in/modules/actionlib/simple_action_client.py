@@ -1,13 +1,15 @@
-"""Client of an action, for one goal at a time."""
+"""Client of an action with one goal at a time (https://wiki.ros.org/actionlib)."""
 
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from typing import Any
 
 import rospy
 
-from actionlib.action_client import ActionClient, ClientGoalHandle, CommState, get_name_of_constant
+from actionlib.action_client import ActionClient, CommState, get_name_of_constant
+from pyros1.drop_in.missing import missing
 from pyros1.msgs.actionlib_msgs.msg import GoalStatus
 
 __all__ = [
@@ -18,59 +20,79 @@ __all__ = [
     "SimpleGoalState",
     "get_name_of_constant",
     "rospy",
+    "threading",
 ]
+
+__getattr__ = missing("actionlib.simple_action_client")
+
+_POLL = 0.1
+"""Most seconds between two looks at the time, which may be simulated, and whether the node has ended."""
+_SIMPLER = {GoalStatus.RECALLING: GoalStatus.PENDING, GoalStatus.PREEMPTING: GoalStatus.ACTIVE}
 
 
 class SimpleGoalState:
-    """Where the goal is."""
+    """Where the goal of a `SimpleActionClient` is."""
 
     PENDING = 0
     ACTIVE = 1
     DONE = 2
 
-    to_string = classmethod(get_name_of_constant)
+    @classmethod
+    def to_string(cls, n: int) -> str:
+        """Return the name of a state."""
+        return get_name_of_constant(cls, n)
+
+
+_ALLOWED = {
+    CommState.RECALLING: {SimpleGoalState.PENDING},
+    CommState.ACTIVE: {SimpleGoalState.PENDING, SimpleGoalState.ACTIVE},
+    CommState.PREEMPTING: {SimpleGoalState.PENDING, SimpleGoalState.ACTIVE},
+}
+"""The simple states in which a goal may come to a CommState; to others it may always come."""
 
 
 class SimpleActionClient:
-    """Sends a goal, and follows it until the next one.
+    """Sends one goal at a time to an action's server; a new one takes the place of the one before.
 
     Args:
         ns: name of the action.
-        ActionSpec: class of the action, as TestAction.
+        ActionSpec: its class, as TestAction.
 
     Raises:
-        ActionException: ``ActionSpec`` is not an action.
+        ActionException: it is not an action.
     """
 
     def __init__(self, ns: str, ActionSpec: Any) -> None:
-        self.action_client = ActionClient(ns, ActionSpec)
+        self.gh: Any = None
+        self._ended: Any = None  # the handle whose goal ended last
         self.simple_state = SimpleGoalState.DONE
-        self.gh: ClientGoalHandle | None = None
         self.done_condition = threading.Condition()
-        self._sending = threading.RLock()
-        self.done_cb: Any = None
-        self.active_cb: Any = None
-        self.feedback_cb: Any = None
+        self._sending = threading.RLock()  # callbacks wait until they can know the goal
+        self.action_client = ActionClient(ns, ActionSpec)
 
-    def wait_for_server(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008
-        """Wait until the server is connected; a timeout of 0 is no limit. Return whether it is."""
+    def wait_for_server(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008  stock's signature
+        """Wait until the server is connected; see `ActionClient.wait_for_server`."""
         return self.action_client.wait_for_server(timeout)
 
-    def send_goal(self, goal: Any, done_cb: Any = None, active_cb: Any = None, feedback_cb: Any = None) -> None:
-        """Send a goal; an earlier one is followed no more, but not cancelled.
+    def send_goal(
+        self,
+        goal: Any,
+        done_cb: Callable[[int, Any], object] | None = None,
+        active_cb: Callable[[], object] | None = None,
+        feedback_cb: Callable[[Any], object] | None = None,
+    ) -> None:
+        """Send a goal; one that was sent before is followed no more, but not cancelled.
 
         Args:
             goal: the action's goal message, as TestGoal.
-            done_cb: called with status and result at the end.
-            active_cb: called when the server begins.
+            done_cb: called with a status, of GoalStatus, and the result message at the end of the goal.
+            active_cb: called when the server has begun.
             feedback_cb: called with each feedback message.
         """
         self.stop_tracking_goal()
-        self.done_cb = done_cb
-        self.active_cb = active_cb
-        self.feedback_cb = feedback_cb
-        self.simple_state = SimpleGoalState.PENDING
-        with self._sending:  # an answer that comes at once waits for the handle
+        with self._sending:
+            self.done_cb, self.active_cb, self.feedback_cb = done_cb, active_cb, feedback_cb
+            self.simple_state = SimpleGoalState.PENDING
             self.gh = self.action_client.send_goal(goal, self._handle_transition, self._handle_feedback)
 
     def send_goal_and_wait(
@@ -79,12 +101,12 @@ class SimpleActionClient:
         execute_timeout: Any = rospy.Duration(),  # noqa: B008
         preempt_timeout: Any = rospy.Duration(),  # noqa: B008
     ) -> int:
-        """Send a goal and wait for its end.
+        """Send a goal, and wait for its end; cancel it if that takes too long.
 
         Args:
             goal: the action's goal message.
-            execute_timeout: after this the goal is cancelled; 0 for no limit.
-            preempt_timeout: how long to wait after that; 0 for no limit.
+            execute_timeout: rospy.Duration that the goal may take; zero: no limit.
+            preempt_timeout: rospy.Duration that the server may take for cancelling it; zero: no limit.
 
         Returns:
             The goal's state, as `get_state`.
@@ -93,56 +115,63 @@ class SimpleActionClient:
         if not self.wait_for_result(execute_timeout):
             rospy.logdebug("Canceling goal")
             self.cancel_goal()
-            if self.wait_for_result(preempt_timeout):
-                text = "Preempt finished within specified preempt_timeout [%.2f]"
-            else:
-                text = "Preempt didn't finish specified preempt_timeout [%.2f]"
-            rospy.logdebug(text, preempt_timeout.to_sec())
+            ended = "finished within" if self.wait_for_result(preempt_timeout) else "didn't finish"
+            rospy.logdebug("Preempt %s specified preempt_timeout [%.2f]", ended, preempt_timeout.to_sec())
         return self.get_state()
 
     def wait_for_result(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008
-        """Wait for the goal's end; a timeout of 0 is no limit. Return whether it has ended."""
+        """Wait until the goal has ended.
+
+        Args:
+            timeout: rospy.Duration; zero: no limit.
+
+        Returns:
+            Whether it has ended; False if there is no goal, or if the node ends before that.
+        """
         if not self.gh:
             rospy.logerr("Called wait_for_result when no goal exists")
             return False
-        limited = timeout > rospy.Duration()
-        ends = rospy.get_rostime() + timeout
+        goal = self.gh  # its done_cb may send another one
+        until = rospy.get_rostime() + timeout
+        limited = timeout != rospy.Duration()
         with self.done_condition:
-            while not rospy.is_shutdown() and self.simple_state != SimpleGoalState.DONE:
-                left = (ends - rospy.get_rostime()).to_sec() if limited else 0.1
+            while not self._is_done(goal) and not rospy.is_shutdown():
+                left = (until - rospy.get_rostime()).to_sec() if limited else _POLL
                 if left <= 0:
                     break
-                self.done_condition.wait(min(left, 0.1))
-        return self.simple_state == SimpleGoalState.DONE
+                self.done_condition.wait(min(left, _POLL))
+            return self._is_done(goal)
+
+    def _is_done(self, goal: Any) -> bool:
+        return self.simple_state == SimpleGoalState.DONE or goal == self._ended
 
     def get_result(self) -> Any:
-        """Return the goal's result; None without one."""
+        """Return the goal's result message; None if none has come."""
         if not self.gh:
             rospy.logerr("Called get_result when no goal is running")
             return None
         return self.gh.get_result()
 
     def get_state(self) -> int:
-        """Return a number of GoalStatus; PENDING or ACTIVE until the end, LOST without a goal."""
+        """Return the goal's status, of GoalStatus: RECALLING counts as PENDING, PREEMPTING as ACTIVE; LOST: no goal."""
         if not self.gh:
             return int(GoalStatus.LOST)
         status = self.gh.get_goal_status()
-        going_on = {GoalStatus.RECALLING: GoalStatus.PENDING, GoalStatus.PREEMPTING: GoalStatus.ACTIVE}
-        return int(going_on.get(status, status))
+        return int(_SIMPLER.get(status, status))
 
     def get_goal_status_text(self) -> str:
-        """Return what the server said with its latest status."""
+        """Return what the server said with its latest status of the goal."""
         if not self.gh:
             rospy.logerr("Called get_goal_status_text when no goal is running")
             return "ERROR: Called get_goal_status_text when no goal is running"
-        return self.gh.get_goal_status_text()
+        return str(self.gh.get_goal_status_text())
 
     def cancel_all_goals(self) -> None:
-        """Ask the server to cancel all its goals."""
+        """Ask the server to cancel all goals, those of other clients too."""
         self.action_client.cancel_all_goals()
 
     def cancel_goals_at_and_before_time(self, time: Any) -> None:
-        """Ask the server to cancel all goals that were sent until a time."""
+        """Ask the server to cancel all goals, those of other clients too, that were sent at or before a rospy.Time."""
         self.action_client.cancel_goals_at_and_before_time(time)
 
     def cancel_goal(self) -> None:
@@ -151,48 +180,54 @@ class SimpleActionClient:
             self.gh.cancel()
 
     def stop_tracking_goal(self) -> None:
-        """Follow the goal no more."""
+        """Follow the goal no more; it is not cancelled."""
         self.gh = None
 
-    def _handle_transition(self, gh: ClientGoalHandle) -> None:
+    def _handle_transition(self, gh: Any) -> None:
         with self._sending:
-            ours = gh == self.gh
-        if not ours:
-            rospy.logerr("Got a transition callback on a goal handle that we're not tracking")
-            return
-        state, simple = gh.get_comm_state(), self.simple_state
-        done = simple == SimpleGoalState.DONE
-        if state in (CommState.ACTIVE, CommState.PREEMPTING) and simple == SimpleGoalState.PENDING:
-            self._set_simple_state(SimpleGoalState.ACTIVE)
-            if self.active_cb:
-                self.active_cb()
-        elif state == CommState.DONE and done:
-            rospy.logerr("SimpleActionClient received DONE twice")
+            if gh != self.gh:
+                rospy.logerr("Got a transition callback on a goal handle that we're not tracking")
+                return
+        state = gh.get_comm_state()
+        if self.simple_state not in _ALLOWED.get(state, {self.simple_state}):
+            names = CommState.to_string(state), SimpleGoalState.to_string(self.simple_state)
+            text = "Received comm state %s when in simple state %s with SimpleActionClient in NS %s"
+            rospy.logerr(text, *names, rospy.resolve_name(self.action_client.ns))
+        elif state in (CommState.ACTIVE, CommState.PREEMPTING):
+            if self.simple_state == SimpleGoalState.PENDING:
+                self._set_simple_state(SimpleGoalState.ACTIVE)
+                if self.active_cb:
+                    self.active_cb()
         elif state == CommState.DONE:
-            if self.done_cb:
-                self.done_cb(gh.get_goal_status(), gh.get_result())
-            with self.done_condition:
-                self._set_simple_state(SimpleGoalState.DONE)
-                self.done_condition.notify_all()
-        elif (state in (CommState.ACTIVE, CommState.PREEMPTING) and done) or (
-            state == CommState.RECALLING and simple != SimpleGoalState.PENDING
-        ):
-            rospy.logerr(
-                f"Received comm state {CommState.to_string(state)} when in simple state "
-                f"{SimpleGoalState.to_string(simple)} with SimpleActionClient in NS "
-                f"{rospy.resolve_name(self.action_client.ns)}"
-            )
+            self._end(gh)
 
-    def _handle_feedback(self, gh: ClientGoalHandle, feedback: Any) -> None:
-        tracked = self.gh
-        if not tracked:
-            return  # feedback of an earlier goal
-        if gh != tracked:
-            names = [each.comm_state_machine.action_goal.goal_id.id for each in (tracked, gh)]
-            rospy.logerr("Got a feedback callback on a goal handle that we're not tracking. %s vs %s", *names)
+    def _end(self, gh: Any) -> None:
+        if self.simple_state == SimpleGoalState.DONE:
+            rospy.logerr("SimpleActionClient received DONE twice")
             return
+        if self.done_cb:
+            self.done_cb(gh.get_goal_status(), gh.get_result())
+        with self.done_condition:
+            self._ended = gh
+            if gh == self.gh:  # else the callback has sent another goal
+                self._set_simple_state(SimpleGoalState.DONE)
+            self.done_condition.notify_all()
+
+    def _handle_feedback(self, gh: Any, feedback: Any) -> None:
+        with self._sending:
+            known = self.gh
+            if not known:
+                return
+            if gh != known:
+                text = "Got a feedback callback on a goal handle that we're not tracking. %s vs %s"
+                rospy.logerr(text, _name(known), _name(gh))
+                return
         if self.feedback_cb:
             self.feedback_cb(feedback)
 
     def _set_simple_state(self, state: int) -> None:
         self.simple_state = state
+
+
+def _name(gh: Any) -> str:
+    return str(gh.comm_state_machine.action_goal.goal_id.id)

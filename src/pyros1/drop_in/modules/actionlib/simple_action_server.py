@@ -1,9 +1,10 @@
-"""Server of an action that works on one goal at a time: the newest."""
+"""Server of an action that works on one goal at a time, the newest one (https://wiki.ros.org/actionlib)."""
 
 from __future__ import annotations
 
 import threading
 import traceback
+from collections.abc import Callable
 from typing import Any
 
 import rospy
@@ -11,62 +12,104 @@ import rospy
 from actionlib.action_server import ActionServer, nop_cb
 from actionlib.server_goal_handle import ServerGoalHandle
 from pyros1.actions.simple_server import REPLACED
+from pyros1.drop_in.missing import missing
 from pyros1.msgs.actionlib_msgs.msg import GoalStatus
 
-__all__ = ["ActionServer", "GoalStatus", "ServerGoalHandle", "SimpleActionServer", "nop_cb", "rospy"]
+__all__ = [
+    "ActionServer",
+    "GoalStatus",
+    "ServerGoalHandle",
+    "SimpleActionServer",
+    "nop_cb",
+    "rospy",
+    "threading",
+    "traceback",
+]
+
+__getattr__ = missing("actionlib.simple_action_server")
+
+_POLL = 0.1
+"""Seconds between two looks whether the node has ended."""
+_END = 5.0
+"""Most seconds to wait for the end of the thread that executes goals."""
 
 
 class SimpleActionServer:
-    """Works on the newest goal: a new one asks the present one to stop, and takes the place of one that waits.
+    """Works on one goal at a time: a new goal asks the present one to stop, and takes the place of one that waits.
+
+    A program gives ``execute_cb``, or it calls `accept_new_goal` when its goal callback says that there is one.
 
     Args:
         name: name of the action.
-        ActionSpec: class of the action, as TestAction.
-        execute_cb: called with each goal message in a thread of its own; it calls one of ``set_...`` at the end.
-            Without it, the program asks `is_new_goal_available`, or registers a callback, and calls `accept_new_goal`.
-        auto_start: begin at once; better call `start` when all is ready.
+        ActionSpec: its class, as TestAction.
+        execute_cb: called with each goal message, as TestGoal, in a thread of its own; it ends the goal with
+            `set_succeeded`, `set_aborted` or `set_preempted`. Otherwise the goal is aborted.
+        auto_start: whether to `start` at once; then goals may come before the constructor returns.
 
     Raises:
         ActionException: ``ActionSpec`` is not an action.
     """
 
-    def __init__(self, name: str, ActionSpec: Any, execute_cb: Any = None, auto_start: bool = True) -> None:
+    def __init__(
+        self, name: str, ActionSpec: Any, execute_cb: Callable[[Any], object] | None = None, auto_start: bool = True
+    ) -> None:
         self.new_goal = False
         self.preempt_request = False
         self.new_goal_preempt_request = False
         self.execute_callback = execute_cb
-        self.goal_callback: Any = None
-        self.preempt_callback: Any = None
+        self.goal_callback: Callable[[], object] | None = None
+        self.preempt_callback: Callable[[], object] | None = None
         self.need_to_terminate = False
         self.terminate_mutex = threading.RLock()
-        self.lock = threading.RLock()  # always taken after the lock of the ActionServer
+        self.lock = threading.RLock()
         self.execute_condition = threading.Condition(self.lock)
         self.current_goal = ServerGoalHandle()
         self.next_goal = ServerGoalHandle()
         self.execute_thread: threading.Thread | None = None
-        if execute_cb:
-            self.execute_thread = threading.Thread(target=self.executeLoop)
-            self.execute_thread.start()
         self.action_server = ActionServer(
             name, ActionSpec, self.internal_goal_callback, self.internal_preempt_callback, auto_start
         )
+        if execute_cb:
+            self.execute_thread = threading.Thread(target=self.executeLoop)
+            self.execute_thread.start()
 
     def __del__(self) -> None:
         thread = getattr(self, "execute_thread", None)
-        if thread is not None:
-            with self.terminate_mutex:
-                self.need_to_terminate = True
-            if thread is not threading.current_thread():
-                thread.join()
+        if thread is None:
+            return
+        with self.terminate_mutex:
+            self.need_to_terminate = True
+        if thread is not threading.current_thread():
+            thread.join(_END)
 
     def start(self) -> None:
-        """Begin: clients find the server."""
+        """Make the topics; from now on goals come."""
         self.action_server.start()
 
+    def register_goal_callback(self, cb: Callable[[], object] | None) -> None:
+        """Set what is called, without arguments, when a goal has come; not for a server with ``execute_cb``."""
+        if self.execute_callback:
+            rospy.logwarn(
+                "Cannot call SimpleActionServer.register_goal_callback() because an executeCallback exists. Not going "
+                "to register it."
+            )
+        else:
+            self.goal_callback = cb
+
+    def register_preempt_callback(self, cb: Callable[[], object] | None) -> None:
+        """Set what is called, without arguments, when the present goal is asked to stop."""
+        self.preempt_callback = cb
+
+    # The present goal -------------------------------------------------------------------------------------------------
+
     def accept_new_goal(self) -> Any:
-        """Begin with the goal that waits, and return it; one that is active ends as preempted. None if none waits."""
+        """Begin with the goal that waits; the present one, if it has not ended, is cancelled.
+
+        Returns:
+            The goal message, as TestGoal; None, with an error in the log, if no goal waits.
+        """
         with self.action_server.lock, self.lock:
-            if not self.new_goal or self.next_goal.get_goal() is None:
+            if not self.new_goal or not self.next_goal.get_goal():
                 rospy.logerr("Attempting to accept the next goal when a new goal is not available")
                 return None
             if self.is_active() and self.current_goal != self.next_goal:
@@ -83,69 +126,61 @@ class SimpleActionServer:
         return self.new_goal
 
     def is_preempt_requested(self) -> bool:
-        """Return whether the present goal shall stop."""
+        """Return whether a client, or a newer goal, asks the present goal to stop."""
         return self.preempt_request
 
     def is_active(self) -> bool:
-        """Return whether there is a goal that has begun and not ended."""
-        if self.current_goal.get_goal() is None:
+        """Return whether there is a present goal that has not ended."""
+        if not self.current_goal.get_goal():
             return False
         return self.current_goal.get_goal_status().status in (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
 
+    def get_default_result(self) -> Any:
+        """Return a result message of the action, with default values."""
+        return self.action_server.ActionResultType()
+
+    def publish_feedback(self, feedback: Any) -> None:
+        """Send the action's feedback message, as TestFeedback, for the present goal."""
+        self.current_goal.publish_feedback(feedback)
+
     def set_succeeded(self, result: Any = None, text: str = "") -> None:
-        """End the goal: it was reached."""
+        """End the present goal: it was reached.
+
+        Args:
+            result: the action's result message, as TestResult; None for one with default values.
+            text: for people.
+        """
         with self.action_server.lock, self.lock:
             self.current_goal.set_succeeded(result or self.get_default_result(), text)
 
     def set_aborted(self, result: Any = None, text: str = "") -> None:
-        """End the goal: it cannot be reached."""
+        """End the present goal: it could not be reached."""
         with self.action_server.lock, self.lock:
             self.current_goal.set_aborted(result or self.get_default_result(), text)
 
     def set_preempted(self, result: Any = None, text: str = "") -> None:
-        """End the goal: it was stopped."""
+        """End the present goal: it was stopped."""
         with self.action_server.lock, self.lock:
             rospy.logdebug("Setting the current goal as canceled")
             self.current_goal.set_canceled(result or self.get_default_result(), text)
 
-    def publish_feedback(self, feedback: Any) -> None:
-        """Send feedback to the clients."""
-        self.current_goal.publish_feedback(feedback)
+    # What the server below says ---------------------------------------------------------------------------------------
 
-    def get_default_result(self) -> Any:
-        """Return a result with default values."""
-        return self.action_server.ActionResultType()
-
-    def register_goal_callback(self, cb: Any) -> None:
-        """Set what is called when a goal has come; not possible with ``execute_cb``."""
-        if self.execute_callback:
-            rospy.logwarn(
-                "Cannot call SimpleActionServer.register_goal_callback() because an executeCallback exists. Not going "
-                "to register it."
-            )
-        else:
-            self.goal_callback = cb
-
-    def register_preempt_callback(self, cb: Any) -> None:
-        """Set what is called when the present goal shall stop."""
-        self.preempt_callback = cb
-
-    def internal_goal_callback(self, goal: ServerGoalHandle) -> None:
-        """Take a new goal."""
-        with self.execute_condition:
+    def internal_goal_callback(self, goal: Any) -> None:
+        """Take a new goal: it waits, unless it is older than one that has come before."""
+        with self.action_server.lock, self.lock:
             try:
                 self._take(goal)
             except Exception as error:  # noqa: BLE001 - of the program's callbacks
-                rospy.logerr("SimpleActionServer.internal_goal_callback - exception %s", str(error))
+                rospy.logerr("SimpleActionServer.internal_goal_callback - exception %s", error)
 
-    def _take(self, goal: ServerGoalHandle) -> None:
+    def _take(self, goal: Any) -> None:
         rospy.logdebug("A new goal %s has been received by the single goal action server", goal.get_goal_id().id)
-        stamp = goal.get_goal_id().stamp
-        known = [each for each in (self.current_goal, self.next_goal) if each.get_goal() is not None]
-        if any(stamp < each.get_goal_id().stamp for each in known):
-            goal.set_canceled(None, REPLACED)  # a newer goal came first
+        known = [each for each in (self.current_goal, self.next_goal) if each.get_goal()]
+        if known and goal.get_goal_id().stamp < max(each.get_goal_id().stamp for each in known):
+            goal.set_canceled(None, REPLACED)
             return
-        if self.next_goal.get_goal() is not None and self.next_goal != self.current_goal:
+        if self.next_goal.get_goal() and self.next_goal != self.current_goal:
             self.next_goal.set_canceled(None, REPLACED)
         self.next_goal = goal
         self.new_goal = True
@@ -158,9 +193,9 @@ class SimpleActionServer:
             self.goal_callback()
         self.execute_condition.notify()
 
-    def internal_preempt_callback(self, preempt: ServerGoalHandle) -> None:
-        """Take a request to cancel a goal."""
-        with self.lock:
+    def internal_preempt_callback(self, preempt: Any) -> None:
+        """Note that a client asks to cancel the present goal, or the one that waits."""
+        with self.action_server.lock, self.lock:
             rospy.logdebug("A preempt has been received by the SimpleActionServer")
             if preempt == self.current_goal:
                 rospy.logdebug("Setting preempt_request bit for the current goal to TRUE and invoking callback")
@@ -171,28 +206,35 @@ class SimpleActionServer:
                 rospy.logdebug("Setting preempt request bit for the next goal to TRUE")
                 self.new_goal_preempt_request = True
 
+    # Executing --------------------------------------------------------------------------------------------------------
+
     def executeLoop(self) -> None:
-        """Work on goals until the node ends; the body of a thread."""
-        while not rospy.is_shutdown() and not self.need_to_terminate:
+        """Call ``execute_cb`` for one goal after the other, until the node ends: the work of ``execute_thread``."""
+        while not rospy.is_shutdown():
+            with self.terminate_mutex:
+                if self.need_to_terminate:
+                    return
             if self.is_active():
                 rospy.logerr("Should never reach this code with an active goal")
-                return
-            if self.is_new_goal_available():
+            elif self.is_new_goal_available():
                 self._execute(self.accept_new_goal())
             with self.execute_condition:
                 if not self.new_goal:
-                    self.execute_condition.wait(0.1)
+                    self.execute_condition.wait(_POLL)
 
     def _execute(self, goal: Any) -> None:
+        if not self.execute_callback:
+            rospy.logerr("execute_callback must exist. This is a bug in SimpleActionServer")
+            return
         try:
             self.execute_callback(goal)
-            if self.is_active():
-                rospy.logwarn(
-                    "Your executeCallback did not set the goal to a terminal status.  This is a bug in your "
-                    "ActionServer implementation. Fix your code!  For now, the ActionServer will set this goal to "
-                    "aborted"
-                )
-                self.set_aborted(None, "No terminal state was set.")
         except Exception as error:  # noqa: BLE001 - of the program
-            rospy.logerr("Exception in your execute callback: %s\n%s", str(error), traceback.format_exc())
-            self.set_aborted(None, f"Exception in execute callback: {error!s}")
+            rospy.logerr("Exception in your execute callback: %s\n%s", error, traceback.format_exc())
+            self.set_aborted(None, f"Exception in execute callback: {error}")
+            return
+        if self.is_active():
+            rospy.logwarn(
+                "Your executeCallback did not set the goal to a terminal status.  This is a bug in your ActionServer "
+                "implementation. Fix your code!  For now, the ActionServer will set this goal to aborted"
+            )
+            self.set_aborted(None, "No terminal state was set.")

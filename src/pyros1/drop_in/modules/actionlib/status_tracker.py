@@ -1,4 +1,4 @@
-"""What a server knows about a goal."""
+"""What a server knows of one goal."""
 
 from __future__ import annotations
 
@@ -7,28 +7,48 @@ from typing import Any
 import rospy
 
 from actionlib import goal_id_generator
-from pyros1.msgs.actionlib_msgs.msg import GoalStatus
+from pyros1.actions.table import Tracked
+from pyros1.drop_in.missing import missing
+
+__all__ = [
+    "StatusTracker",
+    "goal_id_generator",
+    "rospy",
+]
+
+__getattr__ = missing("actionlib.status_tracker")
 
 
-class StatusTracker:
-    """Status of a goal, made from a GoalID and a status, or from the message that brought the goal.
+class StatusTracker(Tracked):
+    """A goal that has come, or only a request to cancel it.
 
     Attributes:
-        goal: that message; None if only a request to cancel it has come.
-        status: the GoalStatus that is published.
-        handle_tracker: the goal's HandleTrackerDeleter.
-        handle_destruction_time: since when nobody holds the goal; 0 while someone does.
+        status: its actionlib_msgs/GoalStatus. goal: the message of the action's goal topic, or None.
+        handle_tracker: the `HandleTrackerDeleter` of its handles; None if it has none.
+        handle_destruction_time: rospy.Time since when it only stays in the status list for a while; zero: not yet.
+
+    Args:
+        goal_id, status: for a request to cancel: its GoalID, and a status of GoalStatus.
+        goal: else, the goal's message. If its id is empty, the goal gets a name; if its stamp is zero, the time.
     """
 
-    def __init__(self, goal_id: Any = None, status: Any = None, goal: Any = None) -> None:
-        self.goal = None if goal_id else goal
-        self.handle_tracker: Any = None
-        self.handle_destruction_time = rospy.Time()
+    def __init__(self, goal_id: Any = None, status: int | None = None, goal: Any = None) -> None:
         self.id_generator = goal_id_generator.GoalIDGenerator()
-        self.status: Any = GoalStatus()
+        self.handle_tracker: Any = None
         if goal_id:
-            self.status.goal_id, self.status.status = goal_id, status
+            super().__init__(goal_id)
+            self.status.status = status
             return
-        self.status.goal_id = goal.goal_id if goal.goal_id.id else self.id_generator.generate_ID()
-        if not self.status.goal_id.stamp:
-            self.status.goal_id.stamp = rospy.Time.now()
+        named = goal.goal_id if goal.goal_id.id else self.id_generator.generate_ID()
+        if not named.stamp:
+            named.stamp = rospy.Time.now()
+        super().__init__(named, goal=goal)
+
+    @property
+    def handle_destruction_time(self) -> Any:
+        """The time, or zero."""
+        return self.ended or rospy.Time()
+
+    @handle_destruction_time.setter
+    def handle_destruction_time(self, time: Any) -> None:
+        self.ended = time or None

@@ -4,7 +4,8 @@ Only compressed images, and those of Bayer and YUV formats, need more: OpenCV, o
 """
 
 from cv_bridge.core import CvBridge, CvBridgeError
+from cv_bridge.display import cvtColorForDisplay
 from cv_bridge.encodings import getCvType
 from pyros1.drop_in.missing import missing
 
-__getattr__ = missing(__name__, cvtColorForDisplay="use CvBridge.imgmsg_to_cv2 with a desired encoding")
+__getattr__ = missing(__name__)

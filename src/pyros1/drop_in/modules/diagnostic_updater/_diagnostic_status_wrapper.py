@@ -4,35 +4,46 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.diagnostics.status import Status
+from pyros1.diagnostics import Status
+from pyros1.drop_in.missing import missing
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+
+__getattr__ = missing("diagnostic_updater._diagnostic_status_wrapper")
 
 OK = DiagnosticStatus.OK
 WARN = DiagnosticStatus.WARN
 ERROR = DiagnosticStatus.ERROR
 
-__all__ = ["ERROR", "OK", "WARN", "DiagnosticStatus", "DiagnosticStatusWrapper", "KeyValue"]
+
+class DiagnosticStatusWrapper(Status):
+    """A diagnostic_msgs/DiagnosticStatus with what tasks need to fill it; made as such a message is.
+
+    `summary` and `mergeSummary` take a level and a message, or another status.
+    """
+
+    def __init__(self, *args: Any, **kwds: Any) -> None:
+        super().__init__(*args, **kwds)
+
+    def summary(self, *args: Any) -> None:
+        """Set level and message."""
+        super().summary(*_level_and_message(args))
+
+    def clearSummary(self) -> None:
+        """Set level OK and no message."""
+        super().summary(OK, "")
+
+    def mergeSummary(self, *args: Any) -> None:
+        """Add a level and message: the worse level counts, and the messages of problems remain."""
+        level, message = _level_and_message(args)
+        self.merge(level, str(message))
+
+    def add(self, key: Any, val: Any) -> None:
+        """Add a value, as text, under a name."""
+        super().add(key, val)
 
 
-def _given(args: tuple[Any, ...]) -> tuple[int, str]:
-    """Return level and message, given as these two, or as a status."""
+def _level_and_message(args: tuple[Any, ...]) -> tuple[Any, Any]:
     if len(args) == 1:
         return args[0].level, args[0].message
     level, message = args
-    return level, str(message)
-
-
-class DiagnosticStatusWrapper(Status):
-    """A DiagnosticStatus with what tasks need to fill it."""
-
-    def summary(self, *args: Any) -> None:
-        """Set the summary: a level and a message, or those of another status."""
-        Status.summary(self, *_given(args))
-
-    def clearSummary(self) -> None:
-        """Set the level OK and no message."""
-        self.summary(OK, "")
-
-    def mergeSummary(self, *args: Any) -> None:
-        """Merge the summary with a level and a message, or with those of another status; see `Status.merge`."""
-        self.merge(*_given(args))
+    return level, message

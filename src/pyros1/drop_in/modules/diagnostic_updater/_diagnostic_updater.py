@@ -1,4 +1,4 @@
-"""Tasks, and the Updater that runs them."""
+"""Tasks, lists of them, and the updater that publishes what they say."""
 
 from __future__ import annotations
 
@@ -8,39 +8,23 @@ from typing import Any
 
 import rospy
 
-from diagnostic_updater._diagnostic_status_wrapper import (
-    ERROR,
-    OK,
-    WARN,
-    DiagnosticStatus,
-    DiagnosticStatusWrapper,
-    KeyValue,
-)
-from pyros1.diagnostics.tasks import Combined
+from diagnostic_updater._diagnostic_status_wrapper import OK, DiagnosticStatusWrapper
+from pyros1.diagnostics import Combined
 from pyros1.diagnostics.updater import UNSET
+from pyros1.drop_in.missing import missing
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray
 
-__all__ = [
-    "ERROR",
-    "OK",
-    "WARN",
-    "CompositeDiagnosticTask",
-    "DiagnosticArray",
-    "DiagnosticStatus",
-    "DiagnosticStatusWrapper",
-    "DiagnosticTask",
-    "DiagnosticTaskVector",
-    "FunctionDiagnosticTask",
-    "KeyValue",
-    "Updater",
-]
+__getattr__ = missing("diagnostic_updater._diagnostic_updater")
+
+_RECHECK = 0.1
+"""Seconds after which the period is asked for again."""
 
 
 class DiagnosticTask:
-    """Base of all tasks.
+    """Something that fills a status; subclasses say what.
 
     Args:
-        name: of what the task looks at, for people.
+        name: of what the task looks at.
     """
 
     def __init__(self, name: str) -> None:
@@ -51,55 +35,60 @@ class DiagnosticTask:
         return self.name
 
     def run(self, stat: Any) -> Any:
-        """Fill a status, and return it."""
+        """Fill a `DiagnosticStatusWrapper`, and return it."""
         return stat
 
 
 class FunctionDiagnosticTask(DiagnosticTask):
-    """A task that calls a function with the status."""
+    """A function as a task.
+
+    Args:
+        name: of what it looks at.
+        fn: called with a `DiagnosticStatusWrapper`; returns it.
+    """
 
     def __init__(self, name: str, fn: Callable[[Any], Any]) -> None:
         super().__init__(name)
         self.fn = fn
 
     def run(self, stat: Any) -> Any:
-        """Call the function; it should return the status."""
+        """Call the function."""
         return self.fn(stat)
 
 
 class CompositeDiagnosticTask(DiagnosticTask):
-    """Several tasks in one status."""
+    """Several tasks that fill one status: their values one after the other, their summaries merged.
+
+    Args:
+        name: of what they look at.
+    """
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.tasks: list[Any] = []
 
+    def addTask(self, t: Any) -> None:
+        """Add a `DiagnosticTask`."""
+        self.tasks.append(t)
+
     def run(self, stat: Any) -> Any:
-        """Run all tasks, and merge their summaries."""
+        """Run all tasks."""
         Combined([task.run for task in self.tasks]).run(stat)
         return stat
 
-    def addTask(self, t: Any) -> None:
-        """Run a task, too."""
-        self.tasks.append(t)
-
 
 class DiagnosticTaskVector:
-    """Tasks by name.
-
-    Attributes:
-        tasks: the tasks. lock: held while they are looked at.
-    """
+    """A list of tasks."""
 
     class DiagnosticTaskInternal:
-        """A task in the vector: a name and a function."""
+        """A task in the list: a name and a function."""
 
         def __init__(self, name: str, fn: Callable[[Any], Any]) -> None:
             self.name = name
             self.fn = fn
 
         def run(self, stat: Any) -> Any:
-            """Fill a status and return it."""
+            """Fill a status, whose name is the task's, and return it."""
             stat.name = self.name
             return self.fn(stat)
 
@@ -108,17 +97,15 @@ class DiagnosticTaskVector:
         self.lock = threading.Lock()
 
     def addedTaskCallback(self, task: Any) -> None:
-        """Called with each new task."""
+        """Do what is to be done with a new `DiagnosticTaskInternal`; for subclasses."""
 
     def add(self, *args: Any) -> None:
-        """Add a task: a DiagnosticTask, or a name and a function that fills a status and returns it."""
+        """Add a `DiagnosticTask`, or a name and a function as for `FunctionDiagnosticTask`."""
         if len(args) == 1:
-            name, function = args[0].getName(), args[0].run
-        elif len(args) == 2:
-            name, function = args
+            task = self.DiagnosticTaskInternal(args[0].getName(), args[0].run)
         else:
-            raise TypeError(f"add() takes a task, or a name and a function: {len(args)} arguments were given")
-        task = self.DiagnosticTaskInternal(name, function)
+            name, function = args
+            task = self.DiagnosticTaskInternal(name, function)
         with self.lock:
             self.tasks.append(task)
             self.addedTaskCallback(task)
@@ -126,74 +113,80 @@ class DiagnosticTaskVector:
     def removeByName(self, name: str) -> bool:
         """Remove the first task of a name; return whether there was one."""
         with self.lock:
-            for task in self.tasks:
-                if task.name == name:
-                    self.tasks.remove(task)
-                    return True
-        return False
+            found = next((task for task in self.tasks if task.name == name), None)
+            if found is not None:
+                self.tasks.remove(found)
+        return found is not None
 
 
 class Updater(DiagnosticTaskVector):
-    """Runs the tasks when the program calls `update`, and publishes what they say on /diagnostics.
+    """Publishes what its tasks say on /diagnostics, when the program calls `update`.
+
+    The parameter ``~diagnostic_period`` has the seconds from one time to the next (1).
 
     Attributes:
-        period: seconds between two runs: the parameter ``~diagnostic_period``, or 1. verbose: whether problems are
-            logged. hwid: what `setHardwareID` set. last_time: of the last run.
+        verbose: whether to log what is not OK. hwid: the hardware's name. period: in seconds.
+        last_time: rospy.Time of the last time. publisher: the rospy.Publisher.
     """
 
     def __init__(self) -> None:
         super().__init__()
         self.publisher = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
         self.last_time = self.last_time_period_checked = rospy.Time.now()
-        self.period: float = 1
+        self.period: Any = 1
         self.verbose = False
         self.hwid = ""
         self.warn_nohwid_done = False
-        self.period = rospy.get_param("~diagnostic_period", self.period)
+
+    def addedTaskCallback(self, task: Any) -> None:
+        """Announce a new task."""
+        self.publish(DiagnosticStatusWrapper(name=task.name, level=OK, message="Node starting up"))
+
+    def setHardwareID(self, hwid: str) -> None:
+        """Set what tells this piece of hardware from others; "none" if there is nothing."""
+        self.hwid = hwid
 
     def update(self) -> None:
-        """Run all tasks, if the period since the last time is over."""
-        self._check_period()
-        if rospy.Time.now() >= self.last_time + rospy.Duration.from_sec(float(self.period)):
+        """Run the tasks and publish, if it is time; to be called often."""
+        self._check_diagnostic_period()
+        if rospy.Time.now() >= self.last_time + rospy.Duration(self.period):
             self.force_update()
 
-    def _check_period(self) -> None:
-        now = rospy.Time.now()
-        if now >= self.last_time_period_checked + rospy.Duration.from_sec(float(self.period)):
-            self.period = rospy.get_param("~diagnostic_period", self.period)
-            self.last_time_period_checked = now
-
     def force_update(self) -> None:
-        """Run all tasks now."""
+        """Run the tasks and publish now. What a task raises comes from here."""
         self.last_time = rospy.Time.now()
-        found = []
         with self.lock:
-            for task in self.tasks:
-                status = DiagnosticStatusWrapper()
-                status.summary(*UNSET)
-                status.name = task.name
-                status.hardware_id = self.hwid
-                task.run(status)
-                found.append(status)
-                if status.level and self.verbose:
-                    rospy.logwarn(
-                        "Non-zero diagnostic status. Name: '%s', status %i: '%s'",
-                        status.name,
-                        status.level,
-                        status.message,
-                    )
+            tasks = list(self.tasks)
+        found = []
+        for task in tasks:
+            status = DiagnosticStatusWrapper(name=task.name, hardware_id=self.hwid)
+            status.summary(*UNSET)
+            task.run(status)
+            found.append(status)
+        bad = [status for status in found if status.level != OK]
+        if self.verbose:
+            for status in bad:
+                rospy.logwarn(
+                    "Non-zero diagnostic status. Name: '%s', status %i: '%s'",
+                    *(status.name, status.level, status.message),
+                )
+        if not self.hwid and not bad and not self.warn_nohwid_done:
+            self.warn_nohwid_done = True
+            rospy.logwarn(
+                "diagnostic_updater: No HW_ID was set. This is probably a bug. Please report it. For devices that do "
+                "not have a HW_ID, set this value to 'none'. This warning only occurs once all diagnostics are OK so "
+                "it is okay to wait until the device is open before calling setHardwareID."
+            )
         self.publish(found)
 
     def broadcast(self, lvl: int, msg: str) -> None:
-        """Publish the same level and message for all tasks."""
-        self.publish([DiagnosticStatusWrapper(level=lvl, name=task.name, message=msg) for task in self.tasks])
-
-    def setHardwareID(self, hwid: str) -> None:
-        """Tell this piece of hardware from others."""
-        self.hwid = hwid
+        """Publish the same level and message for all tasks, for example before the node ends."""
+        with self.lock:
+            names = [task.name for task in self.tasks]
+        self.publish([DiagnosticStatusWrapper(name=name, level=lvl, message=msg) for name in names])
 
     def publish(self, msg: Any) -> None:
-        """Publish one status, or a list of them; the node's name is put before theirs."""
+        """Publish a DiagnosticStatus, or a list of them; their names get the node's name in front."""
         found = msg if isinstance(msg, list) else [msg]
         for status in found:
             status.name = f"{rospy.get_name()[1:]}: {status.name}"
@@ -201,6 +194,9 @@ class Updater(DiagnosticTaskVector):
         array.header.stamp = rospy.Time.now()
         self.publisher.publish(array)
 
-    def addedTaskCallback(self, task: Any) -> None:
-        """Announce a new task."""
-        self.publish(DiagnosticStatusWrapper(level=OK, name=task.name, message="Node starting up"))
+    def _check_diagnostic_period(self) -> None:
+        """Take a change of the parameter."""
+        now = rospy.Time.now()
+        if (now - self.last_time_period_checked).to_sec() >= _RECHECK:
+            self.last_time_period_checked = now
+            self.period = rospy.get_param_cached("~diagnostic_period", 1)

@@ -1,30 +1,26 @@
-"""Diagnostics of topics."""
+"""Tasks that watch a topic."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from diagnostic_updater._diagnostic_updater import *  # noqa: F403
-from diagnostic_updater._diagnostic_updater import CompositeDiagnosticTask, DiagnosticTaskVector
-from diagnostic_updater._update_functions import *  # noqa: F403
-from diagnostic_updater._update_functions import (
-    FrequencyStatus,
-    FrequencyStatusParam,
-    TimeStampStatus,
-    TimeStampStatusParam,
-)
+from diagnostic_updater._diagnostic_updater import CompositeDiagnosticTask
+from diagnostic_updater._update_functions import FrequencyStatus, TimeStampStatus
+from pyros1.drop_in.missing import missing
+
+__getattr__ = missing("diagnostic_updater._publisher")
 
 
 class HeaderlessTopicDiagnostic(CompositeDiagnosticTask):
-    """Tells how often messages come on a topic.
+    """Watches how often a topic has messages.
 
     Args:
-        name: of the topic.
-        diag: the Updater to which the task is added.
-        freq: how often messages should come.
+        name: the topic's name.
+        diag: the `Updater` that is to run the task.
+        freq: a `FrequencyStatusParam`.
     """
 
-    def __init__(self, name: str, diag: DiagnosticTaskVector, freq: FrequencyStatusParam) -> None:
+    def __init__(self, name: str, diag: Any, freq: Any) -> None:
         super().__init__(f"{name} topic status")
         self.diag = diag
         self.freq = FrequencyStatus(freq)
@@ -41,41 +37,37 @@ class HeaderlessTopicDiagnostic(CompositeDiagnosticTask):
 
 
 class TopicDiagnostic(HeaderlessTopicDiagnostic):
-    """Tells how often messages come on a topic, and whether their time stamps are right.
+    """Watches how often a topic has messages, and their time stamps.
 
     Args:
         name, diag, freq: as for `HeaderlessTopicDiagnostic`.
-        stamp: how old messages may be.
+        stamp: a `TimeStampStatusParam`.
     """
 
-    def __init__(
-        self, name: str, diag: DiagnosticTaskVector, freq: FrequencyStatusParam, stamp: TimeStampStatusParam
-    ) -> None:
+    def __init__(self, name: str, diag: Any, freq: Any, stamp: Any) -> None:
         super().__init__(name, diag, freq)
         self.stamp = TimeStampStatus(stamp)
         self.addTask(self.stamp)
 
     def tick(self, stamp: Any) -> None:  # type: ignore[override]
-        """Count a message with this stamp."""
+        """Count a message with a time stamp, as rospy.Time or in seconds."""
         self.stamp.tick(stamp)
         super().tick()
 
 
 class DiagnosedPublisher(TopicDiagnostic):
-    """A publisher whose messages count.
+    """A publisher whose messages are watched.
 
     Args:
-        pub: the publisher.
+        pub: a rospy.Publisher of messages with a header.
         diag, freq, stamp: as for `TopicDiagnostic`.
     """
 
-    def __init__(
-        self, pub: Any, diag: DiagnosticTaskVector, freq: FrequencyStatusParam, stamp: TimeStampStatusParam
-    ) -> None:
+    def __init__(self, pub: Any, diag: Any, freq: Any, stamp: Any) -> None:
         super().__init__(pub.name, diag, freq, stamp)
         self.publisher = pub
 
     def publish(self, message: Any) -> None:
-        """Publish a message with a header, and count it."""
+        """Publish a message."""
         self.tick(message.header.stamp)
         self.publisher.publish(message)

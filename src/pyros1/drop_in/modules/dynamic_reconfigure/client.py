@@ -16,6 +16,7 @@ from pyros1.ground.errors import NodeShutdownError, ServiceError, WaitTimeoutErr
 from pyros1.msgs.dynamic_reconfigure.msg import Config as ConfigMsg
 from pyros1.msgs.dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure as ReconfigureSrv
+from pyros1.reconfigure.encoding import groups_of
 
 _Callback = Callable[[Any], object]
 
@@ -88,8 +89,18 @@ class Client:
             return None
 
     def update_groups(self, changes: dict[str, bool]) -> Any:
-        """Switch groups on and off: name -> state; see `update_configuration`."""
-        return self.update_configuration({"groups": changes})
+        """Set the states of groups in this client's description, and return it.
+
+        As with stock nothing is sent: ``update_configuration({"groups": changes})`` switches groups on and off.
+
+        Args:
+            changes: name of a group below the first -> whether it is on.
+        """
+        description = self.get_group_descriptions()
+        for group in groups_of(description):
+            if group is not description and group["name"] in changes:
+                group["state"] = changes[group["name"]]
+        return description
 
     def close(self) -> None:
         """Stop watching."""

@@ -98,5 +98,20 @@ def extract_params(group: Any) -> list[Any]:
     return _encoding.parameters_of(group)
 
 
+def get_parents(group: Any, descriptions: Any) -> list[Any]:
+    """Return the groups above a group, from the top.
+
+    Args:
+        group: a dictionary with the numbers ``id`` and ``parent``; the top is its own parent, or has none in the list.
+        descriptions: a dictionary with the list ``group`` of all groups.
+    """
+    groups = {each["id"]: each for each in reversed(descriptions["group"])}
+    found: list[Any] = []
+    while group["parent"] in groups and group["parent"] != group["id"] and len(found) < len(groups):
+        group = groups[group["parent"]]
+        found.insert(0, group)
+    return found
+
+
 def __getattr__(name: str) -> Any:
     raise AttributeError(f"pyros1 has no dynamic_reconfigure.encoding.{name}")

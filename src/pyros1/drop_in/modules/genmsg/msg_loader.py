@@ -58,7 +58,7 @@ class MsgContext:
     def __init__(self) -> None:
         self._registered: dict[str, MsgSpec] = {}
         self._files: dict[str, str] = {}
-        self._dependencies: dict[str, list[str]] = {}
+        self._dependencies: dict[str, list[str] | None] = {}
 
     @staticmethod
     def create_default() -> MsgContext:
@@ -92,7 +92,7 @@ class MsgContext:
         """Return the path of a definition's file; None if it is not known."""
         return self._files.get(full_msg_type)
 
-    def set_depends(self, full_msg_type: str, dependencies: list[str]) -> None:
+    def set_depends(self, full_msg_type: str, dependencies: list[str] | None) -> None:
         """Keep the names of the types that a type uses."""
         self._dependencies[full_msg_type] = dependencies
 
@@ -254,13 +254,17 @@ def load_msg_depends(msg_context: MsgContext, spec: MsgSpec, search_path: Search
     """Read what a message's definition uses; as :func:`load_depends`."""
     found: list[str] = []
     msg_context.set_depends(spec.full_name, found)  # first: a type may contain itself, which its md5 refuses
-    for field in spec.parsed_fields():
-        if field.is_builtin:
-            continue
-        name = resolve_type(field.base_type, spec.package)
-        if not msg_context.is_registered(name):
-            load_msg_by_type(msg_context, name, search_path)
-        if msg_context.get_depends(name) is None:
-            load_msg_depends(msg_context, msg_context.get_registered(name), search_path)
-        found.append(name)
+    try:
+        for field in spec.parsed_fields():
+            if field.is_builtin:
+                continue
+            name = resolve_type(field.base_type, spec.package)
+            if not msg_context.is_registered(name):
+                load_msg_by_type(msg_context, name, search_path)
+            if msg_context.get_depends(name) is None:
+                load_msg_depends(msg_context, msg_context.get_registered(name), search_path)
+            found.append(name)
+    except BaseException:
+        msg_context.set_depends(spec.full_name, None)
+        raise
     return found

@@ -151,8 +151,6 @@ class RosMsgUnicodeErrors:
         self.msg_type: str | None = None
 
     def __call__(self, err: UnicodeError) -> tuple[str | bytes, int]:
-        if not isinstance(err, UnicodeDecodeError):
-            raise err
         log = logging.getLogger("rosout")
         log.error("Characters replaced when decoding message %s (will print only once): %s", self.msg_type, err)
         return codecs.replace_errors(err)

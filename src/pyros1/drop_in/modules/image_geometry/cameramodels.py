@@ -1,38 +1,43 @@
-"""What a camera sees of points, and where pixels look, by sensor_msgs/CameraInfo.
+"""Pinhole cameras, alone and in pairs (https://wiki.ros.org/image_geometry), from sensor_msgs/CameraInfo (REP 104).
 
-Matrices are numpy matrices, as programs for this library expect. Only `rectifyImage` needs OpenCV.
+With K, D, R and P as that message defines them: a ray (x, y, 1) of the camera is distorted by D, and K makes a pixel
+of the raw image of it; R turns the ray, and P makes a pixel of the rectified image of it.
 """
 
 from __future__ import annotations
 
+import copy
 import math
-from copy import copy
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from pyros1.drop_in.missing import missing
 
+__getattr__ = missing("image_geometry.cameramodels", cv2="numpy does its work here")
+
 _STEPS = 5
-"""Steps of the search for a point without distortion, as OpenCV makes them."""
+"""Steps in which a distorted ray is made straight: as many as stock's library takes."""
+_FINENESS = 32
+"""Steps per pixel in which colours between pixels are computed."""
+_SHARPNESS = -0.75
+"""Of cubic interpolation; stock's library has the same."""
 
-__getattr__ = missing(__name__)
 
-
-def mkmat(rows: int, cols: int, L: Any) -> Any:
-    """Return a matrix of float64 with these values, row by row."""
-    return np.asmatrix(np.array(L, dtype="float64").reshape(rows, cols))
+def mkmat(rows: int, cols: int, L: Sequence[float]) -> Any:
+    """Return a numpy matrix of numbers that are listed row by row; raises ValueError if there are more or less."""
+    return np.matrix(L, dtype="float64").reshape(rows, cols)
 
 
 class PinholeCameraModel:
-    """A camera; `fromCameraInfo` fills it.
+    """A camera without lens, whose images were rectified.
 
     Attributes:
-        K, D, R, P: intrinsic matrix, distortion, rectification and projection, of the image as it comes.
-        full_K, full_P: of the full resolution.
-        width, height, resolution: of the full resolution, in pixels.
-        binning_x, binning_y, raw_roi: what of it comes.
-        tf_frame, stamp: frame and time of the message.
+        K, R, P, D: matrices of float64, [3, 3], [3, 3], [3, 4] and [n, 1], as in CameraInfo, but for the region of
+            interest, with its binning; D is None without coefficients. full_K, full_P: for the whole image.
+        width, height, resolution: of the whole image, in pixels. binning_x, binning_y, raw_roi: of the raw image.
+        tf_frame, stamp: of the message.
     """
 
     def __init__(self) -> None:
@@ -44,7 +49,6 @@ class PinholeCameraModel:
         self.full_P: Any = None
         self.width: Any = None
         self.height: Any = None
-        self.resolution: Any = None
         self.binning_x: Any = None
         self.binning_y: Any = None
         self.raw_roi: Any = None
@@ -52,136 +56,167 @@ class PinholeCameraModel:
         self.stamp: Any = None
 
     def fromCameraInfo(self, msg: Any) -> None:
-        """Take the values of a sensor_msgs/CameraInfo."""
-        self.K, self.R, self.P = mkmat(3, 3, msg.K), mkmat(3, 3, msg.R), mkmat(3, 4, msg.P)
-        self.D = mkmat(len(msg.D), 1, msg.D) if len(msg.D) else None
-        self.full_K, self.full_P = mkmat(3, 3, msg.K), mkmat(3, 4, msg.P)
+        """Take all values from a sensor_msgs/CameraInfo."""
+        self.K = mkmat(3, 3, msg.K)
+        self.D = mkmat(len(msg.D), 1, msg.D) if msg.D else None
+        self.R = mkmat(3, 3, msg.R)
+        self.P = mkmat(3, 4, msg.P)
+        self.full_K, self.full_P = self.K.copy(), self.P.copy()
+        self.width, self.height = self.resolution = msg.width, msg.height
         self.binning_x, self.binning_y = max(1, msg.binning_x), max(1, msg.binning_y)
-        self.width, self.height = msg.width, msg.height
-        self.resolution = (msg.width, msg.height)
-        roi = self.raw_roi = copy(msg.roi)
-        if (roi.x_offset, roi.y_offset, roi.width, roi.height) == (0, 0, 0, 0):
+        self.raw_roi = roi = copy.copy(msg.roi)
+        if not (roi.x_offset or roi.y_offset or roi.width or roi.height):
             roi.width, roi.height = msg.width, msg.height
         self.tf_frame, self.stamp = msg.header.frame_id, msg.header.stamp
-        for row, (offset, binning) in enumerate(
-            ((msg.roi.x_offset, self.binning_x), (msg.roi.y_offset, self.binning_y))
-        ):
+        for row, offset, binning in ((0, roi.x_offset, self.binning_x), (1, roi.y_offset, self.binning_y)):
             for matrix in (self.K, self.P):
-                matrix[row, row] /= binning
-                matrix[row, 2] = (matrix[row, 2] - offset) / binning
-            self.P[row, 3] /= binning
+                matrix[row, 2] -= offset
+                matrix[row] /= binning
+
+    # Pixels and rays --------------------------------------------------------------------------------------------------
 
     def rectifyImage(self, raw: Any, rectified: Any) -> None:
-        """Write the image without distortion into another array of its shape; raises ImportError without OpenCV."""
-        import cv2  # type: ignore[import-not-found, import-untyped, unused-ignore]
+        """Rectify an image.
 
-        maps = cv2.initUndistortRectifyMap(self.K, self.D, self.R, self.P, self.resolution, cv2.CV_32FC1)
-        cv2.remap(raw, maps[0], maps[1], cv2.INTER_CUBIC, rectified)
+        Args:
+            raw: the raw image: an array [height, width] or [height, width, channels].
+            rectified: the array, of the same shape and type, that gets the rectified image; 0 where there is none.
+        """
+        v, u = np.mgrid[: self.height, : self.width].astype(float)
+        turned = np.linalg.inv(np.asarray(self.P)[:, :3] @ np.asarray(self.R))
+        x, y, w = np.tensordot(turned, np.stack([u, v, np.ones_like(u)]), 1)
+        x, y = self._distorted(x / w, y / w)
+        K = np.asarray(self.K)
+        _sample(raw, K[0, 0] * x + K[0, 2], K[1, 1] * y + K[1, 2], rectified)
 
-    def rectifyPoint(self, uv_raw: Any) -> Any:
-        """Return the pixel of a raw pixel in the image without distortion: array of shape (2,)."""
-        x0 = x = (uv_raw[0] - self.K[0, 2]) / self.K[0, 0]
-        y0 = y = (uv_raw[1] - self.K[1, 2]) / self.K[1, 1]
-        k = np.zeros(8)
-        if self.D is not None:
-            k[: min(8, self.D.size)] = np.asarray(self.D).ravel()[:8]
-        for _ in range(_STEPS if k.any() else 0):
-            r2 = x * x + y * y
-            scale = (1 + ((k[7] * r2 + k[6]) * r2 + k[5]) * r2) / (1 + ((k[4] * r2 + k[1]) * r2 + k[0]) * r2)
-            if scale < 0:
-                x, y = x0, y0
-                break
-            shift = 2 * k[2] * x * y + k[3] * (r2 + 2 * x * x), k[2] * (r2 + 2 * y * y) + 2 * k[3] * x * y
-            x, y = (x0 - shift[0]) * scale, (y0 - shift[1]) * scale
-        place = np.asarray(self.P[:, :3] @ self.R @ np.array([[x], [y], [1.0]])).ravel()
-        return place[:2] / place[2]
+    def rectifyPoint(self, uv_raw: Sequence[float]) -> Any:
+        """Return the rectified pixel, an array [2], of a raw one (u, v)."""
+        K, R, P = (np.asarray(matrix) for matrix in (self.K, self.R, self.P))
+        with np.errstate(all="ignore"):
+            x0 = (uv_raw[0] - K[0, 2]) / K[0, 0]
+            y0 = (uv_raw[1] - K[1, 2]) / K[1, 1]
+            x, y = self._straight(x0, y0)
+            ray = R @ (x, y, 1.0)
+            pixel = P[:, :3] @ (ray / ray[2])
+            return pixel[:2] / pixel[2]
 
-    def project3dToPixel(self, point: Any) -> tuple[float, float]:
-        """Return the pixel of a point (x, y, z) in the camera's frame; (nan, nan) if it has none."""
-        u, v, w = np.asarray(self.P @ np.array([[point[0]], [point[1]], [point[2]], [1.0]])).ravel()
-        return (u / w, v / w) if w != 0 else (float("nan"), float("nan"))
+    def project3dToPixel(self, point: Sequence[float]) -> tuple[float, float]:
+        """Return the rectified pixel (u, v) of a point (x, y, z), in metres in the camera's frame; NaNs if z is 0."""
+        u, v, w = np.asarray(self.P) @ (point[0], point[1], point[2], 1.0)
+        return (u / w, v / w) if w != 0 else (math.nan, math.nan)
 
-    def projectPixelTo3dRay(self, uv: Any) -> tuple[float, float, float]:
-        """Return the unit vector from the camera through a pixel of the image without distortion."""
-        x = (uv[0] - self.cx()) / self.fx()
-        y = (uv[1] - self.cy()) / self.fy()
-        length = math.sqrt(x * x + y * y + 1)
-        return x / length, y / length, 1 / length
+    def projectPixelTo3dRay(self, uv: Sequence[float]) -> tuple[float, float, float]:
+        """Return the direction (x, y, z), of length 1, of a rectified pixel (u, v)."""
+        x, y = (uv[0] - self.cx()) / self.fx(), (uv[1] - self.cy()) / self.fy()
+        length = math.sqrt(x * x + y * y + 1.0)
+        return x / length, y / length, 1.0 / length
 
     def getDeltaU(self, deltaX: float, Z: float) -> float:
-        """Return the pixels, across, of a length at a depth; infinite at depth 0."""
-        return float("inf") if Z == 0 else self.fx() * deltaX / Z
+        """Return how many pixels ``deltaX`` metres to the right are at distance ``Z``, in metres; infinite at 0."""
+        return math.inf if Z == 0 else self.fx() * deltaX / Z
 
     def getDeltaV(self, deltaY: float, Z: float) -> float:
-        """Return the pixels, down, of a length at a depth; infinite at depth 0."""
-        return float("inf") if Z == 0 else self.fy() * deltaY / Z
+        """Return how many pixels ``deltaY`` metres down are at distance ``Z``, in metres; infinite at 0."""
+        return math.inf if Z == 0 else self.fy() * deltaY / Z
 
     def getDeltaX(self, deltaU: float, Z: float) -> float:
-        """Return the length of pixels, across, at a depth."""
+        """Return how many metres ``deltaU`` pixels to the right are at distance ``Z``, in metres."""
         return Z * deltaU / self.fx()
 
     def getDeltaY(self, deltaV: float, Z: float) -> float:
-        """Return the length of pixels, down, at a depth."""
+        """Return how many metres ``deltaV`` pixels down are at distance ``Z``, in metres."""
         return Z * deltaV / self.fy()
 
-    def fullResolution(self) -> Any:
-        """Return the full resolution: width and height."""
+    def _coefficients(self) -> list[float]:
+        """Return k1, k2, p1, p2, k3, k4, k5, k6 of the models plumb_bob and rational_polynomial."""
+        given = [] if self.D is None else np.asarray(self.D).ravel().tolist()
+        return (given + [0.0] * 8)[:8]
+
+    def _bent(self, x: Any, y: Any) -> tuple[Any, Any, Any]:
+        """Return by which factor rays are lengthened, and how far they are moved to the right and down."""
+        k1, k2, p1, p2, k3, k4, k5, k6 = self._coefficients()
+        r2 = x * x + y * y
+        factor = (1 + ((k3 * r2 + k2) * r2 + k1) * r2) / (1 + ((k6 * r2 + k5) * r2 + k4) * r2)
+        right = 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
+        down = p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+        return factor, right, down
+
+    def _distorted(self, x: Any, y: Any) -> tuple[Any, Any]:
+        factor, right, down = self._bent(x, y)
+        return x * factor + right, y * factor + down
+
+    def _straight(self, x0: Any, y0: Any) -> tuple[Any, Any]:
+        """Return the ray that is distorted to (x0, y0): there is no formula, but steps come nearer and nearer."""
+        x, y = x0, y0
+        if self.D is None:
+            return x, y
+        for _ in range(_STEPS):
+            factor, right, down = self._bent(x, y)
+            if factor < 0:  # far outside of the image
+                return x0, y0
+            x, y = (x0 - right) / factor, (y0 - down) / factor
+        return x, y
+
+    # Values -----------------------------------------------------------------------------------------------------------
+
+    def fullResolution(self) -> tuple[int, int]:
+        """Return width and height of the whole image."""
         return self.resolution
 
     def intrinsicMatrix(self) -> Any:
-        """Return K, of shape (3, 3)."""
+        """Return K, [3, 3]."""
         return self.K
 
     def distortionCoeffs(self) -> Any:
-        """Return D, of shape (number, 1); None if there is none."""
+        """Return D, [n, 1], or None."""
         return self.D
 
     def rotationMatrix(self) -> Any:
-        """Return R, of shape (3, 3)."""
+        """Return R, [3, 3]."""
         return self.R
 
     def projectionMatrix(self) -> Any:
-        """Return P, of shape (3, 4)."""
+        """Return P, [3, 4]."""
         return self.P
 
     def fullIntrinsicMatrix(self) -> Any:
-        """Return K of the full resolution."""
+        """Return K of the whole image, [3, 3]."""
         return self.full_K
 
     def fullProjectionMatrix(self) -> Any:
-        """Return P of the full resolution."""
+        """Return P of the whole image, [3, 4]."""
         return self.full_P
 
-    def cx(self) -> Any:
-        """Return the middle of the image, across."""
+    def cx(self) -> float:
+        """Return the column of the optical axis."""
         return self.P[0, 2]
 
-    def cy(self) -> Any:
-        """Return the middle of the image, down."""
+    def cy(self) -> float:
+        """Return the row of the optical axis."""
         return self.P[1, 2]
 
-    def fx(self) -> Any:
-        """Return the focal length, across, in pixels."""
+    def fx(self) -> float:
+        """Return the focal length in pixels, along rows."""
         return self.P[0, 0]
 
-    def fy(self) -> Any:
-        """Return the focal length, down, in pixels."""
+    def fy(self) -> float:
+        """Return the focal length in pixels, along columns."""
         return self.P[1, 1]
 
-    def Tx(self) -> Any:
-        """Return the first value of the projection's last column."""
+    def Tx(self) -> float:
+        """Return P's entry for the distance to the other camera, along rows."""
         return self.P[0, 3]
 
-    def Ty(self) -> Any:
-        """Return the second value of the projection's last column."""
+    def Ty(self) -> float:
+        """Return P's entry for the distance to the other camera, along columns."""
         return self.P[1, 3]
 
     def fovX(self) -> float:
-        """Return the angle of view, across, in radians."""
+        """Return the angle of view, in radians, along rows."""
         return 2 * math.atan(self.width / (2 * self.fx()))
 
     def fovY(self) -> float:
-        """Return the angle of view, down, in radians."""
+        """Return the angle of view, in radians, along columns."""
         return 2 * math.atan(self.height / (2 * self.fy()))
 
     def tfFrame(self) -> Any:
@@ -190,47 +225,76 @@ class PinholeCameraModel:
 
 
 class StereoCameraModel:
-    """Two cameras beside each other.
+    """Two cameras that look the same way.
 
     Attributes:
-        left, right: the cameras.
-        Q: matrix of shape (4, 4) that makes points of pixels and disparities.
+        left, right: each a `PinholeCameraModel`.
+        Q: array [4, 4] that makes a point of (u, v, disparity, 1).
     """
 
     def __init__(self) -> None:
         self.left = PinholeCameraModel()
         self.right = PinholeCameraModel()
-        self.Q: Any = None
 
     def fromCameraInfo(self, left_msg: Any, right_msg: Any) -> None:
-        """Take the values of both sensor_msgs/CameraInfo."""
+        """Take all values from two sensor_msgs/CameraInfo."""
         self.left.fromCameraInfo(left_msg)
         self.right.fromCameraInfo(right_msg)
-        fx, cx, cy = self.right.fx(), self.right.cx(), self.right.cy()
-        tx = -self.right.Tx() / fx
-        self.Q = np.zeros((4, 4), dtype="float64")
-        self.Q[0, 0], self.Q[0, 3] = 1.0, -cx
-        self.Q[1, 1], self.Q[1, 3] = 1.0, -cy
-        self.Q[2, 3] = fx
-        self.Q[3, 2] = 1 / tx if tx else float("inf")
+        self.Q = np.zeros((4, 4))
+        self.Q[0, 0] = self.Q[1, 1] = 1.0
+        self.Q[0, 3], self.Q[1, 3], self.Q[2, 3] = -self.right.cx(), -self.right.cy(), self.right.fx()
+        with np.errstate(divide="ignore"):
+            self.Q[3, 2] = -1.0 / (self.right.Tx() / self.right.fx())
 
     def tfFrame(self) -> Any:
-        """Return the frame of the left camera."""
+        """Return the frame of the left camera, in which points are."""
         return self.left.tfFrame()
 
-    def project3dToPixel(self, point: Any) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Return the pixels of a point in both images."""
+    def project3dToPixel(self, point: Sequence[float]) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Return the rectified pixels of a point (x, y, z), in metres, in the left and in the right image."""
         return self.left.project3dToPixel(point), self.right.project3dToPixel(point)
 
-    def projectPixelTo3d(self, left_uv: Any, disparity: float) -> tuple[float, float, float]:
-        """Return the point of a pixel of the left image with a disparity; (0, 0, 0) if it is infinitely far away."""
-        x, y, z, w = self.Q @ np.array([left_uv[0], left_uv[1], disparity, 1.0])
+    def projectPixelTo3d(self, left_uv: Sequence[float], disparity: float) -> tuple[float, float, float]:
+        """Return the point (x, y, z), in metres, of a rectified pixel of the left image; zeros without a disparity."""
+        x, y, z, w = self.Q @ (left_uv[0], left_uv[1], disparity, 1.0)
         return (x / w, y / w, z / w) if w != 0 else (0.0, 0.0, 0.0)
 
     def getZ(self, disparity: float) -> float:
-        """Return the depth of a disparity; infinite for 0."""
-        return float("inf") if disparity == 0 else -self.right.Tx() / disparity
+        """Return the distance, in metres, of points with a disparity in pixels; infinite at 0."""
+        return math.inf if disparity == 0 else -self.right.Tx() / disparity
 
     def getDisparity(self, Z: float) -> float:
-        """Return the disparity at a depth; infinite for 0."""
-        return float("inf") if Z == 0 else -self.right.Tx() / Z
+        """Return the disparity, in pixels, of points at a distance in metres; infinite at 0."""
+        return math.inf if Z == 0 else -self.right.Tx() / Z
+
+
+def _sample(raw: Any, u: Any, v: Any, out: Any) -> None:
+    """Set ``out`` to the colours at places (u, v) of an image, by cubic interpolation; outside of it all is 0."""
+    columns, rows = (np.rint(np.clip(each, -1e6, 1e6) * _FINENESS).astype(np.int64) for each in (u, v))
+    height, width = raw.shape[:2]
+    framed = np.zeros((height + 8, width + 8, *raw.shape[2:]))
+    framed[4:-4, 4:-4] = raw
+    left, top = (np.clip(columns // _FINENESS, -3, width + 1), np.clip(rows // _FINENESS, -3, height + 1))
+    total = np.zeros((*u.shape, *raw.shape[2:]))
+    across, along = (_weights((each % _FINENESS) / _FINENESS) for each in (columns, rows))
+    for j in range(4):
+        for i in range(4):
+            weight = along[j] * across[i]
+            total += framed[top + j + 3, left + i + 3] * weight.reshape(weight.shape + (1,) * (raw.ndim - 2))
+    if np.issubdtype(out.dtype, np.integer):
+        limits = np.iinfo(out.dtype)
+        total = np.clip(np.rint(total), limits.min, limits.max)
+    out[...] = total
+
+
+def _weights(part: Any) -> tuple[Any, Any, Any, Any]:
+    """Return the weights of the four pixels around a place that is ``part`` of the way from the second to the third."""
+    a = _SHARPNESS
+
+    def near(x: Any) -> Any:
+        return ((a + 2) * x - (a + 3)) * x * x + 1
+
+    def far(x: Any) -> Any:
+        return ((a * x - 5 * a) * x + 8 * a) * x - 4 * a
+
+    return far(part + 1), near(part), near(1 - part), far(2 - part)

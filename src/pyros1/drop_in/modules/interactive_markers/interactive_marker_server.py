@@ -1,15 +1,14 @@
-"""InteractiveMarkerServer: markers in RViz that the user can move, with callbacks."""
+"""Server of markers that users of rviz move and click (https://wiki.ros.org/interactive_markers)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
-from copy import deepcopy
 from threading import Lock
 from typing import Any
 
 import rospy
 
+from pyros1.drop_in.missing import missing
 from pyros1.msgs.std_msgs.msg import Header
 from pyros1.msgs.visualization_msgs.msg import (
     InteractiveMarker,
@@ -19,47 +18,71 @@ from pyros1.msgs.visualization_msgs.msg import (
     InteractiveMarkerUpdate,
 )
 
+__getattr__ = missing("interactive_markers.interactive_marker_server")
+
 _KEEP_ALIVE = 0.5
-"""Seconds between messages that say that the server is there."""
-_OWNED = 1.0
-"""Seconds for which a marker belongs to the RViz that has moved it last."""
-_NO_HEADER = Header()
+"""Seconds between two signs of life for clients."""
+_HOLD = 1.0
+"""Seconds for which a marker belongs to the client that moved it last."""
+_UNCHANGED = -1
+"""In the place of a callback: those that are set remain."""
+
+Feedback = Callable[[Any], object]
 
 
-class MarkerContext:
-    """A marker that clients know."""
+class _Callbacks:
+    """A marker and what is called with feedback to it.
+
+    Attributes:
+        int_marker: the InteractiveMarker.
+        default_feedback_cb: called with feedback for which there is nothing else.
+        feedback_cbs: what is called, by the feedback's event type.
+    """
 
     def __init__(self) -> None:
+        self.int_marker = InteractiveMarker()
+        self.default_feedback_cb: Feedback | None = None
+        self.feedback_cbs: dict[int, Feedback] = {}
+
+
+class MarkerContext(_Callbacks):
+    """A marker that clients know.
+
+    Attributes:
+        last_feedback: rospy.Time of the last feedback. last_client_id: whose it was.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
         self.last_feedback = rospy.Time.now()
         self.last_client_id = ""
-        self.default_feedback_cb: Callable[[Any], object] | None = None
-        self.feedback_cbs: dict[int, Callable[[Any], object]] = {}
-        self.int_marker = InteractiveMarker()
 
 
-class UpdateContext:
-    """A change that clients do not know yet."""
+class UpdateContext(_Callbacks):
+    """A change that clients do not know yet.
+
+    Attributes:
+        update_type: FULL_UPDATE (a new or other marker), POSE_UPDATE or ERASE.
+    """
 
     FULL_UPDATE = 0
     POSE_UPDATE = 1
     ERASE = 2
 
     def __init__(self) -> None:
+        super().__init__()
         self.update_type = self.FULL_UPDATE
-        self.int_marker = InteractiveMarker()
-        self.default_feedback_cb: Callable[[Any], object] | None = None
-        self.feedback_cbs: dict[int, Callable[[Any], object]] = {}
 
 
 class InteractiveMarkerServer:
-    """Server of markers that the user can move, on the topics update, update_full and feedback below a name.
+    """Shows markers, and calls functions with what users do to them.
 
-    Changes are kept until `applyChanges`. Safe for several threads; callbacks run in those of the subscriber.
+    Changes count for clients after `applyChanges`. Callbacks may call all methods.
 
     Args:
-        topic_ns: the name.
-        server_id: appended to the node's name, for several servers of one node.
-        q_size: length of the queues.
+        topic_ns: namespace of the topics update, update_full and feedback.
+        server_id: what is added to the node's name, if a node has several servers on a namespace.
+        q_size: size of the queue of feedback.
     """
 
     DEFAULT_FEEDBACK_CB = 255
@@ -71,174 +94,187 @@ class InteractiveMarkerServer:
         self.server_id = rospy.get_name() + server_id
         self.marker_contexts: dict[str, MarkerContext] = {}
         self.pending_updates: dict[str, UpdateContext] = {}
-        self.init_pub = rospy.Publisher(f"{topic_ns}/update_full", InteractiveMarkerInit, queue_size=q_size, latch=True)
-        self.update_pub = rospy.Publisher(f"{topic_ns}/update", InteractiveMarkerUpdate, queue_size=q_size)
+        self.init_pub = rospy.Publisher(f"{topic_ns}/update_full", InteractiveMarkerInit, latch=True, queue_size=100)
+        self.update_pub = rospy.Publisher(f"{topic_ns}/update", InteractiveMarkerUpdate, queue_size=100)
         rospy.Subscriber(f"{topic_ns}/feedback", InteractiveMarkerFeedback, self.processFeedback, queue_size=q_size)
-        rospy.Timer(rospy.Duration(_KEEP_ALIVE), self.keepAlive)
+        rospy.Timer(rospy.Duration(_KEEP_ALIVE), self.keepAlive, reset=True)
         self.publishInit()
 
     def __del__(self) -> None:
-        """Remove the markers from the clients, if the node can still say so."""
-        with suppress(Exception):
-            self.clear()
-            self.applyChanges()
+        if not hasattr(self, "update_pub"):
+            return
+        self.clear()
+        self.applyChanges()
 
-    def insert(self, marker: Any, feedback_cb: Any = -1, feedback_type: int = DEFAULT_FEEDBACK_CB) -> None:
-        """Add a visualization_msgs/InteractiveMarker, or replace that of the same name.
+    def insert(self, marker: Any, feedback_cb: Any = _UNCHANGED, feedback_type: int = DEFAULT_FEEDBACK_CB) -> None:
+        """Show a marker, or show it otherwise.
 
         Args:
-            feedback_cb: called with each feedback; -1: unchanged.
-            feedback_type: the event_type for which it is called; by default all that have no other callback.
+            marker: the InteractiveMarker; its name tells it from others.
+            feedback_cb, feedback_type: as for `setCallback`; -1: callbacks that are set remain.
         """
         with self.mutex:
-            update = self.pending_updates.get(marker.name)
-            if update is None:
-                update = self.pending_updates[marker.name] = UpdateContext()
+            update = self.pending_updates.setdefault(marker.name, UpdateContext())
             update.update_type = UpdateContext.FULL_UPDATE
             update.int_marker = marker
-        if feedback_cb != -1:
+        if feedback_cb != _UNCHANGED:
             self.setCallback(marker.name, feedback_cb, feedback_type)
 
-    def setPose(self, name: str, pose: Any, header: Any = _NO_HEADER) -> bool:
-        """Move a marker that clients know.
+    def setPose(self, name: str, pose: Any, header: Any = Header()) -> bool:  # noqa: B008  stock's signature
+        """Move a marker.
 
         Args:
-            name: its name.
-            pose: a geometry_msgs/Pose.
-            header: frame and time of the pose; without a frame: as before.
+            name: of the marker.
+            pose: the new geometry_msgs/Pose.
+            header: of the pose; without a frame_id, the marker's own remains.
 
         Returns:
-            Whether there is such a marker, and no change by `insert` that is not applied yet.
+            Whether clients know the marker, and it is not to be inserted once more.
         """
         with self.mutex:
             context, update = self.marker_contexts.get(name), self.pending_updates.get(name)
             if context is None or (update is not None and update.update_type == UpdateContext.FULL_UPDATE):
                 return False
-            return self.doSetPose(update, name, pose, header if header.frame_id else context.int_marker.header)
+            self.doSetPose(update, name, pose, header if header.frame_id else context.int_marker.header)
+            return True
 
     def erase(self, name: str) -> bool:
-        """Remove a marker; return whether there is one."""
+        """Show a marker no more; return whether there was one of that name."""
         with self.mutex:
-            if name in self.marker_contexts:
-                self._erase(name)
-                return True
-            return self.pending_updates.pop(name, None) is not None
-
-    def _erase(self, name: str) -> None:
-        update = self.pending_updates[name] = UpdateContext()
-        update.update_type = UpdateContext.ERASE
+            return self._erase(name)
 
     def clear(self) -> None:
-        """Remove all markers."""
+        """Show none of the markers any more."""
         with self.mutex:
-            self.pending_updates = {}
+            self.pending_updates.clear()
             for name in self.marker_contexts:
                 self._erase(name)
 
-    def setCallback(self, name: str, feedback_cb: Any, feedback_type: int = DEFAULT_FEEDBACK_CB) -> bool:
-        """Set or, with None, remove the callback of a marker; see `insert`. Return whether there is such a marker."""
+    def get(self, name: str) -> Any:
+        """Return a marker with its changes, also those that clients do not know yet; None if there is none."""
         with self.mutex:
-            contexts = [each for each in (self.marker_contexts.get(name), self.pending_updates.get(name)) if each]
-            for context in contexts:
+            context, update = self.marker_contexts.get(name), self.pending_updates.get(name)
+            if update is None:
+                return context and context.int_marker
+            if update.update_type == UpdateContext.ERASE:
+                return None
+            if update.update_type == UpdateContext.FULL_UPDATE:
+                return update.int_marker
+            if context is None:
+                return None
+            context.int_marker.pose = update.int_marker.pose
+            return context.int_marker
+
+    def setCallback(self, name: str, feedback_cb: Feedback | None, feedback_type: int = DEFAULT_FEEDBACK_CB) -> bool:
+        """Set what is called with feedback to a marker.
+
+        Args:
+            name: of the marker.
+            feedback_cb: called with an InteractiveMarkerFeedback; None for nothing.
+            feedback_type: the event type of such feedback; DEFAULT_FEEDBACK_CB: of all for which nothing else is set.
+
+        Returns:
+            Whether there is such a marker.
+        """
+        with self.mutex:
+            found = [each[name] for each in (self.marker_contexts, self.pending_updates) if name in each]
+            for each in found:
                 if feedback_type == self.DEFAULT_FEEDBACK_CB:
-                    context.default_feedback_cb = feedback_cb
-                elif feedback_cb is None:
-                    context.feedback_cbs.pop(feedback_type, None)
+                    each.default_feedback_cb = feedback_cb
+                elif feedback_cb:
+                    each.feedback_cbs[feedback_type] = feedback_cb
                 else:
-                    context.feedback_cbs[feedback_type] = feedback_cb
-            return bool(contexts)
+                    each.feedback_cbs.pop(feedback_type, None)
+            return bool(found)
 
     def applyChanges(self) -> None:
-        """Send all changes to the clients."""
+        """Tell clients of all changes."""
         with self.mutex:
             if not self.pending_updates:
                 return
             message = InteractiveMarkerUpdate(type=InteractiveMarkerUpdate.UPDATE)
             for name, update in self.pending_updates.items():
                 self._apply(name, update, message)
-            self.pending_updates = {}
+            self.pending_updates.clear()
             self.seq_num += 1
             self.publish(message)
         self.publishInit()
 
     def _apply(self, name: str, update: UpdateContext, message: Any) -> None:
-        if update.update_type == UpdateContext.ERASE:
-            self.marker_contexts.pop(name, None)
-            message.erases.append(name)
-            return
         context = self.marker_contexts.get(name)
         if update.update_type == UpdateContext.FULL_UPDATE:
             if context is None:
+                rospy.logdebug("Creating new context for %s", name)
                 context = self.marker_contexts[name] = MarkerContext()
-                context.default_feedback_cb = update.default_feedback_cb
-                context.feedback_cbs = update.feedback_cbs
+                context.default_feedback_cb, context.feedback_cbs = update.default_feedback_cb, update.feedback_cbs
             context.int_marker = update.int_marker
-            message.markers.append(context.int_marker)
-        elif context is None:
-            rospy.logerr("Pending pose update for non-existing marker found. This is a bug in InteractiveMarkerServer.")
-        else:
+            message.markers.append(update.int_marker)
+        elif update.update_type == UpdateContext.ERASE:
+            self.marker_contexts.pop(name, None)
+            message.erases.append(name)
+        elif context is not None:
             marker = context.int_marker
             marker.pose, marker.header = update.int_marker.pose, update.int_marker.header
             message.poses.append(InteractiveMarkerPose(header=marker.header, pose=marker.pose, name=marker.name))
 
-    def get(self, name: str) -> Any:
-        """Return a copy of a marker, with the changes that are not applied yet; None if there is none."""
-        with self.mutex:
-            context, update = self.marker_contexts.get(name), self.pending_updates.get(name)
-            if update is None:
-                return None if context is None else deepcopy(context.int_marker)
-            if update.update_type == UpdateContext.ERASE:
-                return None
-            if update.update_type == UpdateContext.FULL_UPDATE:
-                return deepcopy(update.int_marker)
-            if context is None:
-                return None
-            marker = deepcopy(context.int_marker)
-            marker.pose = deepcopy(update.int_marker.pose)
-            return marker
+    def _erase(self, name: str) -> bool:
+        if name not in self.marker_contexts and name not in self.pending_updates:
+            return False
+        self.pending_updates.setdefault(name, UpdateContext()).update_type = UpdateContext.ERASE
+        return True
+
+    def doSetPose(self, update: Any, name: str, pose: Any, header: Any) -> None:
+        """Note a new pose; the caller has the mutex.
+
+        Args:
+            update: the `UpdateContext` of changes that clients do not know yet; None if there are none.
+            name, pose, header: the marker's name, and where it is now.
+        """
+        if update is None:
+            update = self.pending_updates[name] = UpdateContext()
+            update.update_type = UpdateContext.POSE_UPDATE
+        elif update.update_type != UpdateContext.FULL_UPDATE:
+            update.update_type = UpdateContext.POSE_UPDATE
+        update.int_marker.pose, update.int_marker.header = pose, header
+        place = pose.position
+        rospy.logdebug("Marker '%s' is now at %s, %s, %s", name, place.x, place.y, place.z)
+
+    # Topics -----------------------------------------------------------------------------------------------------------
 
     def processFeedback(self, feedback: Any) -> None:
-        """Take a message of a client: move the marker, and call its callback."""
+        """Take a message of the feedback topic: move the marker, and call what is set for it."""
         with self.mutex:
-            context = self.marker_contexts.get(feedback.marker_name)
+            name = feedback.marker_name
+            context = self.marker_contexts.get(name)
             if context is None:
                 return
             now = rospy.Time.now()
-            if context.last_client_id != feedback.client_id and (now - context.last_feedback).to_sec() < _OWNED:
-                return  # two users pull at it
+            if context.last_client_id != feedback.client_id and (now - context.last_feedback).to_sec() < _HOLD:
+                rospy.logdebug("Rejecting feedback for %s: conflicting feedback from separate clients.", name)
+                return
             context.last_feedback, context.last_client_id = now, feedback.client_id
-            if feedback.event_type == feedback.POSE_UPDATE:
-                # a marker without a stamp stays in its frame as that moves
-                header = context.int_marker.header
-                if header.stamp != rospy.Time():
-                    header = feedback.header
-                update = self.pending_updates.get(feedback.marker_name)
-                self.doSetPose(update, feedback.marker_name, feedback.pose, header)
-            callback = context.feedback_cbs.get(feedback.event_type) or context.default_feedback_cb
-        if callback is not None:
+            if feedback.event_type == InteractiveMarkerFeedback.POSE_UPDATE:
+                fixed = context.int_marker.header.stamp.is_zero()  # it stays in its frame, however that moves
+                header = context.int_marker.header if fixed else feedback.header
+                self.doSetPose(self.pending_updates.get(name), name, feedback.pose, header)
+            callback = context.feedback_cbs.get(feedback.event_type, context.default_feedback_cb)
+        if callback:
             callback(feedback)
 
     def keepAlive(self, msg: Any) -> None:
-        """Tell the clients that the server is there."""
+        """Tell clients that the server is there: the timer's callback."""
         self.publish(InteractiveMarkerUpdate(type=InteractiveMarkerUpdate.KEEP_ALIVE))
 
     def publish(self, update: Any) -> None:
-        """Publish an update, with the server's name and number."""
-        update.server_id = self.server_id
-        update.seq_num = self.seq_num
+        """Publish an InteractiveMarkerUpdate, with the server's name and number of changes."""
+        update.server_id, update.seq_num = self.server_id, self.seq_num
         self.update_pub.publish(update)
 
     def publishInit(self) -> None:
         """Publish all markers, for clients that come later."""
         with self.mutex:
-            markers = [context.int_marker for context in self.marker_contexts.values()]
-            message = InteractiveMarkerInit(server_id=self.server_id, seq_num=self.seq_num, markers=markers)
+            message = InteractiveMarkerInit(server_id=self.server_id, seq_num=self.seq_num)
+            for name, context in self.marker_contexts.items():
+                rospy.logdebug("Publishing %s", name)
+                message.markers.append(context.int_marker)
             self.init_pub.publish(message)
-
-    def doSetPose(self, update: Any, name: str, pose: Any, header: Any) -> bool:
-        """Note a new pose; the lock must be held."""
-        if update is None or update.update_type == UpdateContext.ERASE:
-            update = self.pending_updates[name] = UpdateContext()
-            update.update_type = UpdateContext.POSE_UPDATE
-        update.int_marker.pose, update.int_marker.header = pose, header
-        return True

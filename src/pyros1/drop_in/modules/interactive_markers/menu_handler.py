@@ -105,13 +105,27 @@ class MenuHandler:
         self.managed_markers_.add(marker_name)
         return True
 
-    def pushMenuEntries(self, handles_in: list[int], entries_out: list[Any], parent_handle: int) -> None:
-        """Append the visible entries of some handles, and those below them, as visualization_msgs/MenuEntry."""
+    def pushMenuEntries(self, handles_in: list[int], entries_out: list[Any], parent_handle: int) -> bool:
+        """Append the visible entries of some handles, and those below them, as visualization_msgs/MenuEntry.
+
+        Args:
+            handles_in: the handles.
+            entries_out: what to append to.
+            parent_handle: handle of the entry above; 0 for none.
+
+        Returns:
+            Whether there are all of them; it ends at the first that is not there.
+        """
         for handle in handles_in:
-            context = self.entry_contexts_[handle]
+            context = self.entry_contexts_.get(handle)
+            if context is None:
+                rospy.logerr(f"There is no menu entry {handle}.")
+                return False
             if context.visible:
                 entries_out.append(self.makeEntry(context, handle, parent_handle))
-                self.pushMenuEntries(context.sub_entries, entries_out, handle)
+                if not self.pushMenuEntries(context.sub_entries, entries_out, handle):
+                    return False
+        return True
 
     def reApply(self, server: Any) -> bool:
         """Give the changed menu to all markers that have it; return True, or False if one is gone."""

@@ -75,7 +75,9 @@ class MessageMigrator(Migrator):
         """
         lacking = self.missing(type(msg_from), type(msg_to))
         if lacking:
-            raise BagMigrationException(f"Migrate called, but no valid migration path from [{msg_from._type}]")
+            raise BagMigrationException(
+                f"Migrate called, but no valid migration path from [{msg_from._type}] to [{msg_to._type}]"
+            )
         made = self.convert(msg_from, type(msg_to))
         for name in msg_to.__slots__:
             setattr(msg_to, name, getattr(made, name))
@@ -83,7 +85,7 @@ class MessageMigrator(Migrator):
     def migrate_array(self, msg_from_array: Any, msg_to_array: Any) -> None:
         """Fill the messages of a list from those of another, of the same length; errors as for `migrate`."""
         if len(msg_from_array) != len(msg_to_array):
-            raise BagMigrationException("Migrate array called on arrays of unequal length.")
+            raise BagMigrationException("Migrate array called on on arrays of unequal length.")
         for old, new in zip(msg_from_array, msg_to_array, strict=True):
             self.migrate(old, new)
 
@@ -111,7 +113,18 @@ class MessageUpdateRule(_MessageUpdateRule):
     """
 
     def __init__(self, migrator: Any, location: Any) -> None:
-        super().__init__(migrator, location)
+        self.migrator = migrator
+        self.location = location
+        if self.old_type or self.new_type:
+            super().__init__(migrator, location)
+
+    def apply(self, old_msg: Any) -> Any:
+        """Return a new message, converted from an old one; raises BagMigrationException if the rule is not valid."""
+        if not self.valid:
+            raise BagMigrationException("Attempted to apply an invalid rule")
+        message = self.new_class()
+        self.update(old_msg, message)
+        return message
 
 
 def get_message_key(c: Any) -> tuple[str, str]:
@@ -135,6 +148,36 @@ def clean_name(name: str, top_name: str) -> str:
     """Return a type's name without the package of another type, or std_msgs of Header."""
     package, _, bare = name.rpartition("/")
     return bare if package == top_name.partition("/")[0] or name == "std_msgs/Header" else name
+
+
+def constants_from_def(core_type: str, msg_def: str) -> set[tuple[str, Any, str]]:
+    """Return name, value and type of the constants in a definition.
+
+    Args:
+        core_type: the message's type. msg_def: its definition, without those of nested types.
+
+    Raises:
+        genmsg.InvalidMsgSpec: it is wrong.
+    """
+    from genmsg import MsgContext
+    from genmsg.msg_loader import load_msg_from_string
+
+    constants = load_msg_from_string(MsgContext.create_default(), msg_def, core_type).constants
+    return {(each.name, each.val, each.type) for each in constants}
+
+
+def migration_default_value(field_type: str) -> str:
+    """Return Python text for a field of a type that an old message does not have, as in generated rules."""
+    base, array, count = field_type.rstrip("]").partition("[")
+    if base in _BUILTIN:
+        value = "''" if base == "string" else "0." if base.startswith("float") else "0"
+    if base not in _BUILTIN or base in ("time", "duration"):
+        value = f"self.get_new_class('{base}')()"
+    if not array:
+        return value
+    if base in ("byte", "uint8"):
+        return f"chr(0)*{count}" if count else "''"
+    return f"[{','.join([value] * int(count or 0))}]"
 
 
 def checkmessages(migrator: Any, messages: Any) -> list[Any]:

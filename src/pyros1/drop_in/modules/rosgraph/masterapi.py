@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 from typing import Any
 
+from pyros1.drop_in.binary import as_stock
 from pyros1.drop_in.missing import missing
 from pyros1.ground.errors import MasterError as _Refused
 from pyros1.ground.errors import MasterUnreachableError, TransportError
@@ -99,7 +100,7 @@ class Master:
 
     def getParam(self, key: str) -> Any:
         """Return a parameter."""
-        return self._call("getParam", key)
+        return as_stock(self._call("getParam", key))
 
     def setParam(self, key: str, value: Any) -> Any:
         """Set a parameter."""

@@ -135,7 +135,7 @@ def decode_ros_handshake_header(header_str: bytes) -> dict[str, str]:
     (size,) = struct.unpack("<I", header_str[:4])
     if size > len(header_str) - 4:
         have = len(header_str)
-        raise ROSHandshakeException(f"Incomplete header. Expected {size + 4} bytes but only have {have}")
+        raise ROSHandshakeException(f"Incomplete header. Expected {size + 8} bytes but only have {have}")
     try:
         return decode_header(header_str[4 : 4 + size])
     except ProtocolError as error:

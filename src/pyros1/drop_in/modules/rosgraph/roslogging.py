@@ -12,6 +12,7 @@ from typing import Any
 from rospkg.environment import ROS_LOG_DIR, get_log_dir
 
 from pyros1.drop_in.missing import missing
+from pyros1.drop_in.process import PROCESS
 
 __getattr__ = missing(__name__)
 
@@ -40,16 +41,13 @@ def makedirs_with_parent_perms(p: str) -> None:
 
 
 def renew_latest_logdir(logfile_dir: str) -> bool:
-    """Point the link ``latest`` beside a folder to it; return whether it does."""
+    """Point the link ``latest`` beside a folder to it; return whether it does. Raises OSError if it cannot."""
     link = os.path.join(os.path.dirname(logfile_dir), "latest")
-    try:
-        if os.path.lexists(link):
-            if not os.path.islink(link):
-                return False
-            os.remove(link)
-        os.symlink(logfile_dir, link)
-    except OSError as error:
-        sys.stderr.write(f"INFO: cannot create a symlink to latest log directory: {error}\n")
+    if os.path.lexists(link):
+        if not os.path.islink(link):
+            return False
+        os.remove(link)
+    os.symlink(logfile_dir, link)
     return True
 
 
@@ -62,34 +60,45 @@ def configure_logging(
     and above go into the file.
 
     Args:
-        logname: name of the program; an empty one means nothing is set up.
+        logname: name of the program; empty: "unknown".
         level: level of logging.
         filename: name of the file in the folder of logs; None: from ``logname`` and the process's number.
-        env: environment variables; None: this process's.
+        env: environment variables for the folder; None: this process's.
 
     Returns:
-        The path of the file.
+        The path of the file; None if the folder cannot be made, with a word on stderr.
 
     Raises:
-        LoggingException: the folder of logs cannot be used.
+        LoggingException: there is a file in the folder's place.
     """
-    environ = os.environ if env is None else env
-    folder = get_log_dir(environ)
-    path = os.path.join(folder, filename or f"{logname}-{os.getpid()}.log")
+    folder = get_log_dir(os.environ if env is None else env)
+    path = os.path.join(folder, filename or f"{logname or 'unknown'}-{os.getpid()}.log")
+    place = os.path.dirname(path)
+    if os.path.isfile(place):
+        raise LoggingException(f"Cannot save log files: file [{place}] is in the way")
     try:
-        makedirs_with_parent_perms(os.path.dirname(path))
-    except OSError as error:
-        raise LoggingException(f"cannot create log directory [{os.path.dirname(path)}]: {error}") from error
+        makedirs_with_parent_perms(place)
+    except OSError:
+        sys.stderr.write(
+            f"WARNING: cannot create log directory [{place}]. Please set ROS_LOG_DIR to a writable location.\n"
+        )
+        return None
     os.environ["ROS_LOG_FILENAME"] = path
-    config = environ.get("ROS_PYTHON_LOG_CONFIG_FILE", "")
+    config = os.environ.get("ROS_PYTHON_LOG_CONFIG_FILE", "")
     if config and os.path.isfile(config):
         from logging.config import fileConfig
 
         fileConfig(config, disable_existing_loggers=False)
         return path
-    handler = logging.FileHandler(path, delay=True)
+    from logging.handlers import RotatingFileHandler
+
+    handler = RotatingFileHandler(path, maxBytes=50_000_000, backupCount=4, delay=True)
+    handler.setLevel(logging.DEBUG)
     handler.setFormatter(logging.Formatter("[%(name)s][%(levelname)s] %(asctime)s: %(message)s"))
     root = logging.getLogger()
+    for former in [each for each in root.handlers if isinstance(each, RotatingFileHandler)]:  # of an earlier call
+        root.removeHandler(former)
+        former.close()
     root.addHandler(handler)
     root.setLevel(level)
     return path
@@ -146,7 +155,7 @@ class RosStreamHandler(logging.Handler):
             "file": record.pathname,
             "line": str(record.lineno),
             "function": record.funcName,
-            "node": record.name,
+            "node": PROCESS.node.name if PROCESS.node is not None else "/unnamed",
         }
         for name, value in values.items():
             text = text.replace("${" + name + "}", value)

@@ -6,6 +6,7 @@ import logging
 import socket
 import threading
 from collections.abc import Callable
+from errno import EADDRINUSE
 from socketserver import ForkingMixIn, ThreadingMixIn
 from typing import Any
 from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
@@ -20,14 +21,12 @@ __getattr__ = missing(__name__)
 
 
 class SilenceableXMLRPCRequestHandler(SimpleXMLRPCRequestHandler):
-    """A handler of requests that keeps connections, and writes no log unless the server wants it."""
+    """A handler of requests that keeps connections, and writes no log."""
 
     protocol_version = "HTTP/1.1"
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Write a line if the server logs requests."""
-        if getattr(self.server, "logRequests", False):
-            super().log_message(format, *args)
+        """Write nothing."""
 
 
 class ThreadingXMLRPCServer(ThreadingMixIn, SimpleXMLRPCServer):
@@ -35,7 +34,7 @@ class ThreadingXMLRPCServer(ThreadingMixIn, SimpleXMLRPCServer):
 
     Args:
         addr: host and port.
-        log_requests: whether requests are shown.
+        log_requests: as in Python's servers; the handler shows none.
     """
 
     daemon_threads = True
@@ -122,7 +121,12 @@ class XmlRpcNode:
 
     def _run_init(self) -> None:
         bind = get_bind_address()
-        self.server = ThreadingXMLRPCServer((bind, self.port or 0), log_requests=False)
+        try:
+            self.server = ThreadingXMLRPCServer((bind, self.port or 0), log_requests=False)
+        except OSError as error:
+            if error.errno == EADDRINUSE:
+                print(f"ERROR: Unable to start XML-RPC server, port {self.port} is already in use")
+            raise
         self.port = self.server.server_address[1]
         if not self.port:
             self.uri = None

@@ -114,8 +114,9 @@ def handle_exception(roslaunch_core: Any, logger: Any, msg: str, e: BaseExceptio
         msg: text before that of the error.
         e: the error.
     """
-    logger.error(traceback.format_exc())
     roslaunch_core.printerrlog(f"{msg}{e}")
+    roslaunch_core.printerrlog("The traceback for the exception was written to the log file")
+    logger.error(traceback.format_exc())
     sys.exit(1)
 
 

@@ -32,7 +32,7 @@ __all__ = [
 
 def namespaces_of(name: str) -> list[str]:
     """Return the namespaces of a name, from ``/`` on."""
-    if not name:
+    if name is None:
         raise ValueError("name")
     if not isinstance(name, str):
         raise TypeError("name")
@@ -84,8 +84,7 @@ class ROSLaunchConfig:
 
     def add_roslaunch_file(self, f: str) -> None:
         """Note a file that was read."""
-        if f not in self.roslaunch_files:
-            self.roslaunch_files.append(f)
+        self.roslaunch_files.append(f)
 
     def add_config_error(self, msg: str) -> None:
         """Note an error."""
@@ -109,13 +108,12 @@ class ROSLaunchConfig:
 
     def summary(self, local: bool = False) -> str:
         """Return the contents as text; with ``local`` without machines."""
-        plan = plan_of(self)
-        if local:
-            plan.machines = {}
-        return summary(plan)
+        return summary(plan_of(self), machines=[] if local else [name for name in self.machines if name])
 
     def add_executable(self, exe: Any) -> None:
-        """Add a command; a launch with one is refused."""
+        """Add a command; a launch with one is refused. Raises ValueError if it is None."""
+        if not exe:
+            raise ValueError("exe is None")
         self.executables.append(exe)
 
     def add_clear_param(self, param: str) -> None:
@@ -167,7 +165,7 @@ class ROSLaunchConfig:
             self.resolved_node_names.append(name)
         (self.nodes_core if core else self.nodes).append(node)
         if verbose:
-            print(f"Added node of type [{node.package}/{node.type}] in namespace [{node.namespace}]")
+            print(f"Added {'core ' * core}node of type [{node.package}/{node.type}] in namespace [{node.namespace}]")
 
 
 def load_config_default(

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import functools
+import getpass
 import os
+import socket
 import uuid
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
-from urllib.parse import urlsplit
 from xmlrpc.client import MultiCall, ServerProxy
 
+from rosgraph.network import create_local_xmlrpc_uri, parse_http_host_and_port
+
 from pyros1.ground.errors import LaunchError
-from pyros1.net.hosts import host_from_environment, is_local, master_uri
+from pyros1.net.hosts import is_local
 from roslaunch.nodes import TEST_TIME_LIMIT_DEFAULT, Node, Param, Test
 from roslaunch.printing import (
     add_printerrlog_handler,
@@ -22,10 +25,10 @@ from roslaunch.printing import (
     printerrlog,
     printlog,
     printlog_bold,
-    rle_wrapper,
     set_child_mode,
 )
 
+DEFAULT_MASTER_PORT = 11311
 PHASE_SETUP = "setup"
 PHASE_RUN = "run"
 PHASE_TEARDOWN = "teardown"
@@ -86,6 +89,18 @@ def rl_errors(function: _F) -> _F:
     return call  # type: ignore[return-value]
 
 
+def rle_wrapper(fn: Callable[..., Any]) -> Callable[..., Any]:
+    """Make a function, called with positional arguments, raise RLException with the text of any other error."""
+
+    def wrapped_fn(*args: Any) -> Any:
+        try:
+            return fn(*args)
+        except Exception as error:
+            raise RLException(f"ERROR: {error}") from error
+
+    return wrapped_fn
+
+
 # Where things are -----------------------------------------------------------------------------------------------------
 
 
@@ -105,22 +120,22 @@ def get_ros_package_path() -> str | None:
 
 
 def get_master_uri_env() -> str:
-    """Return the master's address, with this machine's name in place of localhost."""
-    return remap_localhost_uri(master_uri(os.environ, {}))
+    """Return the master's address, as the environment has it."""
+    return os.environ.get("ROS_MASTER_URI", f"http://localhost:{DEFAULT_MASTER_PORT}/")
 
 
 def remap_localhost_uri(uri: str, force_localhost: bool = False) -> str:
-    """Return an address that others can reach, or with ``force_localhost`` one of this machine.
+    """Return an address with the name by which others reach this machine in place of "localhost".
 
     Args:
-        uri: an address, with any name of this machine.
-        force_localhost: use localhost.
+        uri: an address.
+        force_localhost: the address is of this machine, whatever its host.
+
+    Raises:
+        ValueError: it is no address.
     """
-    parts = urlsplit(uri)
-    if not parts.hostname or not is_local(parts.hostname):
-        return uri
-    host = "localhost" if force_localhost else host_from_environment(os.environ, {}).advertised
-    return f"{parts.scheme}://{host}:{parts.port}/" if parts.port else uri
+    host, port = parse_http_host_and_port(uri)
+    return create_local_xmlrpc_uri(port) if force_localhost or host == "localhost" else uri
 
 
 class Master:
@@ -135,17 +150,17 @@ class Master:
     __slots__ = ["auto", "type", "uri"]
 
     def __init__(self, type_: str | None = None, uri: str | None = None, auto: Any = None) -> None:
-        self.auto = auto
+        self.auto = None  # as stock: it is not used any more
         self.type = type_ or Master.ROSMASTER
         self.uri = uri or get_master_uri_env()
 
     def get_host(self) -> str:
-        """Return its host."""
-        return urlsplit(self.uri).hostname or ""
+        """Return its host; raises ValueError without one."""
+        return str(parse_http_host_and_port(self.uri)[0])
 
     def get_port(self) -> int:
-        """Return its port."""
-        return urlsplit(self.uri).port or 80
+        """Return its port; raises ValueError without one."""
+        return int(parse_http_host_and_port(self.uri)[1])
 
     def __eq__(self, m2: object) -> bool:
         return isinstance(m2, Master) and (self.type, self.uri) == (m2.type, m2.uri)
@@ -197,7 +212,7 @@ class Machine:
         self.env_loader = env_loader
         self.ssh_port = ssh_port
         self.user = user or None
-        self.password = password or None
+        self.password = password
         self.assignable = assignable
         self.timeout = timeout or 10.0
 
@@ -249,6 +264,11 @@ class Executable:
 class RosbinExecutable(Executable):
     """A command of ROS itself."""
 
+    def __repr__(self) -> str:
+        return f"ros/bin/{super().__repr__()}"
+
+    __str__ = __repr__
+
 
 def local_machine() -> Machine:
     """Return this machine."""
@@ -259,8 +279,20 @@ _LOCAL = Machine("", "localhost")
 
 
 def is_machine_local(machine: Any) -> bool:
-    """Return whether a machine is this one."""
-    return is_local(machine.address)
+    """Return whether a machine is this one, and nodes run there as the same user.
+
+    Raises:
+        RLException: its address is unknown.
+    """
+    address = machine.address
+    same_user = machine.user in (None, getpass.getuser())
+    if address is None:
+        return same_user
+    try:
+        socket.getaddrinfo(address, None)
+    except OSError as error:
+        raise RLException(f"cannot resolve host address for machine [{address}]") from error
+    return is_local(address) and same_user
 
 
 def setup_env(node: Any, machine: Any, master_uri: str, env: Mapping[str, str] | None = None) -> dict[str, str]:

@@ -8,7 +8,7 @@ from roslaunch.config import load_config_default
 from roslaunch.core import RLException, printerrlog, printlog_bold
 from roslaunch.launch import ROSLaunchRunner
 from roslaunch.nodeprocess import DEFAULT_TIMEOUT_SIGINT, DEFAULT_TIMEOUT_SIGTERM, NUM_WORKERS
-from roslaunch.pmon import ProcessMonitor
+from roslaunch.pmon import ProcessMonitor, start_process_monitor
 
 __all__ = [
     "DEFAULT_TIMEOUT_SIGINT",
@@ -109,7 +109,7 @@ class ROSLaunchParent:
         self.config = load_config_default(
             self.roslaunch_files, self.port, roslaunch_strs=self.roslaunch_strs, verbose=self.verbose
         )
-        self.pm = ProcessMonitor()
+        self.pm = start_process_monitor()
         self.runner = ROSLaunchRunner(
             self.run_id or "",
             self.config,
@@ -127,18 +127,18 @@ class ROSLaunchParent:
 
     def spin_once(self) -> bool:
         """Return whether something still runs."""
-        return self._started().spin_once()
+        return self.runner is not None and self.runner.spin_once()
 
     def spin(self) -> None:
-        """Wait until the launch has ended. Ctrl-C ends it."""
-        self._started().spin()
+        """Wait until the launch has ended. Ctrl-C ends it. Raises RLException if it was not started."""
+        if self.runner is None:
+            raise RLException("parent not started yet")
+        self.runner.spin()
+        self.shutdown()
 
     def shutdown(self) -> None:
         """End everything that was started, and wait until it has ended."""
         if self.runner is not None:
             self.runner.stop()
-
-    def _started(self) -> ROSLaunchRunner:
-        if self.runner is None:
-            raise RLException("parent not started yet")
-        return self.runner
+        if self.pm is not None:
+            self.pm.shutdown()

@@ -15,6 +15,7 @@ from pyros1.launch.reading.world import make_resources
 from roslaunch.core import rl_errors
 
 DEFAULT_MASTER_PORT = 11311
+_terminal_name = [""]
 
 __all__ = [
     "DEFAULT_MASTER_PORT",
@@ -50,12 +51,14 @@ def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: boo
 
 def change_terminal_name(args: list[str], is_core: bool) -> None:
     """Set the title of the terminal's window."""
-    _title("roscore" if is_core else ",".join(args))
+    _terminal_name[0] = "roscore" if is_core else ",".join(args)
+    _title(_terminal_name[0])
 
 
 def update_terminal_name(ros_master_uri: str) -> None:
-    """Set the title of the terminal's window, with the master's address."""
-    _title(ros_master_uri)
+    """Add the master's address to the title of the terminal's window."""
+    if _terminal_name[0]:
+        _title(f"{_terminal_name[0]} {ros_master_uri}")
 
 
 def _title(text: str) -> None:

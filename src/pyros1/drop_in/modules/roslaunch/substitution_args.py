@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from pyros1.ground.errors import LaunchError
+from pyros1.ground.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.reading.scope import Scope, ScopeSubstituter
 from pyros1.launch.reading.substitution import substitute
 from pyros1.launch.reading.world import make_resources
@@ -64,6 +64,7 @@ def resolve_args(
 
     Raises:
         ArgException: an argument has no value.
+        rospkg.ResourceNotFound: there is no such package.
         SubstitutionException: anything else is wrong.
     """
     if not arg_str:
@@ -74,4 +75,8 @@ def resolve_args(
     try:
         return substitute(arg_str, _Source(context, filename or "<text>"))
     except LaunchError as error:
+        if isinstance(error.__cause__, PackageNotFoundError):
+            from rospkg import ResourceNotFound
+
+            raise ResourceNotFound(str(error)) from error
         raise SubstitutionException(str(error)) from error

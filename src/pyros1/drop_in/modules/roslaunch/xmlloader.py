@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
 from pyros1.drop_in.missing import missing
 from pyros1.ground.errors import Error
 from pyros1.launch.plan import Plan
-from pyros1.launch.reading.loader import ATTRIBUTES, load_plan
+from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.report import contents
 from pyros1.launch.reading.words import parse_arguments
 from pyros1.launch.reading.world import make_resources
 from roslaunch.core import Machine, Node, Param, RLException, Test
-from roslaunch.loader import Loader
+from roslaunch.loader import Loader, convert_value
 from roslaunch.plans import machine_of, node_of
-from roslaunch.substitution_args import ArgException, SubstitutionException
+from roslaunch.substitution_args import ArgException, SubstitutionException, resolve_args
 
 __all__ = [
     "ArgException",
@@ -28,19 +29,45 @@ __all__ = [
     "Test",
     "XmlLoader",
     "XmlParseException",
+    "ifunless",
+    "ifunless_test",
 ]
 
 NS = "ns"
 CLEAR_PARAMS = "clear_params"
-__getattr__ = missing(
-    "roslaunch.xmlloader",
-    ifunless="launch files are read by pyros1.launch.reading",
-    ifunless_test="launch files are read by pyros1.launch.reading",
-)
+__getattr__ = missing("roslaunch.xmlloader")
 
 
 class XmlParseException(RLException):
     """A launch file is wrong."""
+
+
+def ifunless_test(obj: Any, tag: Any, context: Any) -> bool:
+    """Return whether a tag counts by its attributes ``if`` and ``unless``.
+
+    Args:
+        obj: an XmlLoader.
+        tag: an element of xml.dom.minidom.
+        context: see `XmlLoader.resolve_args`.
+
+    Raises:
+        XmlParseException: it has both. ValueError: the value is not a truth value.
+    """
+    wanted, unwanted = obj.opt_attrs(tag, context, ["if", "unless"])
+    if wanted is not None and unwanted is not None:
+        raise XmlParseException("cannot set both 'if' and 'unless' on the same tag")
+    if wanted is not None:
+        return bool(convert_value(wanted, "bool"))
+    return unwanted is None or not convert_value(unwanted, "bool")
+
+
+def ifunless(f: Callable[..., Any]) -> Callable[..., Any]:
+    """Make a method ``f(loader, tag, context, ...)`` do nothing with tags that do not count; see `ifunless_test`."""
+
+    def call(*args: Any, **kwds: Any) -> Any:
+        return f(*args, **kwds) if ifunless_test(*args[:3]) else None
+
+    return call
 
 
 class XmlLoader(Loader):
@@ -56,16 +83,42 @@ class XmlLoader(Loader):
         self.args_only = args_only
         self.root_context: Any = None
 
+    # Of each tag: its attributes, in stock's order.
     ROSPARAM_OPT_ATTRS = ("command", "ns", "file", "param", "subst_value")
     PARAM_ATTRS = ("name", "value", "type", "value", "textfile", "binfile", "command")
-    ARG_ATTRS = ATTRIBUTES["arg"]
-    NODE_ATTRS = [name for name in ATTRIBUTES["node"] if name[:5] != "wait-"]
-    TEST_ATTRS = [name for name in ATTRIBUTES["test"] if name[:5] != "wait-"]
-    MACHINE_ATTRS = ATTRIBUTES["machine"]
-    REMAP_ATTRS = ATTRIBUTES["remap"]
-    ENV_ATTRS = ATTRIBUTES["env"]
-    INCLUDE_ATTRS = ATTRIBUTES["include"]
-    GROUP_ATTRS = tuple(name for name in ATTRIBUTES["group"] if name[:5] != "wait-")
+    ARG_ATTRS = ("name", "value", "default", "doc")
+    NODE_ATTRS = [
+        "pkg", "type", "machine", "name", "args", "output", "respawn", "respawn_delay", "cwd", "ns", "clear_params",
+        "launch-prefix", "required",
+    ]  # fmt: skip
+    TEST_ATTRS = [*NODE_ATTRS, "test-name", "time-limit", "retry"]
+    MACHINE_ATTRS = ("name", "address", "env-loader", "ssh-port", "user", "password", "default", "timeout")
+    REMAP_ATTRS = ("from", "to")
+    ENV_ATTRS = ("name", "value")
+    INCLUDE_ATTRS = ("file", "ns", "clear_params", "pass_all_args")
+    GROUP_ATTRS = ("ns", "clear_params")
+
+    def resolve_args(self, args: str, context: Any) -> str:
+        """Replace all ``$(...)`` in a text.
+
+        Args:
+            args: the text.
+            context: has the attributes ``resolve_dict``, see `substitution_args.resolve_args`, and ``filename``.
+
+        Raises:
+            SubstitutionException: it is not possible.
+        """
+        return resolve_args(args, context.resolve_dict, self.resolve_anon, context.filename)
+
+    def opt_attrs(self, tag: Any, context: Any, attrs: Iterable[str]) -> list[str | None]:
+        """Return attributes of a tag of xml.dom.minidom, after `resolve_args`; None for those that it does not have."""
+        return [
+            self.resolve_args(tag.getAttribute(name), context) if tag.hasAttribute(name) else None for name in attrs
+        ]
+
+    def reqd_attrs(self, tag: Any, context: Any, attrs: Iterable[str]) -> list[str]:
+        """Return attributes of a tag of xml.dom.minidom, after `resolve_args`; raises KeyError if one is not there."""
+        return [self.resolve_args(tag.attributes[name].value, context) for name in attrs]
 
     def __getattr__(self, name: str) -> Any:
         raise AttributeError(f"pyros1 has no roslaunch XmlLoader.{name}: pyros1.launch.reading reads launch files")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from typing import Any
 
 from genmsg.base import COMMENTCHAR, CONSTCHAR, SEP, InvalidMsgSpec
@@ -17,7 +18,6 @@ from genmsg.msgs import (
     TIME_MSG,
     Constant,
     Field,
-    MsgSpec,
     is_builtin,
     is_header_type,
     is_valid_constant_type,
@@ -25,6 +25,7 @@ from genmsg.msgs import (
     is_valid_msg_type,
     resolve_type,
 )
+from genmsg.msgs import MsgSpec as _MsgSpec
 from genmsg.msgs import bare_msg_type as base_msg_type
 from genmsg.msgs import parse_type as _parse_type
 
@@ -32,26 +33,53 @@ from pyros1.drop_in.missing import missing
 from pyros1.ground.errors import MessageError
 from pyros1.ground.generated import finder
 
+_NO_PACKAGE = "none"
 EXT = ".msg"
 VERBOSE = False
 RESERVED_TYPES = [*BUILTIN_TYPES, HEADER]
-EXTENDED_BUILTINS = {name: MsgContext.create_default().get_registered(name) for name in (TIME, DURATION)}
+EXTENDED_BUILTINS: dict[str, _MsgSpec] = {
+    name: MsgContext.create_default().get_registered(name) for name in (TIME, DURATION)
+}
 MsgSpecException = InvalidMsgSpec
 
-REGISTERED_TYPES: dict[str, MsgSpec] = {}
+REGISTERED_TYPES: dict[str, _MsgSpec] = {}
 """The definitions that programs have registered; all others are found when they are used."""
 _loaded: set[str] = set()
 
 __getattr__ = missing(__name__)
 
 
+class MsgSpec(_MsgSpec):
+    """A message's definition, which needs no full name; arguments as for `genmsg.msgs.MsgSpec`.
+
+    Attributes:
+        header_present: whether the first field is the header that publishers fill in.
+    """
+
+    def __init__(
+        self,
+        types: list[str],
+        names: list[str],
+        constants: list[Constant],
+        text: str,
+        full_name: str = "",
+        short_name: str = "",
+        package: str = "",
+    ) -> None:
+        super().__init__(types, names, constants, text, full_name)
+        self.short_name, self.package = short_name, package
+        self.header_present = self.has_header()
+
+
 def is_verbose() -> bool:
-    """Return whether progress is shown: it is not."""
+    """Return what `set_verbose` told."""
     return VERBOSE
 
 
 def set_verbose(v: bool) -> None:
     """Tell whether progress is shown; there is none to show."""
+    global VERBOSE  # noqa: PLW0603
+    VERBOSE = v
 
 
 def parse_type(type_: str) -> tuple[str, bool, int | None]:
@@ -64,10 +92,12 @@ def parse_type(type_: str) -> tuple[str, bool, int | None]:
 
 def load_from_string(text: str, package_context: str = "", full_name: str = "", short_name: str = "") -> MsgSpec:
     """Return the definition in a text; raises MsgSpecException."""
-    package = package_context or "none"
-    spec = load_msg_from_string(MsgContext(), text, full_name or f"{package}/{short_name or 'Type'}")
-    spec.full_name, spec.short_name, spec.package = full_name, short_name, package_context
-    return spec
+    package = package_context or _NO_PACKAGE
+    spec = load_msg_from_string(MsgContext(), text, f"{package}/{short_name or 'Type'}")
+    types = [kind.removeprefix(f"{_NO_PACKAGE}/") for kind in spec.types]
+    if re.search(r"^\s*Header\b", text, re.MULTILINE):  # as it is written
+        types = [kind.replace("std_msgs/Header", HEADER) for kind in types]
+    return MsgSpec(types, spec.names, spec.constants, text, full_name, short_name, package_context)
 
 
 def load_from_file(file_path: str, package_context: str = "") -> tuple[str, MsgSpec]:
@@ -89,7 +119,7 @@ def load_by_type(msgtype: str, package_context: str = "") -> tuple[str, MsgSpec]
     return name, load_from_string(text, package, name, short)
 
 
-def register(msg_type_name: str, msg_spec: MsgSpec) -> None:
+def register(msg_type_name: str, msg_spec: _MsgSpec) -> None:
     """Let a name stand for a definition."""
     REGISTERED_TYPES[msg_type_name] = msg_spec
 
@@ -146,7 +176,7 @@ def load_package_dependencies(package: str, load_recursive: bool = False) -> Non
     else:
         from roslib.manifest import manifest_file, parse_file
 
-        needed = [each.name for each in parse_file(str(manifest_file(package, True))).depends]
+        needed = [each.package for each in parse_file(str(manifest_file(package, True))).depends]
     for other in needed:
         if other in _loaded or other == package:
             continue
@@ -168,7 +198,7 @@ def is_registered(msg_type_name: str) -> bool:
     return msg_type_name in REGISTERED_TYPES
 
 
-def get_registered(msg_type_name: str, default_package: str | None = None) -> MsgSpec:
+def get_registered(msg_type_name: str, default_package: str | None = None) -> _MsgSpec:
     """Return a definition, registered or not; raises KeyError if there is none."""
     full = f"{default_package}/{msg_type_name}" if default_package else msg_type_name
     for name in (msg_type_name, full):

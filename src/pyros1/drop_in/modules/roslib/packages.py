@@ -10,7 +10,6 @@ from typing import Any
 from rospkg import ResourceNotFound, RosPack, get_package_name
 from rospkg.common import MANIFEST_FILE, PACKAGE_FILE
 from rospkg.environment import ROS_PACKAGE_PATH, ROS_ROOT
-from rospkg.rospack import list_by_path
 
 from pyros1.drop_in.missing import missing
 from pyros1.finding.packages import files_below
@@ -90,7 +89,10 @@ def get_pkg_subdir(
 
 def resource_file(package: str, subdir: str, resource_name: str) -> str:
     """Return the path of a file in a folder of a package; raises InvalidROSPkgException."""
-    return os.path.join(str(get_pkg_subdir(package, subdir, False) or get_pkg_dir(package)), resource_name)
+    folder = get_pkg_subdir(package, subdir, False)
+    if folder is None:
+        raise InvalidROSPkgException(package)
+    return os.path.join(folder, resource_name)
 
 
 def list_pkgs_by_path(
@@ -99,12 +101,28 @@ def list_pkgs_by_path(
     cache: dict[str, Any] | None = None,
     env: Mapping[str, str] | None = None,
 ) -> list[str]:
-    """Return the names of the packages below a folder, and add them to ``packages``."""
-    found: dict[str, str] = {}
-    for name in (PACKAGE_FILE, MANIFEST_FILE):
-        list_by_path(name, path, found)
+    """Return the names of the packages below a folder that have a manifest.xml.
+
+    Args:
+        path: the folder.
+        packages: a list for the names; None: a new one.
+        cache: package -> (folder, ROS_ROOT, ROS_PACKAGE_PATH), which grows.
+        env: environment variables; None: those of the process.
+    """
     packages = [] if packages is None else packages
-    packages += [name for name in found if name not in packages]
+    environ = os.environ if env is None else env
+    for base, below, files in os.walk(path):
+        below.sort()
+        if MANIFEST_FILE in files:
+            name = os.path.basename(base)
+            below.clear()
+            if name not in packages:
+                packages.append(name)
+                if cache is not None:
+                    cache[name] = (base, environ.get(ROS_ROOT), environ.get(ROS_PACKAGE_PATH, ""))
+        elif "rospack_nosubdirs" in files:
+            below.clear()
+        below[:] = [each for each in below if each[0] != "."]
     return packages
 
 

@@ -12,6 +12,7 @@ from genmsg.srvs import SrvSpec
 from pyros1.drop_in.missing import missing
 from pyros1.ground.errors import MessageError
 from pyros1.ground.generated import finder
+from roslib import msgs
 
 EXT = ".srv"
 VERBOSE = False
@@ -21,18 +22,24 @@ __getattr__ = missing(__name__)
 
 
 def is_verbose() -> bool:
-    """Return whether progress is shown: it is not."""
+    """Return what `set_verbose` told."""
     return VERBOSE
 
 
 def set_verbose(v: bool) -> None:
     """Tell whether progress is shown; there is none to show."""
+    global VERBOSE  # noqa: PLW0603
+    VERBOSE = v
 
 
 def load_from_string(text: str, package_context: str = "", full_name: str = "", short_name: str = "") -> SrvSpec:
     """Return the service's definition in a text; raises SrvSpecException."""
-    package = package_context or "none"
-    spec = load_srv_from_string(MsgContext(), text, full_name or f"{package}/{short_name or 'Type'}")
+    parsed = load_srv_from_string(MsgContext(), text, f"{package_context or 'none'}/{short_name or 'Type'}")
+    request, response = (
+        msgs.load_from_string(part.text, package_context, f"{full_name}{kind}", f"{short_name}{kind}")
+        for part, kind in ((parsed.request, "Request"), (parsed.response, "Response"))
+    )
+    spec = SrvSpec(request, response, text)
     spec.full_name, spec.short_name, spec.package = full_name, short_name, package_context
     return spec
 
@@ -69,7 +76,7 @@ def get_pkg_srv_specs(package: str) -> tuple[list[tuple[str, SrvSpec]], list[str
     for short in list_srv_types(package, False):
         try:
             text = finder().library.service(f"{package}/{short}").text
-            good.append((short, load_from_string(text, package, f"{package}/{short}", short)))
+            good.append((f"{package}/{short}", load_from_string(text, package, f"{package}/{short}", short)))
         except (MessageError, SrvSpecException):
             bad.append(short)
     return good, bad

@@ -122,13 +122,20 @@ def spec_to_str(msg_context: Any, spec: Any, buff: Any = None, indent: str = "")
     """Return a definition with those of its nested types, as ``rosmsg show`` prints it.
 
     Args:
-        msg_context: accepted for stock's sake.
-        spec: a `pyros1.msgs.spec.MessageSpec`.
+        msg_context: a genmsg.MsgContext with the nested types.
+        spec: a genmsg.MsgSpec, or a `pyros1.msgs.spec.MessageSpec`, which needs no context.
         buff: file for the text, too.
         indent: the beginning of each line.
+
+    Raises:
+        ROSMsgException: the text would be too long.
     """
-    Digests(_library().message).dependencies(spec)  # the expansion must have a limit
-    text = "".join(f"{line}\n" for line in _lines(spec, indent, [_MOST_LINES]))
+    if isinstance(spec, MessageSpec):
+        Digests(_library().message).dependencies(spec)  # the expansion must have a limit
+        lines = _lines(spec, indent, [_MOST_LINES])
+    else:
+        lines = _registered(msg_context, spec, indent, [_MOST_LINES])
+    text = "".join(f"{line}\n" for line in lines)
     if buff is not None:
         buff.write(text)
     return text
@@ -144,6 +151,22 @@ def _lines(spec: MessageSpec, indent: str, room: list[int]) -> Iterator[str]:
         yield f"{indent}{field.type} {field.name}"
         if not field.is_builtin:
             yield from _lines(_library().message(field.base), indent + "  ", room)
+
+
+def _registered(context: Any, spec: Any, indent: str, room: list[int]) -> Iterator[str]:
+    from genmsg.msgs import bare_msg_type, is_builtin
+
+    for constant in spec.constants:
+        yield f"{indent}{constant.type} {constant.name}={constant.val}"
+    for kind, name in zip(spec.types, spec.names, strict=True):
+        room[0] -= 1
+        if room[0] < 0:
+            raise ROSMsgException(f"more than {_MOST_LINES} lines with all nested types")
+        yield f"{indent}{kind} {name}"
+        base = bare_msg_type(kind) or ""
+        if not is_builtin(base):
+            nested = context.get_registered(base)
+            yield from _registered(context, nested, indent + "  ", room)
 
 
 def get_msg_text(type_: str, raw: bool = False, rospack: Any = None) -> str:

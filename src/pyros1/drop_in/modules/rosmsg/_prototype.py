@@ -185,7 +185,9 @@ def construct_ordered_mapping(self: Any, node: Any, deep: bool = False) -> Order
         yaml.constructor.ConstructorError: the node is no mapping.
     """
     if not isinstance(node, yaml.MappingNode):
-        raise yaml.constructor.ConstructorError(None, None, f"expected a mapping node, not {node.id}", node.start_mark)
+        raise yaml.constructor.ConstructorError(
+            None, None, f"expected a mapping node, but found {node.id}", node.start_mark
+        )
     return OrderedDict(
         (self.construct_object(key, deep=True), self.construct_object(value, deep=deep)) for key, value in node.value
     )

@@ -226,7 +226,7 @@ def cleanup_master_blacklist(master: Any, blacklist: Iterable[str]) -> None:
 def _unregister(master: Any, names: set[str]) -> None:
     publishers, subscribers, services = _state(master)
     for name in sorted(names & set(_nodes((publishers, subscribers, services)))):
-        uri = get_api_uri(master, name) or ""
+        uri = get_api_uri(master, name, True) or ""  # it may have started anew
         node = rosgraph.Master(name, master.master_uri)
         for topic, nodes in publishers:
             if name in nodes:
@@ -295,8 +295,21 @@ def get_node_connection_info_description(node_api: str, master: Any) -> str:
 
 
 def rosnode_info(node_name: str, quiet: bool = False) -> None:
-    """Print what the master and the node itself tell about it; with `quiet` only what the master does."""
-    _run(NAME, "info", *(["-q"] if quiet else []), script_resolve_name(NAME, node_name))
+    """Print what the master and the node itself tell about it; with `quiet` only what the master does.
+
+    Raises:
+        ROSNodeIOException: the node does not answer.
+    """
+    name = script_resolve_name(NAME, node_name)
+    master = rosgraph.Master(ID)
+    print("-" * 80)
+    print(get_node_info_description(name))
+    uri = get_api_uri(master, name, True)
+    if not uri:
+        print(f"cannot contact [{name}]: unknown node", file=sys.stderr)
+    elif not quiet:
+        print(f"\ncontacting node {uri} ...")
+        print(get_node_connection_info_description(uri, master))
 
 
 def rosnode_debugnode(node_name: str, quiet: bool = False) -> None:

@@ -66,8 +66,8 @@ def represent_xml_binary(loader: Any, data: Any) -> Any:
 
 
 def represent_foo(loader: Any, data: Any) -> Any:
-    """Return a value as a YAML string."""
-    return loader.represent_str(str(data))
+    """Return a value as YAML with the tag ``#``."""
+    return loader.represent_scalar("#", data)
 
 
 def construct_yaml_binary(loader: Any, node: Any) -> Binary:
@@ -75,21 +75,21 @@ def construct_yaml_binary(loader: Any, node: Any) -> Binary:
     return Binary(yaml.constructor.SafeConstructor.construct_yaml_binary(loader, node))
 
 
-def _angle(text: str) -> float:
+def _angle(text: str, what: str, begin: str) -> float:
     try:
-        return _radians(text)
-    except ExpressionError as error:
-        raise RosParamException(f"invalid expression: {text}: {error}") from None
+        return _radians(_inside(text, begin))
+    except ExpressionError:
+        raise RosParamException(f"invalid {what}: {text}") from None
 
 
 def construct_angle_radians(loader: Any, node: Any) -> float:
     """Return the value of ``rad(2*pi)`` or ``!radians 2*pi``; raises RosParamException."""
-    return _angle(_inside(loader.construct_scalar(node), "rad("))
+    return _angle(loader.construct_scalar(node), "radian expression", "rad(")
 
 
 def construct_angle_degrees(loader: Any, node: Any) -> float:
     """Return ``deg(90)`` or ``!degrees 90`` in radians; raises RosParamException."""
-    return _angle(_inside(loader.construct_scalar(node), "deg(")) * math.pi / 180.0
+    return _angle(loader.construct_scalar(node), "degree value", "deg(") * math.pi / 180.0
 
 
 def _inside(text: str, begin: str) -> str:

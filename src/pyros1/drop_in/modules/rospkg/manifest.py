@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 from xml.etree.ElementTree import Element, ParseError, tostring
+from xml.parsers.expat import ExpatError
 
 from pyros1.drop_in.missing import missing
+from rospkg._dom import children, only, text
 from rospkg.common import MANIFEST_FILE, PACKAGE_FILE, STACK_FILE
 
 _RUN_TAGS = ("run_depend", "exec_depend", "build_depend", "build_export_depend", "buildtool_depend", "depend")
 _KNOWN = {
-    *("author", "brief", "depend", "description", "export", "license", "logo", "name", "notes", "platform", "review"),
+    *("author", "brief", "depend", "description", "export", "license", "logo", "notes", "platform", "review"),
     *("rosdep", "status", "url", "version", "versioncontrol"),
 }
 
@@ -20,6 +24,12 @@ __getattr__ = missing(__name__)
 
 class InvalidManifest(Exception):
     """A manifest is wrong."""
+
+
+def _filled(value: str, attribute: str) -> str:
+    if not value:
+        raise ValueError(f"bad '{attribute}' attribute")
+    return value
 
 
 class Depend:
@@ -33,7 +43,9 @@ class Depend:
     __slots__ = ["name", "type"]
 
     def __init__(self, name: str, type_: str) -> None:
-        self.name = name
+        if not type_:
+            raise ValueError("type_ must be specified")
+        self.name = _filled(name, type_)
         self.type = type_
 
     def __eq__(self, obj: object) -> bool:
@@ -54,7 +66,7 @@ class RosDep:
     __slots__ = ["name"]
 
     def __init__(self, name: str) -> None:
-        self.name = name
+        self.name = _filled(name, "name")
 
 
 class Platform:
@@ -63,10 +75,8 @@ class Platform:
     __slots__ = ["os", "version", "notes"]  # noqa: RUF023
 
     def __init__(self, os_: str, version: str, notes: str | None = None) -> None:
-        if not os_ or not version:
-            raise ValueError("os and version must be given")
-        self.os = os_
-        self.version = version
+        self.os = _filled(os_, "os")
+        self.version = _filled(version, "version")
         self.notes = notes
 
     def __eq__(self, obj: object) -> bool:
@@ -115,7 +125,9 @@ class Manifest:
     ]
 
     def __init__(self, type_: str = "package", filename: str | None = None, is_catkin: bool = False) -> None:
-        self.description = self.brief = self.author = self.license = self.license_url = ""
+        self.brief = self.license = self.license_url = ""
+        self.description: str | None = ""
+        self.author: str | None = ""
         self.url: str | None = ""
         self.version: str | None = ""
         self.status = self.notes = ""
@@ -136,10 +148,15 @@ class Manifest:
             tag: the kind.
             attr: the attribute.
             convert: whether ``${prefix}`` becomes the package's folder.
+
+        Raises:
+            ValueError: the folder is not known.
         """
         values = [value for each in self.exports if each.tag == tag and (value := each.get(attr)) is not None]
-        if not convert or self.filename is None:
+        if not convert:
             return values
+        if not self.filename:
+            raise ValueError("cannot convert export values when filename for Manifest is not set")
         folder = os.path.dirname(self.filename)
         return [value.replace("${prefix}", folder) for value in values]
 
@@ -163,26 +180,33 @@ def parse_manifest_file(dirpath: str, manifest_name: str, rospack: Any = None) -
     if not os.path.isfile(source):
         raise OSError(f"Invalid/non-existent manifest file: {os.path.join(dirpath, manifest_name)}")
     with open(source, "rb") as file:
-        root = _root(file.read(), source)
+        content = file.read()
     if source == modern:
-        return _modern(root, os.path.join(dirpath, MANIFEST_FILE), rospack)
-    return _old(root, manifest_name, path)
+        return _modern(content, os.path.join(dirpath, MANIFEST_FILE), rospack)
+    return parse_manifest(manifest_name, content, path)
 
 
 def parse_manifest(manifest_name: str, string: str | bytes, filename: str = "string") -> Manifest:
     """Return the manifest in a text; arguments and errors as for :func:`parse_manifest_file`."""
-    return _old(_root(string.encode() if isinstance(string, str) else string, filename), manifest_name, filename)
+    from defusedxml.minidom import parseString  # type: ignore[import-untyped]
+
+    with _complaints(f"[{filename}]"):
+        document = parseString(string)
+    return _old(document.documentElement, "stack" if manifest_name == STACK_FILE else "package", filename)
 
 
-def _root(text: bytes, where: str) -> Element:
+@contextmanager
+def _complaints(where: str) -> Iterator[None]:
+    """Let errors of an XML parser be InvalidManifest."""
     from defusedxml.common import DefusedXmlException  # type: ignore[import-untyped]
-    from defusedxml.ElementTree import fromstring  # type: ignore[import-untyped]
 
     try:
-        root: Element = fromstring(text)
-    except (ParseError, DefusedXmlException, ValueError) as error:
-        raise InvalidManifest(f"[{where}] invalid XML: {error}") from error
-    return root
+        yield
+    except (ParseError, ExpatError, DefusedXmlException, ValueError, TypeError) as error:
+        raise InvalidManifest(f"{where} invalid XML: {error}") from error
+
+
+# package.xml ----------------------------------------------------------------------------------------------------------
 
 
 def _inner(element: Element | None) -> str:
@@ -195,26 +219,27 @@ def _texts(root: Element, tag: str) -> list[str]:
     return [_inner(each) for each in root.findall(tag)]
 
 
-def _exports(root: Element) -> list[Export]:
-    return [Export(c.tag, dict(c.attrib), _inner(c)) for tag in root.findall("export") for c in tag]
-
-
 def _person(element: Element) -> str:
     mail = element.get("email")
     return _inner(element) + (f" <{mail}>" if mail else "")
 
 
-def _modern(root: Element, filename: str, rospack: Any) -> Manifest:
+def _modern(content: bytes, filename: str, rospack: Any) -> Manifest:
+    from defusedxml.ElementTree import fromstring  # type: ignore[import-untyped]
+
+    with _complaints(f"[{filename}]"):
+        root: Element = fromstring(content)
     result = Manifest(filename=filename, is_catkin=True)
     result.description = _inner(root.find("description"))
-    people = [_person(each) for each in root.findall("maintainer")]
-    authors = [_person(each) for each in root.findall("author")]
-    result.author = ", ".join([f"Maintainer: {', '.join(people)}", *authors] if people else authors)
+    people = [f"Maintainer: {_person(each)}" for each in root.findall("maintainer")]
+    result.author = ", ".join([*people, *(_person(each) for each in root.findall("author"))])
     result.licenses = _texts(root, "license")
     result.license = ", ".join(result.licenses)
-    result.url = next((_inner(e) for e in root.findall("url") if e.get("type", "website") == "website"), "")
+    result.url = next(iter(_texts(root, "url")), "")
     result.version = _inner(root.find("version"))
-    result.exports = _exports(root)
+    result.exports = [
+        Export(child.tag, dict(child.attrib), _inner(child)) for tag in root.findall("export") for child in tag
+    ]
     names = dict.fromkeys(name for tag in _RUN_TAGS for name in _texts(root, tag))
     known = names if rospack is None else set(rospack.list())
     result.depends = [Depend(name, "package") for name in names if name in known]
@@ -222,30 +247,57 @@ def _modern(root: Element, filename: str, rospack: Any) -> Manifest:
     return result
 
 
-def _old(root: Element, manifest_name: str, filename: str) -> Manifest:
-    kind = "stack" if manifest_name == STACK_FILE else "package"
-    if root.tag != kind:
-        raise InvalidManifest(f"Invalid manifest file: must have only one '{kind}' element")
-    if len(root.findall("license")) != 1:
-        raise InvalidManifest("Invalid manifest file: must have only one 'license' element")
+# manifest.xml and stack.xml -------------------------------------------------------------------------------------------
+
+
+def _old(root: Any, kind: str, filename: str) -> Manifest:
+    """Return the manifest of a DOM element: programs find such elements in ``unknown_tags``, too."""
+    if root.tagName != kind:
+        raise InvalidManifest(f"manifest [{filename}] must have a single '{kind}' element")
+    where = f"Invalid manifest file [{filename}]:"
     result = Manifest(kind, filename)
-    about = root.find("description")
-    result.description = _inner(about)
-    result.brief = about.get("brief", "") if about is not None else ""
-    result.author = ", ".join(_texts(root, "author"))
-    licence = root.find("license")
-    result.license = _inner(licence)
-    result.license_url = licence.get("url", "") if licence is not None else ""
-    review = root.find("review")
-    result.status = "unreviewed" if review is None else review.get("status", "")
-    result.notes = "" if review is None else review.get("notes", "")
-    result.url = next(iter(_texts(root, "url")), None)
-    result.version = next(iter(_texts(root, "version")), None)
-    result.depends = [Depend(each.get(kind, ""), kind) for each in root.findall("depend")]
-    result.rosdeps = [RosDep(each.get("name", "")) for each in root.findall("rosdep")]
-    result.platforms = [
-        Platform(each.get("os", ""), each.get("version", ""), each.get("notes")) for each in root.findall("platform")
+    if len(children(root, "license")) > 1:
+        raise InvalidManifest("Invalid manifest file: must have only one 'license' element")
+    try:
+        about, licence, url, version = (only(root, tag) for tag in ("description", "license", "url", "version"))
+    except ValueError as error:
+        raise InvalidManifest(f"{where} {error}") from None
+    result = Manifest(kind, filename)
+    try:
+        about, licence, url, version = (only(root, tag) for tag in ("description", "license", "url", "version"))
+    except ValueError as error:
+        raise InvalidManifest(f"Invalid manifest file [{filename}]: {error}") from None
+    result.description = None if about is None else "".join(child.toxml() for child in about.childNodes)
+    result.brief = "" if about is None else about.getAttribute("brief")
+    authors = [text(each).strip() for each in children(root, "author")]
+    result.author = ", ".join(authors) if authors else None
+    if licence is not None:
+        result.license, result.license_url = text(licence).strip(), licence.getAttribute("url")
+    result.status = "unreviewed"
+    for review in children(root, "review")[:1]:
+        result.status, result.notes = review.getAttribute("status"), review.getAttribute("notes")
+    result.url = None if url is None else text(url).strip()
+    result.version = None if version is None else text(version).strip()
+    for each in children(root, "depend"):
+        if not each.hasAttribute(kind):
+            raise InvalidManifest(f"{where} depends is missing '{kind}' attribute")
+        result.depends.append(Depend(each.getAttribute(kind), kind))
+    for each in children(root, "rosdep"):
+        if not each.hasAttribute("name"):
+            raise InvalidManifest(f"invalid rosdep tag in [{filename}]")
+        result.rosdeps.append(RosDep(each.getAttribute("name")))
+    result.platforms = [_platform(each) for each in children(root, "platform")]
+    result.exports = [
+        Export(child.tagName, dict(child.attributes.items()), text(child))
+        for tag in children(root, "export")
+        for child in children(tag)
     ]
-    result.exports = _exports(root)
-    result.unknown_tags = [each for each in root if each.tag not in _KNOWN]
+    result.unknown_tags = [each for each in children(root) if each.tagName not in _KNOWN]
     return result
+
+
+def _platform(element: Any) -> Platform:
+    for needed in ("os", "version"):
+        if not element.hasAttribute(needed):
+            raise InvalidManifest(f"<platform> tag is missing required ''{needed}'' attribute")
+    return Platform(*(element.getAttribute(name) for name in ("os", "version", "notes")))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 from pyros1.drop_in.missing import missing
@@ -125,21 +126,21 @@ class RosPack(ManifestManager):
 
     def __init__(self, ros_paths: Sequence[str] | None = None) -> None:
         super().__init__(MANIFEST_FILE, ros_paths)
-        if self._given:
-            paths = os.pathsep.join(self._ros_paths)
-            self._index = PackageIndex({"ROS_PACKAGE_PATH": paths}, installs=[], own=os.devnull)
-        else:
-            self._index = PackageIndex(os.environ)
+        self._index = package_index(self._ros_paths if self._given else None)
 
     def _find(self) -> dict[str, str]:
-        return {name: str(path) for name, path in self._index.paths().items()}
+        paths = {name: str(path) for name, path in self._index.paths().items()}
+        return {name: path for name, path in paths.items() if not is_metapackage(path)}
 
     def get_path(self, name: str) -> str:
         """Return the folder of a package; raises ResourceNotFound."""
-        try:
-            return self._index.find_folder(name)  # without a search through all
-        except LookupError:
-            raise ResourceNotFound(name, ros_paths=self._ros_paths) from None
+        folder = ""
+        if isinstance(name, str):
+            with suppress(LookupError):
+                folder = self._index.find_folder(name)  # without a search through all
+        if not folder or is_metapackage(folder):
+            raise ResourceNotFound(name, ros_paths=self._ros_paths)
+        return folder
 
     def get_rosdeps(self, package: str, implicit: bool = True) -> Any:
         """Return the names of the system packages that a package needs; arguments as for :meth:`get_depends`."""
@@ -164,15 +165,11 @@ class RosStack(ManifestManager):
 
     def _find(self) -> dict[str, str]:
         found: dict[str, str] = {}
-        for root in self._ros_paths:
+        for root in reversed(self._ros_paths):  # the first wins
             list_by_path(STACK_FILE, root, found)
-        for name, folder in RosPack(self._ros_paths if self._given else None)._find().items():
-            try:
-                metapackage = any(e.tag == "metapackage" for e in parse_manifest_file(folder, MANIFEST_FILE).exports)
-            except (InvalidManifest, OSError):
-                continue
-            if metapackage:
-                found.setdefault(name, folder)
+        for name, path in package_index(self._ros_paths if self._given else None).paths().items():
+            if is_metapackage(str(path)):
+                found.setdefault(name, str(path))
         return found
 
     def packages_of(self, stack: str) -> Any:
@@ -186,22 +183,38 @@ class RosStack(ManifestManager):
         return get_stack_version_by_dir(self.get_path(stack))
 
 
+def package_index(paths: Sequence[str] | None) -> PackageIndex:
+    """Return what finds the packages in some folders; None: all that pyros1 finds."""
+    if paths is None:
+        return PackageIndex(os.environ)
+    return PackageIndex({"ROS_PACKAGE_PATH": os.pathsep.join(paths)}, installs=[], own=os.devnull)
+
+
 def list_by_path(manifest_name: str, path: str, cache: dict[str, str]) -> Any:
-    """Return the names of the packages or stacks below a folder, and add their folders to ``cache``."""
+    """Return the names of the packages or stacks below a folder, and add their folders to ``cache``.
+
+    Packages that have a package.xml count for every name of a manifest: as stacks, if they are metapackages.
+    """
     names = []
     for folder, below, files in os.walk(os.path.abspath(path), followlinks=False):
         if "rospack_nosubdirs" in files or "CATKIN_IGNORE" in files:
             below.clear()
             if "CATKIN_IGNORE" in files:
                 continue
-        if manifest_name in files:
-            name = package_of_folder(folder) if manifest_name == PACKAGE_FILE else os.path.basename(folder)
-            names.append(name)
-            cache.setdefault(name, folder)
+        if PACKAGE_FILE in files:
+            name = package_of_folder(folder)
             below.clear()
-        elif manifest_name == STACK_FILE and PACKAGE_FILE in files:
+            kinds = {PACKAGE_FILE, STACK_FILE if is_metapackage(folder) else MANIFEST_FILE}
+            if manifest_name not in kinds:
+                continue
+        elif manifest_name in files:
+            name = os.path.basename(folder)
             below.clear()
-        below[:] = sorted(each for each in below if each[0] != ".")
+        else:
+            below[:] = sorted(each for each in below if each[0] != ".")
+            continue
+        names.append(name)
+        cache[name] = folder
     return names
 
 
@@ -225,7 +238,13 @@ def get_package_name(path: str) -> str | None:
 
 
 def expand_to_packages(names: Sequence[str], rospack: RosPack, rosstack: RosStack) -> tuple[Any, Any]:
-    """Return the packages that names of packages and stacks stand for, and the names of neither."""
+    """Return the packages that names of packages and stacks stand for, and the names of neither.
+
+    Raises:
+        ValueError: the names are not a list.
+    """
+    if not isinstance(names, list):
+        raise ValueError("names must be a list of strings")
     valid: list[str] = []
     invalid: list[str] = []
     for name in names:
@@ -239,10 +258,19 @@ def expand_to_packages(names: Sequence[str], rospack: RosPack, rosstack: RosStac
 
 
 def get_stack_version_by_dir(stack_dir: str) -> str | None:
-    """Return the version of the stack in a folder; None if it has none."""
+    """Return the version that the CMakeLists.txt of the stack in a folder says; None if it says none."""
     try:
-        with open(os.path.join(stack_dir, STACK_FILE), encoding="utf-8", errors="replace") as file:
-            match = re.search(r"<version>\s*([^<\s]+)\s*</version>", file.read(1 << 20))
+        with open(os.path.join(stack_dir, "CMakeLists.txt"), encoding="utf-8", errors="replace") as file:
+            match = re.search(r"^\s*rosbuild_make_distribution\s*\(([^)\n]+)\)", file.read(1 << 20), re.MULTILINE)
     except OSError:
-        match = None
-    return match[1] if match else None
+        return None
+    return match[1].strip() if match else None
+
+
+def is_metapackage(folder: str) -> bool:
+    """Return whether a folder has the package.xml of a metapackage, which counts as a stack."""
+    try:
+        with open(os.path.join(folder, PACKAGE_FILE), encoding="utf-8", errors="replace") as file:
+            return re.search(r"<metapackage\s*/?>", file.read(1 << 20)) is not None
+    except OSError:
+        return False

@@ -9,11 +9,13 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import pyros1
+from pyros1.drop_in.binary import as_stock
 from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground import names
 from pyros1.ground.errors import (
     Error,
+    MasterError,
     NodeShutdownError,
     ParameterNotSetError,
     ProtocolError,
@@ -23,7 +25,7 @@ from pyros1.ground.errors import (
 from rospy.core import add_client_shutdown_hook, logdebug, logerr, loginfo, logwarn, register_signals, signal_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.msproxy import MasterProxy, reaching
-from rospy.names import get_caller_id, resolve_name
+from rospy.names import as_text, get_caller_id, resolve_name
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
 TIMEOUT_READY = 15.0
@@ -52,10 +54,11 @@ def load_command_line_node_params(argv: list[str]) -> dict[str, Any]:
     Raises:
         ROSInitException: a value is not YAML.
     """
-    from pyros1.node.parameters.private import private_parameter
+    from pyros1.values import load_yaml
 
+    given = names.parse_arguments(list(argv)).parameters
     try:
-        return {key: private_parameter(text) for key, text in names.parse_arguments(list(argv)).parameters.items()}
+        return {key: load_yaml(text) for key, text in given.items() if text}
     except Error as error:
         raise ROSInitException(f"invalid command-line parameters: {error}") from error
 
@@ -173,7 +176,7 @@ def get_published_topics(namespace: str = "/") -> list[list[str]]:
     Raises:
         ROSException: the master does not answer.
     """
-    code, message, value = get_master().getPublishedTopics(namespace)
+    code, message, value = get_master().getPublishedTopics(resolve_name(namespace))
     if code != 1:
         raise ROSException(f"unable to get published topics: {message}")
     return value
@@ -188,7 +191,7 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Any = None) -> Any:
         timeout: seconds of wall time, or a Duration; None: no limit.
 
     Raises:
-        ROSException: none came in time.
+        ROSException: none came in time; or the master refuses the topic.
         ROSInterruptException: the node is shutting down.
     """
     from rospy.topics import Subscriber
@@ -206,6 +209,8 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Any = None) -> Any:
         raise ROSException(f"timeout exceeded while waiting for message on topic {topic}") from None
     except NodeShutdownError:
         raise ROSInterruptException("rospy shutdown") from None
+    except MasterError as error:
+        raise ROSException(f"unable to wait for a message on topic {topic}: {error}") from None
     finally:
         probe.unregister()
 
@@ -225,7 +230,7 @@ def get_param(param_name: str, default: Any = _unspecified) -> Any:
     """
     try:
         with reaching():
-            return get_master().parameters[param_name]
+            return as_stock(get_master().parameters[as_text(param_name)])
     except ParameterNotSetError:
         if default is not _unspecified:
             return default
@@ -245,9 +250,9 @@ def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
     if PROCESS.node is None:
         return get_param(param_name, default)
     with reaching():
-        value = PROCESS.node.params.cached(param_name, _unspecified)
+        value = PROCESS.node.params.cached(as_text(param_name), _unspecified)
     if value is not _unspecified:
-        return value
+        return as_stock(value)
     if default is not _unspecified:
         return default
     raise KeyError(param_name)
@@ -268,13 +273,18 @@ def set_param(param_name: str, param_value: Any) -> None:
     """
     try:
         with reaching():
-            get_master().parameters[param_name] = param_value
+            get_master().parameters[as_text(param_name)] = param_value
     except SerializationError as error:
         raise (OverflowError if "does not fit" in str(error) else TypeError)(str(error)) from None
 
 
 def search_param(param_name: str) -> str | None:
-    """Return the full name of the nearest parameter of that name, from the node's own namespace upwards; or None."""
+    """Return the full name of the nearest parameter of that name, from the node's own namespace upwards; or None.
+
+    Raises:
+        ROSException: the name is private.
+        TypeError: it is None.
+    """
     with reaching():
         return get_master().search_param(param_name)
 
@@ -282,7 +292,7 @@ def search_param(param_name: str) -> str | None:
 def has_param(param_name: str) -> bool:
     """Return whether a parameter is set."""
     with reaching():
-        return param_name in get_master().parameters
+        return as_text(param_name) in get_master().parameters
 
 
 def delete_param(param_name: str) -> None:
@@ -293,7 +303,7 @@ def delete_param(param_name: str) -> None:
     """
     try:
         with reaching():
-            del get_master().parameters[param_name]
+            del get_master().parameters[as_text(param_name)]
     except ParameterNotSetError:
         raise KeyError(param_name) from None
 

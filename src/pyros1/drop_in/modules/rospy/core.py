@@ -17,7 +17,7 @@ from rospy.exceptions import ROSException, ROSInitException
 from rospy.impl.loggers import *  # noqa: F403  the log functions
 from rospy.impl.validators import ParameterInvalid
 from rospy.names import *  # noqa: F403
-from rospy.names import LATE, valid_name
+from rospy.names import LATE, SEP, valid_name
 
 ROSRPC = "rosrpc://"
 MASTER_NAME = "master"
@@ -191,8 +191,15 @@ def xmlrpcapi(uri: str | None, cache: bool = True) -> Any:
 
 
 def is_topic(param_name: str) -> Callable[[Any, str], str]:
-    """Return a check of topic names, called with (value, caller id)."""
-    return valid_name(param_name)
+    """Return a check of topic names, called with (value, caller id); it raises ParameterInvalid."""
+    valid = valid_name(param_name)
+
+    def check(value: Any, caller_id: str) -> str:
+        if value == SEP:
+            raise ParameterInvalid(f"ERROR: parameter [{param_name}] cannot be the global namespace")
+        return valid(value, caller_id)
+
+    return check
 
 
 _late = {**LATE, "rosgraph": "rosgraph.", "Log": "rosgraph_msgs.msg", "NullHandler": "logging"}

@@ -7,13 +7,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from pyros1.drop_in.binary import as_stock
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground import names
-from pyros1.ground.errors import MasterUnreachableError, ParameterNotSetError
+from pyros1.ground.errors import MasterError, MasterUnreachableError, ParameterNotSetError
 from pyros1.net.hosts import master_uri
 from pyros1.net.master_client import MasterClient
 from pyros1.node.parameters.parameters import Parameters
-from rospy.names import get_caller_id, get_mappings, resolve_name
+from rospy.exceptions import ROSException
+from rospy.names import as_text, get_caller_id, get_mappings, resolve_name
 
 _RESOLVED = {
     **dict.fromkeys(("deleteParam", "setParam", "getParam", "searchParam", "hasParam"), 0),
@@ -71,41 +73,52 @@ class MasterProxy:
             if place is not None and place < len(words) and key != "searchParam":
                 words[place] = resolve_name(words[place])
             with reaching():
-                return self.client.ask(key, *words)
+                answer = self.client.ask(key, *words)
+            return as_stock(answer) if key == "getParam" else answer
 
         return call
 
     def __getitem__(self, key: str) -> Any:
         """Return a parameter; raises KeyError if it is not set."""
         try:
-            return self.parameters[key]
+            return as_stock(self.parameters[as_text(key)])
         except ParameterNotSetError:
             raise KeyError(key) from None
 
     def __setitem__(self, key: str, val: Any) -> None:
-        self.parameters[key] = val
+        self.parameters[as_text(key)] = val
 
     def __delitem__(self, key: str) -> None:
         """Delete a parameter; raises KeyError if it is not set."""
         try:
-            del self.parameters[key]
+            del self.parameters[as_text(key)]
         except ParameterNotSetError:
             raise KeyError(key) from None
 
     def __contains__(self, key: str) -> bool:
-        return key in self.parameters
+        return as_text(key) in self.parameters
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.parameters.names())
 
     def search_param(self, key: str) -> str | None:
-        """Return the full name of the nearest parameter of that name, or None."""
-        return self.parameters.search(key) if key else None
+        """Return the full name of the nearest parameter of that name, or None.
+
+        Raises:
+            ROSException: the name is private.
+            TypeError: it is None.
+        """
+        if key is None:
+            raise TypeError("cannot marshal None unless allow_none is enabled")
+        try:
+            return self.parameters.search(str(key)) if key else None
+        except MasterError as error:
+            raise ROSException(f"cannot search for parameter: {error}") from None
 
     def get_param_cached(self, key: str) -> Any:
         """Return a parameter from a copy that the master keeps up to date; raises KeyError if it is not set."""
         missing = object()
-        value = self.parameters.cached(key, missing)
+        value = self.parameters.cached(as_text(key), missing)
         if value is missing:
             raise KeyError(key)
-        return value
+        return as_stock(value)

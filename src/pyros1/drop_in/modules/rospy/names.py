@@ -24,14 +24,19 @@ def isstring(s: object) -> bool:
     return isinstance(s, str)
 
 
-def is_global(name: str) -> bool:
-    """Return whether a name begins at the root."""
-    return bool(name) and name[0] == SEP
+def as_text(name: Any) -> str:
+    """Return a name as text, as stock's functions take it: None is the empty name."""
+    return "" if name is None else str(name)
 
 
-def is_private(name: str) -> bool:
-    """Return whether a name is below the node's own."""
-    return bool(name) and name[0] == "~"
+def is_global(name: str) -> Any:
+    """Return whether a name begins at the root; an empty one is returned as it is."""
+    return name and name[0] == SEP
+
+
+def is_private(name: str) -> Any:
+    """Return whether a name is below the node's own; an empty one is returned as it is."""
+    return name and name[0] == "~"
 
 
 def ns_join(ns: str, name: str) -> str:
@@ -55,6 +60,10 @@ def namespace(name: str) -> str:
 
 _given: dict[str, list[str]] = {}
 """The command line that `reload_mappings` has set in the place of the process's."""
+
+
+_early: dict[str, str] = {}
+"""The remappings of `initialize_mappings`."""
 
 
 def _arguments() -> names.Arguments:
@@ -89,16 +98,21 @@ def get_namespace() -> str:
 def get_mappings() -> dict[str, str]:
     """Return the name remappings of the command line, and those like ``__ns``, as they were given."""
     arguments = _arguments()
-    return {**arguments.special, **arguments.remappings}
+    return {**arguments.special, **{old: new for old, new in arguments.remappings.items() if new}}
 
 
 def get_resolved_mappings() -> dict[str, str]:
-    """Return the name remappings of the command line, with full names; none before there is a node."""
-    return {} if PROCESS.node is None else {**PROCESS.node.arguments.special, **_resolved(PROCESS.node.name)}
+    """Return the name remappings of the command line, with full names.
+
+    There are none before there is a node, or what `initialize_mappings` has made.
+    """
+    if PROCESS.node is None:
+        return dict(_early)
+    return {**PROCESS.node.arguments.special, **_resolved(PROCESS.node.name)}
 
 
 def _resolved(caller: str) -> dict[str, str]:
-    return {_full(old, caller): _full(new, caller) for old, new in _arguments().remappings.items()}
+    return {_full(old, caller): _full(new, caller) for old, new in _arguments().remappings.items() if new}
 
 
 def _full(name: str, caller_id: str) -> str:
@@ -121,7 +135,11 @@ def resolve_name(name: str, caller_id: str | None = None) -> str:
         caller_id: full name of the node; None: the program's own.
     """
     full = _full(name, caller_id or get_caller_id())
-    if not name or PROCESS.node is None or not PROCESS.node.arguments.remappings:
+    if not name:
+        return full
+    if PROCESS.node is None:
+        return _early.get(full, full)
+    if not PROCESS.node.arguments.remappings:
         return full
     return _resolved(PROCESS.node.name).get(full, full)
 
@@ -179,13 +197,14 @@ def scoped_name(caller_id: str, name: str) -> str:
 
 
 def initialize_mappings(node_name: str) -> None:
-    """Do nothing: remappings are resolved when they are needed.
+    """Resolve the remappings of the command line for a node that has not started; its start does so, too.
 
-    Raises:
-        ROSInitException: there is no node of that name.
+    Args:
+        node_name: the full name that it will have.
     """
-    if PROCESS.node is None or PROCESS.node.name != node_name:
-        raise ROSInitException(f"the node {node_name} has not started: call rospy.init_node()")
+    arguments = _arguments()
+    _early.clear()
+    _early.update({**arguments.special, **_resolved(node_name)})
 
 
 # Checks of arguments --------------------------------------------------------------------------------------------------
@@ -227,7 +246,9 @@ def global_name(param_name: str) -> Callable[[Any, str], str]:
     def check(value: Any, caller_id: str) -> str:
         from rospy.impl.validators import ParameterInvalid
 
-        if not value or not isinstance(value, str) or not is_global(value):
+        if not value or not isinstance(value, str):
+            raise ParameterInvalid(f"ERROR: parameter [{param_name}] must be a non-empty string")
+        if not is_global(value):
             raise ParameterInvalid(f"ERROR: parameter [{param_name}] must be a globally referenced name")
         return value
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from typing import Any
 
@@ -11,6 +12,9 @@ from pyros1.drop_in.process import PROCESS
 from rospy.exceptions import ROSInitException
 
 _NS = 1_000_000_000
+_TICKS = threading.Condition()
+_ticking: list[bool] = []
+"""Whether there is somebody to be notified."""
 
 
 def _own(value: Any) -> Any:
@@ -166,12 +170,32 @@ def switch_to_wallclock() -> None:
     PROCESS.wall_time = True
 
 
+def get_rostime_cond() -> threading.Condition:
+    """Return the condition that is notified of each new simulated time, and of the end of the node."""
+    with _TICKS:
+        if not _ticking:
+            _ticking.append(True)
+            PROCESS.when_started(_tick)
+    return _TICKS
+
+
+def _tick(node: Any) -> None:
+    PROCESS.on_shutdown(_wake, "after")
+    if node.simulated_time:
+        from pyros1.msgs.rosgraph_msgs.msg import Clock
+
+        node.subscribe("/clock", Clock, _wake, queue_size=1)
+
+
+def _wake(_: object) -> None:
+    with _TICKS:
+        _TICKS.notify_all()
+
+
 def wallsleep(duration: float) -> None:
     """Sleep for some seconds of wall time."""
     if duration > 0:
         time.sleep(duration)
 
 
-__getattr__, __dir__ = _names(
-    __name__, why={"get_rostime_cond": "use rospy.sleep", "_set_rostime": "publish rosgraph_msgs/Clock on /clock"}
-)
+__getattr__, __dir__ = _names(__name__, why={"_set_rostime": "publish rosgraph_msgs/Clock on /clock"})

@@ -10,7 +10,7 @@ from pyros1.drop_in.missing import names as _names
 from pyros1.ground.names import canonicalize_name
 from rospy.core import *  # noqa: F403  stock's module has these names, too
 from rospy.impl.registration import Registration
-from rospy.names import LATE, resolve_name, warn_of_name
+from rospy.names import LATE, as_text, resolve_name, warn_of_name
 
 logger = logging.getLogger("rospy.service")
 
@@ -26,15 +26,13 @@ class _Service:
         resolved_name: full name. service_class, request_class, response_class: as given, or in it.
 
     Raises:
-        ValueError: the name is not a text.
         AttributeError: the class is not that of a service.
     """
 
     def __init__(self, name: str, service_class: Any) -> None:
-        if not name or not isinstance(name, str):
-            raise ValueError("service name is not a non-empty string")
-        self._given = canonicalize_name(name)
-        warn_of_name(name, 4)
+        self._given = canonicalize_name(as_text(name)) or "/"
+        if name:
+            warn_of_name(self._given, 4)
         self.resolved_name = resolve_name(name)
         self.service_class = service_class
         self.request_class = service_class._request_class
@@ -49,9 +47,9 @@ class ServiceManager:
         self.map: dict[str, Any] = {}
         self.lock = threading.RLock()
 
-    def get_services(self) -> list[tuple[str, str]]:
-        """Return (name, type) of each service."""
-        return [(name, service.service_class._type) for name, service in list(self.map.items())]
+    def get_services(self) -> list[tuple[str, str | None]]:
+        """Return (name, address) of each service."""
+        return [(name, service.uri) for name, service in list(self.map.items())]
 
     def get_service(self, resolved_service_name: str) -> Any:
         """Return a service; None if there is none."""

@@ -66,6 +66,7 @@ class Topic:
 
     Raises:
         ValueError: an argument is not what it should be.
+        TypeError: ``reg_type`` is not.
     """
 
     impl: Any
@@ -87,6 +88,8 @@ class Topic:
         self.type: str = data_class._type  # type: ignore[attr-defined]
         self.md5sum: str = data_class._md5sum
         self.reg_type = reg_type
+        if reg_type not in (Registration.PUB, Registration.SUB):
+            raise TypeError(f"invalid reg_type: {reg_type}")
         self.impl = TOPICS.acquire_impl(reg_type, self.resolved_name, data_class)
         self._handle: Any = None
 

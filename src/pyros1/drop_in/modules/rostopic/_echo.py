@@ -87,7 +87,7 @@ class CallbackEcho:
             options = {"no_string": val.no_string, "no_array": val.no_array}
             val = val.message
         if isinstance(val, Message) or (type_information is not None and not isinstance(val, str)):
-            return format_message(
+            text = format_message(
                 val,
                 width=fixed_numeric_width,
                 time_offset=time_offset,
@@ -96,7 +96,14 @@ class CallbackEcho:
                 indent=indent,
                 **options,
             ).lstrip("\n")
-        return strify_message(val, indent, time_offset=time_offset, current_time=current_time)
+            return f"\n{text}" if indent else text
+        return strify_message(
+            val,
+            indent,
+            time_offset=time_offset,
+            current_time=current_time,
+            fixed_numeric_width=fixed_numeric_width,
+        )
 
     def callback(self, data: Any, callback_args: Any, current_time: Any = None) -> None:
         """Print a message.

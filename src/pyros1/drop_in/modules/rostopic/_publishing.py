@@ -145,24 +145,29 @@ def file_yaml_arg(filename: str) -> Callable[[], Iterator[list[Any]]]:
 
 
 def _documents(text: str) -> Iterator[list[Any]]:
+    for document in _values(text):
+        yield document if isinstance(document, list) else [document]
+
+
+def _values(text: str) -> Iterator[Any]:
     try:
         for document in yaml.safe_load_all(text):
             if document is not None:
-                yield document if isinstance(document, list) else [document]
+                yield document
     except yaml.YAMLError as error:
         raise _refused(f"Invalid YAML: {error}") from None
 
 
-def stdin_yaml_arg() -> Iterator[list[Any]]:
-    """Yield the documents of the standard input as they come, each as a list of values; ``---`` ends one."""
+def stdin_yaml_arg() -> Iterator[Any]:
+    """Yield the values of the documents of the standard input as they come; ``---`` ends one."""
     lines: list[str] = []
     for line in sys.stdin:
         if line.startswith("---"):
-            yield from _documents("".join(lines))
+            yield from _values("".join(lines))
             lines = []
         else:
             lines.append(line)
-    yield from _documents("".join(lines))
+    yield from _values("".join(lines))
 
 
 def stdin_publish(
@@ -178,7 +183,8 @@ def stdin_publish(
             pace.sleep()
         made = msg_class()
         try:
-            fill_message_args(made, values, keys={"now": rospy.get_rostime(), "auto": _now_header()})
+            arguments = values if isinstance(values, list) else [values]
+            fill_message_args(made, arguments, keys={"now": rospy.get_rostime(), "auto": _now_header()})
         except genpy.MessageException as error:
             raise _refused(f"{error}\n\nArgs are: [{get_printable_message_args(made)}]") from None
         if not number:

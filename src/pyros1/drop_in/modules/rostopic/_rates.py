@@ -1,247 +1,287 @@
-"""How often messages come, how large and how old they are: classes whose methods are callbacks of subscribers."""
+"""How often messages come, how large they are and how old: `rostopic hz`, `bw` and `delay` for programs."""
 
 from __future__ import annotations
 
 import math
-import sys
-import threading
 import time
+import traceback
 from collections import defaultdict
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from threading import Lock
+from typing import Any, NamedTuple
 
 import rospy
 
-_MOST = 50_000
-"""Size of a window without limit."""
+_MOST = 50000
+"""Messages that count if no window is given."""
+_COLUMNS = ("topic", "rate", "min_delta", "max_delta", "std_dev", "window")
+_GAP = "   "
+
+
+class _Summary(NamedTuple):
+    """Of numbers: their mean, the smallest and the largest, their deviation from the mean, and how many they are."""
+
+    mean: float
+    least: float
+    most: float
+    deviation: float
+    number: int
+
+    @classmethod
+    def of(cls, values: Sequence[float]) -> _Summary:
+        mean = sum(values) / len(values)
+        deviation = math.sqrt(sum((value - mean) ** 2 for value in values) / len(values))
+        return cls(mean, min(values), max(values), deviation, len(values))
+
+
+def _get_ascii_table(header: Sequence[str], cols: Mapping[str, Sequence[str]]) -> str:
+    """Return a table as text: ``header`` names the columns, ``cols`` has their cells, from top to bottom."""
+    widths = [max(map(len, [name, *cols[name]])) for name in header]
+    lines = [_GAP.join(name.center(width) for name, width in zip(header, widths, strict=True))]
+    lines.append("=" * (sum(widths) + len(_GAP) * (len(widths) - 1)))
+    for row in zip(*(cols[name] for name in header), strict=True):
+        lines.append(_GAP.join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)))
+    return "\n".join(lines)
 
 
 class ROSTopicHz:
-    """Rates of topics.
+    """How often messages come.
 
     Args:
-        window_size: number of messages that count; negative: many.
-        filter_expr: function that tells whether a message counts; None: all do.
-        use_wtime: whether to use wall time, not the node's.
+        window_size: number of messages that count; -1: very many.
+        filter_expr: called with each message: whether it counts.
+        use_wtime: whether to use wall time in the place of ROS time.
     """
 
-    def __init__(self, window_size: int, filter_expr: Any = None, use_wtime: bool = False) -> None:
-        self.lock = threading.Lock()
-        self.last_printed_tn: float = 0
-        self.msg_t0: float = -1
-        self.msg_tn: float = 0
-        self.times: list[float] = []
-        self._last_printed_tn: dict[Any, float] = defaultdict(int)
-        self._msg_t0: dict[Any, float] = defaultdict(lambda: -1)
-        self._msg_tn: dict[Any, float] = defaultdict(int)
-        self._times: dict[Any, list[float]] = defaultdict(list)
+    def __init__(
+        self, window_size: int, filter_expr: Callable[[Any], object] | None = None, use_wtime: bool = False
+    ) -> None:
+        self.lock = Lock()
+        self.window_size = _MOST if window_size < 0 else window_size
         self.filter_expr = filter_expr
         self.use_wtime = use_wtime
-        self.window_size = _MOST if window_size < 0 else window_size
+        self._last_printed: defaultdict[str | None, float] = defaultdict(int)
+        self._first: defaultdict[str | None, float] = defaultdict(lambda: -1)
+        self._latest: defaultdict[str | None, float] = defaultdict(int)
+        self._gaps: defaultdict[str | None, list[float]] = defaultdict(list)
 
-    def get_last_printed_tn(self, topic: Any = None) -> float:
-        """Return the time of the last message that was printed, in seconds."""
-        return self.last_printed_tn if topic is None else self._last_printed_tn[topic]
+    @property
+    def last_printed_tn(self) -> float:
+        """See `get_last_printed_tn`."""
+        return self._last_printed[None]
 
-    def set_last_printed_tn(self, value: float, topic: Any = None) -> None:
-        """Set the time of the last message that was printed."""
-        if topic is None:
-            self.last_printed_tn = value
-        self._last_printed_tn[topic] = value
+    @property
+    def msg_t0(self) -> float:
+        """See `get_msg_t0`."""
+        return self._first[None]
 
-    def get_msg_t0(self, topic: Any = None) -> float:
-        """Return the time of the first message in seconds, -1 before it came."""
-        return self.msg_t0 if topic is None else self._msg_t0[topic]
+    @property
+    def msg_tn(self) -> float:
+        """See `get_msg_tn`."""
+        return self._latest[None]
 
-    def set_msg_t0(self, value: float, topic: Any = None) -> None:
-        """Set the time of the first message."""
-        if topic is None:
-            self.msg_t0 = value
-        self._msg_t0[topic] = value
+    @property
+    def times(self) -> list[float]:
+        """See `get_times`."""
+        return self._gaps[None]
 
-    def get_msg_tn(self, topic: Any = None) -> float:
-        """Return the time of the last message in seconds."""
-        return self.msg_tn if topic is None else self._msg_tn[topic]
+    def get_last_printed_tn(self, topic: str | None = None) -> float:
+        """Return the time, in seconds, of the latest message that `get_hz` looked at; 0 if there is none."""
+        return self._last_printed[topic]
 
-    def set_msg_tn(self, value: float, topic: Any = None) -> None:
-        """Set the time of the last message."""
-        if topic is None:
-            self.msg_tn = value
-        self._msg_tn[topic] = value
+    def set_last_printed_tn(self, value: float, topic: str | None = None) -> None:
+        """Set that time."""
+        self._last_printed[topic] = value
 
-    def get_times(self, topic: Any = None) -> list[float]:
-        """Return the seconds between messages."""
-        return self.times if topic is None else self._times[topic]
+    def get_msg_t0(self, topic: str | None = None) -> float:
+        """Return the time, in seconds, of the first message; -1 if there is none."""
+        return self._first[topic]
 
-    def set_times(self, value: list[float], topic: Any = None) -> None:
-        """Set the seconds between messages."""
-        if topic is None:
-            self.times = value
-        self._times[topic] = value
+    def set_msg_t0(self, value: float, topic: str | None = None) -> None:
+        """Set that time."""
+        self._first[topic] = value
 
-    def callback_hz(self, m: Any, topic: Any = None) -> None:
+    def get_msg_tn(self, topic: str | None = None) -> float:
+        """Return the time, in seconds, of the latest message; 0 if there is none."""
+        return self._latest[topic]
+
+    def set_msg_tn(self, value: float, topic: str | None = None) -> None:
+        """Set that time."""
+        self._latest[topic] = value
+
+    def get_times(self, topic: str | None = None) -> list[float]:
+        """Return the seconds between one message and the next, for those that count."""
+        return self._gaps[topic]
+
+    def set_times(self, value: list[float], topic: str | None = None) -> None:
+        """Set them."""
+        self._gaps[topic] = value
+
+    def callback_hz(self, m: Any, topic: str | None = None) -> None:
         """Count a message.
 
         Args:
-            m: the message.
-            topic: its topic, if there are several.
+            m: the message; only ``filter_expr`` looks at it.
+            topic: the topic's name, if there are several.
         """
         if self.filter_expr is not None and not self.filter_expr(m):
             return
         with self.lock:
             now = time.time() if self.use_wtime else rospy.get_rostime().to_sec()
-            if self.get_msg_t0(topic) < 0 or self.get_msg_t0(topic) > now:  # the first, or time has gone back
-                self.set_msg_t0(now, topic)
-                self.set_times([], topic)
+            gaps = self._gaps[topic]
+            if now == 0:
+                if gaps:
+                    print("time has reset, resetting counters")
+                    self._gaps[topic] = []
+                return
+            if not 0 <= self._first[topic] <= now:  # the first one, or the time has jumped back
+                self._first[topic] = now
+                self._gaps[topic] = []
             else:
-                self.get_times(topic).append(now - self.get_msg_tn(topic))
-            self.set_msg_tn(now, topic)
-            if len(self.get_times(topic)) > self.window_size - 1:
-                self.get_times(topic).pop(0)
+                gaps.append(now - self._latest[topic])
+                if len(gaps) >= self.window_size:
+                    del gaps[0]
+            self._latest[topic] = now
 
-    def get_hz(self, topic: Any = None) -> tuple[float, float, float, float, int] | None:
-        """Return rate in Hz; shortest, longest and standard deviation of the time between messages in seconds; and
-        number of messages. None if nothing came since the last call.
+    def get_hz(self, topic: str | None = None) -> tuple[float, float, float, float, int] | None:
+        """Return what has been counted.
+
+        Returns:
+            The rate in Hz; the shortest and the longest time between two messages and the deviation of these times
+            from their mean, in seconds; the number of messages. None if there are no new ones since the last call.
         """
         with self.lock:
-            times = list(self.get_times(topic))
-            if not times or self.get_msg_tn(topic) == self.get_last_printed_tn(topic):
+            gaps = self._gaps.get(topic)
+            latest = self._latest[topic]
+            if not gaps or latest == self._last_printed[topic]:
                 return None
-            self.set_last_printed_tn(self.get_msg_tn(topic), topic)
-        mean = sum(times) / len(times)
-        deviation = math.sqrt(sum((each - mean) ** 2 for each in times) / len(times))
-        return (1.0 / mean if mean > 0 else 0.0), min(times), max(times), deviation, len(times) + 1
+            self._last_printed[topic] = latest
+            found = _Summary.of(gaps)
+        rate = 1 / found.mean if found.mean > 0 else 0
+        return rate, found.least, found.most, found.deviation, found.number + 1
 
-    def print_hz(self, topics: Sequence[Any] = (None,)) -> None:
-        """Print the rates of topics."""
-        if len(topics) == 1:
-            found = self.get_hz(topics[0])
-            if found is None:
-                print("no new messages")
-                return
-            rate, shortest, longest, deviation, count = found
-            print(
-                f"average rate: {rate:.3f}\n\tmin: {shortest:.3f}s max: {longest:.3f}s std dev: {deviation:.5f}s "
-                f"window: {count}"
-            )
-            sys.stdout.flush()
-            return
-        rows = []
-        for topic in topics:
-            found = self.get_hz(topic)
-            if found is not None:
-                rows.append((str(topic), *(f"{each:.4g}" for each in found[:4]), str(found[4])))
-        if not rows:
+    def print_hz(self, topics: Sequence[str | None] = (None,)) -> None:
+        """Print what has been counted: of one topic, or a table of several."""
+        found = {topic: each for topic, each in ((topic, self.get_hz(topic)) for topic in topics) if each is not None}
+        if not found:
             print("no new messages")
-            return
-        print(_get_ascii_table(("topic", "rate", "min_delta", "max_delta", "std_dev", "window"), rows))
-
-
-def _get_ascii_table(header: Sequence[str], cols: Sequence[Sequence[str]]) -> str:
-    """Return rows as a table.
-
-    Args:
-        header: names of the columns.
-        cols: the rows.
-    """
-    widths = [max(map(len, column)) for column in zip(header, *cols, strict=True)]
-    lines = ["   ".join(f"{word:<{width}}" for word, width in zip(row, widths, strict=True)) for row in (header, *cols)]
-    return "\n".join((lines[0], "=" * len(lines[0]), *lines[1:]))
+        elif len(topics) == 1:
+            rate, least, most, deviation, number = found[topics[0]]
+            print(
+                f"average rate: {rate:.3f}\n"
+                f"\tmin: {least:.3f}s max: {most:.3f}s std dev: {deviation:.5f}s window: {number}"
+            )
+        else:
+            cells = [
+                [str(topic), *(f"{value:.4}" for value in each[:4]), str(each[4])] for topic, each in found.items()
+            ]
+            print(_get_ascii_table(_COLUMNS, dict(zip(_COLUMNS, zip(*cells, strict=True), strict=True))) + "\n")
 
 
 class ROSTopicBandwidth:
-    """Bytes per second of a topic; subscribe with `rospy.AnyMsg`.
+    """How many bytes come.
 
     Args:
-        window_size: number of messages that count; negative: many.
+        window_size: number of messages that count.
     """
 
     def __init__(self, window_size: int = 100) -> None:
-        self.lock = threading.Lock()
+        self.lock = Lock()
         self.last_printed_tn = 0
         self.sizes: list[int] = []
         self.times: list[float] = []
-        self.window_size = window_size if window_size >= 0 else _MOST
+        self.window_size = window_size
 
     def callback(self, data: Any) -> None:
-        """Count a message."""
+        """Count a message, an AnyMsg; a failure is printed to stderr."""
         with self.lock:
-            self.times.append(time.time())
-            self.sizes.append(len(data._buff))
-            if len(self.times) > self.window_size:
-                self.times.pop(0)
-                self.sizes.pop(0)
+            try:
+                size = len(data._buff)
+                self.times.append(time.time())
+                self.sizes.append(size)
+                if len(self.times) > self.window_size:
+                    del self.times[0], self.sizes[0]
+            except Exception:  # noqa: BLE001 - no message of this kind: the others count
+                traceback.print_exc()
 
     def print_bw(self) -> None:
-        """Print bytes per second, and the sizes of the messages."""
+        """Print what has been counted; nothing while there are less than two messages."""
         with self.lock:
-            times, sizes = list(self.times), list(self.sizes)
-        if len(times) < 2:
+            if len(self.times) < 2:
+                return
+            passed = time.time() - self.times[0]
+            found = _Summary.of(self.sizes)
+        if passed <= 0:
             return
-        duration = max(time.time() - times[0], 1e-9)
-        rate = sum(sizes) / duration
-        scale, unit = (1, "B") if rate < 1000 else (1000, "KB") if rate < 1_000_000 else (1_000_000, "MB")
-        values = (sum(sizes) / len(sizes), min(sizes), max(sizes))
-        mean, least, most = (f"{each / scale:.2f}{unit}" for each in values)
-        print(f"average: {rate / scale:.2f}{unit}/s\n\tmean: {mean} min: {least} max: {most} window: {len(sizes)}")
-        sys.stdout.flush()
+        rate = found.mean * found.number / passed
+        unit, factor = ("B", 1) if rate < 1000 else ("KB", 1000) if rate < 1000000 else ("MB", 1000000)
+        speed, mean, least, most = (value / factor for value in (rate, found.mean, found.least, found.most))
+        print(
+            f"average: {speed:.2f}{unit}/s\n"
+            f"\tmean: {mean:.2f}{unit} min: {least:.2f}{unit} max: {most:.2f}{unit} window: {found.number}"
+        )
 
 
 class ROSTopicDelay:
-    """Age of messages with headers.
+    """How old messages are when they come: the time since the stamp in their header.
 
     Args:
-        window_size: number of messages that count; negative: many.
+        window_size: number of messages that count; -1: very many.
     """
 
     def __init__(self, window_size: int) -> None:
-        self.lock = threading.Lock()
+        self.lock = Lock()
         self.last_msg_tn: float = 0
-        self.msg_t0: float = -1.0
+        self.msg_t0 = -1.0
         self.msg_tn: float = 0
         self.delays: list[float] = []
         self.window_size = _MOST if window_size < 0 else window_size
 
     def callback_delay(self, msg: Any) -> None:
-        """Count a message."""
+        """Count a message; the first one is only where the window begins."""
         if not msg._has_header:
             rospy.logerr("msg does not have header")
             return
         with self.lock:
-            now = rospy.get_rostime()
-            if now.to_sec() < self.msg_tn:  # time has gone back
+            now = rospy.get_rostime().to_sec()
+            if now == 0:
+                if self.delays:
+                    print("time has reset, resetting counters")
+                    self.delays = []
+                return
+            if not 0 <= self.msg_t0 <= now:
+                self.msg_t0 = now
                 self.delays = []
-            self.delays.append((now - msg.header.stamp).to_sec())
-            self.msg_tn = now.to_sec()
-            if self.msg_t0 < 0:
-                self.msg_t0 = self.msg_tn
-            if len(self.delays) > self.window_size:
-                self.delays.pop(0)
+            else:
+                self.delays.append(now - msg.header.stamp.to_sec())
+                if len(self.delays) >= self.window_size:
+                    del self.delays[0]
+            self.msg_tn = now
 
     def get_delay(self) -> tuple[float, float, float, float, int] | None:
-        """Return mean, least, greatest and standard deviation of the ages in seconds, and number of messages.
+        """Return what has been counted.
 
-        None if nothing came since the last call.
+        Returns:
+            The mean age, the smallest and the largest, and their deviation from the mean, in seconds; the number of
+            messages. None if there are no new ones since the last call.
         """
         with self.lock:
-            delays = list(self.delays)
-            if not delays or self.msg_tn == self.last_msg_tn:
+            if not self.delays or self.msg_tn == self.last_msg_tn:
                 return None
             self.last_msg_tn = self.msg_tn
-        mean = sum(delays) / len(delays)
-        deviation = math.sqrt(sum((each - mean) ** 2 for each in delays) / len(delays))
-        return mean, min(delays), max(delays), deviation, len(delays)
+            found = _Summary.of(self.delays)
+        return found.mean, found.least, found.most, found.deviation, found.number + 1
 
     def print_delay(self) -> None:
-        """Print the ages."""
+        """Print what has been counted; nothing while there are less than two messages."""
         if not self.delays:
             return
         found = self.get_delay()
         if found is None:
             print("no new messages")
             return
-        mean, least, most, deviation, count = found
+        mean, least, most, deviation, number = found
         print(
-            f"average delay: {mean:.3f}\n\tmin: {least:.3f}s max: {most:.3f}s std dev: {deviation:.5f}s window: {count}"
+            f"average delay: {mean:.3f}\n"
+            f"\tmin: {least:.3f}s max: {most:.3f}s std dev: {deviation:.5f}s window: {number}"
         )
-        sys.stdout.flush()

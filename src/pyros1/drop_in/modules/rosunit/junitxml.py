@@ -1,143 +1,162 @@
-"""Test results in JUnit's format."""
+"""Results of tests in JUnit's XML format, as rosunit writes and reads them (https://wiki.ros.org/rosunit)."""
 
 from __future__ import annotations
 
 import os
 import re
-from pathlib import Path
+from collections.abc import Iterable
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from pyros1.launch.testing.junit import Case, description, printable, read_results
-from pyros1.launch.testing.tests import results_folder
+import rospkg
+from defusedxml.common import DefusedXmlException  # type: ignore[import-untyped]
+from defusedxml.ElementTree import fromstring  # type: ignore[import-untyped]
+
+from pyros1.drop_in.missing import missing
 from rosunit.summaries import print_summary
 
-__all__ = [
-    "Result",
-    "TestCaseResult",
-    "TestError",
-    "TestFailure",
-    "TestInfo",
-    "cdata",
-    "filter_nonprintable_text",
-    "print_summary",
-    "read",
-    "read_all",
-    "test_failure_junit_xml",
-    "test_success_junit_xml",
-]
-
+__getattr__ = missing(
+    "rosunit.junitxml",
+    DomNode="use xml.dom.Node",
+    StringIO="use io.StringIO",
+    char="use chr",
+    codecs="import it",
+    parseString="use xml.dom.minidom.parseString",
+    print_function="Python 3 needs none",
+    reduce="use functools.reduce",
+)
 
 python2 = False
-RE_XML_ILLEGAL = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
-"""Pattern of the characters that XML cannot hold."""
-pattern = RE_XML_ILLEGAL
+pattern = "[^\t\n\r -~\x85\xa0-\xff\u0100-\ud7ff\ue000-\ufdcf\ufde0-\ufffd]"
+invalid_chars = re.compile(pattern)
+"""What XML cannot hold in text that is written."""
+RE_XML_ILLEGAL = (
+    "([\x00-\x08\x0b-\x0c\x0e-\x1f\ufffe-\uffff])|([\ud800-\udbff][^\udc00-\udfff])|([^\ud800-\udbff][\udc00-\udfff])"
+    "|([\ud800-\udbff]$)|(^[\udc00-\udfff])"
+)
+"""What XML cannot hold in files that are read: it becomes "?"."""
+_illegal = re.compile(RE_XML_ILLEGAL)
+_WIDTH = 80
 
 
 def invalid_char_replacer(m: re.Match[str]) -> str:
-    """Return what stands for a character that was found."""
-    return f"&#x{ord(m[0]):04X};"
-
-
-def cdata(cdata_text: str) -> str:
-    """Return a text as a CDATA section."""
-    return f"<![CDATA[\n{cdata_text}\n]]>"
+    """Return the XML reference to the character of a match."""
+    return f"&#x{ord(m.group(0)):04X};"
 
 
 def filter_nonprintable_text(text: str) -> str:
-    """Return a text without characters that XML cannot hold."""
-    return printable(text)
+    """Return a text with references in the place of what XML cannot hold."""
+    return invalid_chars.sub(invalid_char_replacer, text)
+
+
+def cdata(cdata_text: str) -> str:
+    """Return a text between the marks of a CDATA section."""
+    return f"<![CDATA[\n{cdata_text}\n]]>"
+
+
+def _texted(tag: str, text: str, **attributes: str) -> ET.Element:
+    element = ET.Element(tag, attributes)
+    element.text = filter_nonprintable_text(cdata(text))
+    return element
+
+
+def _line(name: str, what: str) -> str:
+    return f"[{name}]{what}".ljust(_WIDTH, "-")
 
 
 class TestInfo:
-    """What a test has found.
+    """Why a test did not succeed.
 
-    Attributes:
-        type: the exception's name. text: its text.
+    Args:
+        type_: name of the kind, for example of an exception.
+        text: for people.
     """
 
-    __test__ = False
-    tag = ""
+    __test__ = False  # none of pytest's
 
     def __init__(self, type_: str, text: str) -> None:
         self.type = type_
         self.text = text
 
-    def xml_element(self) -> ET.Element:
-        """Return it as an XML element."""
-        element = ET.Element(self.tag, {"type": self.type})
-        element.text = cdata(printable(self.text))
-        return element
-
-    def xml(self) -> bytes:
-        """Return it as XML, in UTF-8."""
-        return bytes(ET.tostring(self.xml_element(), encoding="utf-8", method="xml"))
-
 
 class TestError(TestInfo):
-    """A test could not be run to its end."""
+    """A test could not be run."""
 
-    tag = "error"
+    def xml_element(self) -> ET.Element:
+        """Return its element."""
+        return _texted("error", self.text, type=self.type)
+
+    def xml(self) -> bytes:
+        """Return its XML, in UTF-8."""
+        return ET.tostring(self.xml_element(), encoding="utf-8")
 
 
 class TestFailure(TestInfo):
-    """A check failed."""
+    """What a test expects is not so."""
 
-    tag = "failure"
+    def xml_element(self) -> ET.Element:
+        """Return its element."""
+        return _texted("failure", self.text, type=self.type)
+
+    def xml(self) -> bytes:
+        """Return its XML, in UTF-8."""
+        return ET.tostring(self.xml_element(), encoding="utf-8")
 
 
 class TestCaseResult:
     """Result of one test.
 
     Attributes:
-        name, classname: of the test. time: seconds. failures, errors: what was found.
+        name, classname: of the test. time: seconds that it took. failures, errors: why it did not succeed.
     """
 
     __test__ = False
 
     def __init__(self, name: str) -> None:
         self.name = name
-        self.classname = ""
-        self.time = 0.0
         self.failures: list[Any] = []
         self.errors: list[Any] = []
+        self.time = 0.0
+        self.classname = ""
 
     @property
     def passed(self) -> bool:
-        """Whether nothing was found."""
-        return not self.failures and not self.errors
+        """Whether the test has succeeded."""
+        return not self.errors and not self.failures
 
     @property
     def description(self) -> str:
-        """The result as text for a summary."""
-        found = [[(each.type, each.text) for each in some] for some in (self.failures, self.errors)]
-        return description(Case(self.name, failures=found[0], errors=found[1]))
+        """The result as text, for people."""
+        if self.passed:
+            return f"[{self.name}][passed]\n"
+        parts = [("[FAILURE]", each.text) for each in self.failures] + [("[ERROR]", each.text) for each in self.errors]
+        return "".join(f"{_line(self.name, what)}\n{text}\n{'-' * _WIDTH}\n\n" for what, text in parts)
 
     def add_failure(self, failure: Any) -> None:
-        """Add a TestFailure."""
+        """Add a `TestFailure`."""
         self.failures.append(failure)
 
     def add_error(self, error: Any) -> None:
-        """Add a TestError."""
+        """Add a `TestError`."""
         self.errors.append(error)
 
     def xml_element(self) -> ET.Element:
-        """Return it as an XML element."""
+        """Return its element."""
         element = ET.Element("testcase", {"classname": self.classname, "name": self.name, "time": str(self.time)})
         element.extend(each.xml_element() for each in (*self.failures, *self.errors))
         return element
 
     def xml(self) -> bytes:
-        """Return it as XML, in UTF-8."""
-        return bytes(ET.tostring(self.xml_element(), encoding="utf-8", method="xml"))
+        """Return its XML, in UTF-8."""
+        return ET.tostring(self.xml_element(), encoding="utf-8")
 
 
 class Result:
     """Results of several tests.
 
     Attributes:
-        name: of the suite. num_errors, num_failures, num_tests: numbers. test_case_results: each test.
-        time: seconds. system_out, system_err: what the tests printed.
+        name: of the suite. num_errors, num_failures, num_tests: as whoever ran them counted.
+        test_case_results: of each test. system_out, system_err: what they printed. time: in seconds.
     """
 
     __slots__ = [
@@ -156,71 +175,45 @@ class Result:
         self.num_errors = num_errors
         self.num_failures = num_failures
         self.num_tests = num_tests
-        self.test_case_results: list[TestCaseResult] = []
+        self.test_case_results: list[Any] = []
         self.system_out = ""
         self.system_err = ""
         self.time = 0.0
 
-    def accumulate(self, r: Result) -> None:
-        """Add other results."""
+    def accumulate(self, r: Any) -> None:
+        """Add another result to this one."""
         self.num_errors += r.num_errors
         self.num_failures += r.num_failures
         self.num_tests += r.num_tests
         self.time += r.time
         self.test_case_results.extend(r.test_case_results)
-        self.system_out += "\n" + r.system_out if r.system_out else ""
-        self.system_err += "\n" + r.system_err if r.system_err else ""
+        if r.system_out:
+            self.system_out += "\n" + r.system_out
+        if r.system_err:
+            self.system_err += "\n" + r.system_err
 
-    def add_test_case_result(self, r: TestCaseResult) -> None:
-        """Add the result of a test; the numbers stay as they are."""
+    def add_test_case_result(self, r: Any) -> None:
+        """Add the result of a test; the counts stay."""
         self.test_case_results.append(r)
 
-    def xml_element(self) -> ET.Element:
-        """Return them as an XML element."""
-        numbers = {"tests": self.num_tests, "failures": self.num_failures, "time": self.time, "errors": self.num_errors}
-        element = ET.Element("testsuite", {**{key: str(value) for key, value in numbers.items()}, "name": self.name})
-        element.extend(each.xml_element() for each in self.test_case_results)
-        for tag, text in (("system-out", self.system_out), ("system-err", self.system_err)):
-            if text:
-                ET.SubElement(element, tag).text = cdata(printable(text))
-        return element
+    def xml_element(self) -> bytes:
+        """Return its XML, in UTF-8, as stock does in spite of the name."""
+        element = _suite(self.name, self.num_tests, self.num_failures, self.time, self.num_errors)
+        element.extend(case.xml_element() for case in self.test_case_results)
+        element.append(_texted("system-out", self.system_out))
+        element.append(_texted("system-err", self.system_err))
+        return ET.tostring(element, encoding="utf-8")
 
 
-def read(test_file: str, test_name: str) -> Result:
-    """Return the results in a file; none, and a printed warning, if it cannot be read."""
-    path = Path(test_file).absolute()
-    found = read_results(path, f"{path.parent.name}.{path.name.removeprefix('TEST-').removesuffix('.xml')}")
-    if found.unreadable:
-        print(f"WARN: cannot read test result file [{test_file}]: {found.unreadable}")
-        return Result(test_name)
-    result = Result(test_name, found.errors, found.failures, len(found.cases))
-    for case in found.cases:
-        one = TestCaseResult(case.name)
-        one.classname, one.time = f"{test_name}.{case.classname}", case.seconds
-        one.failures = [TestFailure(*each) for each in case.failures]
-        one.errors = [TestError(*each) for each in case.errors]
-        result.add_test_case_result(one)
-        result.time += case.seconds
-    return result
+def _suite(name: str, tests: int, failures: int, time: float, errors: int = 0) -> ET.Element:
+    counts = {"tests": tests, "failures": failures, "time": time, "errors": errors}
+    return ET.Element("testsuite", {key: str(count) for key, count in counts.items()} | {"name": name})
 
 
-def read_all(filter_: Any = ()) -> Result:
-    """Return all results below the folder of test results, or only those of some packages."""
-    total = Result("ros")
-    folder = results_folder(os.environ)
-    for place in sorted(folder.iterdir()) if folder.is_dir() else []:
-        if place.is_dir() and (not filter_ or place.name in filter_):
-            for file in sorted(place.glob("*.xml")):
-                total.accumulate(read(str(file), place.name))
-    return total
-
-
-def _one_case(test_name: str, class_name: str, testcase_name: str, failures: int) -> tuple[ET.Element, ET.Element]:
-    suite = ET.Element(
-        "testsuite", {"tests": "1", "failures": str(failures), "time": "1", "errors": "0", "name": test_name}
+def _one_test(suite: ET.Element, class_name: str, testcase_name: str) -> ET.Element:
+    return ET.SubElement(
+        suite, "testcase", {"name": testcase_name, "status": "run", "time": "1", "classname": class_name}
     )
-    case = {"name": testcase_name, "status": "run", "time": "1", "classname": class_name}
-    return suite, ET.SubElement(suite, "testcase", case)
 
 
 def test_failure_junit_xml(
@@ -230,21 +223,132 @@ def test_failure_junit_xml(
     class_name: str = "Results",
     testcase_name: str = "test_ran",
 ) -> bytes:
-    """Return the results of a suite whose only test failed, as XML in UTF-8.
+    """Return the XML, in UTF-8, of a suite with one test that has failed.
 
     Args:
-        test_name: name of the suite.
+        test_name: of the suite.
         message: why.
-        stdout: what was printed.
+        stdout: what it printed.
         class_name, testcase_name: of the test.
     """
-    suite, case = _one_case(test_name, class_name, testcase_name, 1)
-    ET.SubElement(case, "failure", {"message": message, "type": ""})
+    suite = _suite(test_name, 1, 1, 1)
+    ET.SubElement(_one_test(suite, class_name, testcase_name), "failure", {"message": message, "type": ""})
     if stdout:
-        ET.SubElement(suite, "system-out").text = cdata(printable(stdout))
-    return bytes(ET.tostring(suite, encoding="utf-8", method="xml"))
+        suite.append(_texted("system-out", stdout))
+    return ET.tostring(suite, encoding="utf-8")
 
 
 def test_success_junit_xml(test_name: str, class_name: str = "Results", testcase_name: str = "test_ran") -> bytes:
-    """Return the results of a suite whose only test succeeded, as XML in UTF-8."""
-    return bytes(ET.tostring(_one_case(test_name, class_name, testcase_name, 0)[0], encoding="utf-8", method="xml"))
+    """Return the XML, in UTF-8, of a suite with one test that has succeeded."""
+    suite = _suite(test_name, 1, 0, 1)
+    _one_test(suite, class_name, testcase_name)
+    return ET.tostring(suite, encoding="utf-8")
+
+
+test_failure_junit_xml.__test__ = test_success_junit_xml.__test__ = False  # type: ignore[attr-defined]  # none of pytest's
+
+
+def read(test_file: str, test_name: str) -> Result:
+    """Read a file of results; what cannot be read gives a warning on stdout, and no results.
+
+    Args:
+        test_file: its name. Characters that XML cannot hold are replaced in it.
+        test_name: what the result is named, and what the classes of its tests get in front.
+
+    Raises:
+        ValueError: a count in the file is no number.
+    """
+    result = Result(test_name)
+    if not os.path.isfile(test_file):
+        print(f"WARN: cannot read test result file [{test_file}]: test file does not exist")
+        return result
+    try:
+        if os.path.getsize(test_file) == 0:
+            print(f"WARN: test result file is empty [{test_file}]")
+            return result
+        root = fromstring(_cleaned(test_file))
+    except (ET.ParseError, DefusedXmlException, OSError) as error:
+        print(f"WARN: cannot read test result file [{test_file}]: {error}")
+        return result
+    suites = [root] if root.tag == "testsuite" else root.findall("testsuite") if root.tag == "testsuites" else []
+    if not suites:
+        print(f"WARN: test result file [{test_file}] contains no results")
+    folder, name = os.path.split(os.path.abspath(test_file))
+    shown = f"{os.path.basename(folder)}.{os.path.splitext(name.removeprefix('TEST-'))[0]}"
+    for suite in suites:
+        result.accumulate(_load(suite, test_name, shown))
+    return result
+
+
+def _cleaned(test_file: str) -> bytes:
+    """Return the bytes of a file without what XML cannot hold, and write them back if that changes them."""
+    with open(test_file, "rb") as file:
+        found = file.read()
+    try:
+        text = found.decode("utf-8")
+    except UnicodeDecodeError:
+        text = found.decode("latin-1")
+    clean = _illegal.sub("?", text).encode("utf-8")
+    if clean != found:
+        with open(test_file, "wb") as file:
+            file.write(clean)
+    return clean
+
+
+def _load(suite: ET.Element, test_name: str, shown: str) -> Result:
+    counts = (int(suite.get(key) or 0) for key in ("errors", "failures", "tests"))
+    result = Result(test_name, *counts)
+    result.time = _seconds(suite)
+    _fill(result, suite, shown)
+    return result
+
+
+def _fill(result: Result, suite: ET.Element, shown: str) -> None:
+    """Add what a suite, and the suites in it, say; their own counts do not matter."""
+    for element in suite:
+        if element.tag == "testcase":
+            result.add_test_case_result(_case(element, result.name, shown))
+        elif element.tag == "testsuite":
+            _fill(result, element, shown)
+        elif element.tag == "system-out" and _text(element):
+            result.system_out += f"{_line(shown, ' stdout')}\n{_text(element)}"
+        elif element.tag == "system-err" and _text(element):
+            result.system_err += f"{_line(shown, ' stderr')}\n{_text(element)}"
+
+
+def _case(element: ET.Element, test_name: str, shown: str) -> TestCaseResult:
+    case = TestCaseResult(f"{shown}/{element.get('name') or 'unknown'}")
+    case.classname = f"{test_name}.{element.get('classname') or 'unknown'}"
+    case.time = _seconds(element)
+    case.failures = [TestFailure(why.get("type", ""), _text(why)) for why in element.findall("failure")]
+    case.errors = [TestError(why.get("type", ""), _text(why)) for why in element.findall("error")]
+    return case
+
+
+def _text(element: ET.Element) -> str:
+    return "".join(element.itertext()).strip()
+
+
+def _seconds(element: ET.Element) -> float:
+    try:
+        return float(element.get("time") or 0.0)
+    except ValueError:
+        return 0.0
+
+
+def read_all(filter_: Iterable[str] = ()) -> Result:
+    """Read all files of results in the folders of packages, below where ROS keeps results.
+
+    Args:
+        filter_: names of packages; all if there are none.
+    """
+    total = Result("ros")
+    top = rospkg.get_test_results_dir()
+    for package in sorted(os.listdir(top)):
+        folder = os.path.join(top, package)
+        if (filter_ and package not in filter_) or not os.path.isdir(folder):
+            continue
+        for name in sorted(os.listdir(folder)):
+            if name.endswith(".xml"):
+                total.accumulate(read(os.path.join(folder, name), package))
+    return total

@@ -104,7 +104,7 @@ def _stack(frame: FrameType) -> list[str]:
     return ["Stack (most recent call last):\n", *traceback.format_stack(frame)]
 
 
-def _functions(level: int, name: str = "rosout") -> list[Callable[..., None]]:
+def _functions(level: int, word: str, name: str = "rosout") -> list[Callable[..., None]]:
     def log(msg: Any, *args: Any, **kwargs: Any) -> None:
         """Log a message; ``args`` are filled in, ``logger_name`` is that of a logger below rosout."""
         _emit(name, level, sys._getframe(1), msg, args, kwargs)
@@ -119,10 +119,7 @@ def _functions(level: int, name: str = "rosout") -> list[Callable[..., None]]:
         """Log a message, the same one from this place in the program at most every ``period`` seconds."""
         frame = sys._getframe(1)
         place = _place(frame)
-        text = str(msg)
-        if args:
-            text = text % args
-        if _is_other(place, text):
+        if _is_other(place, msg):  # without its arguments, as stock
             _may_again(place, 0)
         elif not _may_again(place, period):
             return
@@ -134,16 +131,20 @@ def _functions(level: int, name: str = "rosout") -> list[Callable[..., None]]:
         if _is_first(_place(frame)):
             _emit(name, level, frame, msg, args, kwargs)
 
-    return [log, throttle, identical, once]
+    functions: list[Callable[..., None]] = [log, throttle, identical, once]
+    for function, end in zip(functions, ("", "_throttle", "_throttle_identical", "_once"), strict=True):
+        function.__name__ = function.__qualname__ = word + end
+    return functions
 
 
-logdebug, logdebug_throttle, logdebug_throttle_identical, logdebug_once = _functions(_DEBUG)
-loginfo, loginfo_throttle, loginfo_throttle_identical, loginfo_once = _functions(_INFO)
-logwarn, logwarn_throttle, logwarn_throttle_identical, logwarn_once = _functions(_WARN)
-logerr, logerr_throttle, logerr_throttle_identical, logerr_once = _functions(_ERROR)
-logfatal, logfatal_throttle, logfatal_throttle_identical, logfatal_once = _functions(_CRITICAL)
+logdebug, logdebug_throttle, logdebug_throttle_identical, logdebug_once = _functions(_DEBUG, "logdebug")
+loginfo, loginfo_throttle, loginfo_throttle_identical, loginfo_once = _functions(_INFO, "loginfo")
+logwarn, logwarn_throttle, logwarn_throttle_identical, logwarn_once = _functions(_WARN, "logwarn")
+logerr, logerr_throttle, logerr_throttle_identical, logerr_once = _functions(_ERROR, "logerr")
+logfatal, logfatal_throttle, logfatal_throttle_identical, logfatal_once = _functions(_CRITICAL, "logfatal")
 logout = loginfo
 logerror = logerr
 rospydebug, rospyinfo, rospywarn, rospyerr = (
-    _functions(level, "rospy.internal")[0] for level in (_DEBUG, _INFO, _WARN, _ERROR)
+    _functions(level, word, "rospy.internal")[0]
+    for level, word in ((_DEBUG, "debug"), (_INFO, "info"), (_WARN, "warning"), (_ERROR, "error"))
 )

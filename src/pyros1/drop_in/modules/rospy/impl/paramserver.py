@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
+from pyros1.master.parameters import Parameters
 
 SEP = GLOBALNS = "/"
 
 
 class ParamServerCache:
-    """Copies of parameters that the master keeps up to date; `rospy.get_param_cached` makes them."""
+    """Copies of parameters that the master keeps up to date; `rospy.get_param_cached` and `set` make them."""
+
+    def __init__(self) -> None:
+        self._own = Parameters()
+        self._notifiers: list[Callable[[str, Any], object]] = []
+        self._watching = False
 
     def get(self, key: str) -> Any:
         """Return the copy of a parameter.
@@ -19,35 +26,75 @@ class ParamServerCache:
         Raises:
             KeyError: there is none.
         """
-        node = PROCESS.node
-        if node is None or node.resolve(key) not in node.params.cached_names():
+        if key in self._own:
+            value = _plain(self._own.get(key))
+            if value == {}:  # so the master tells that a parameter was deleted
+                raise KeyError(key)
+            return value
+        if not _kept(key):
             raise KeyError(key)
         missing = object()
-        value = node.params.cached(key, missing)
+        value = _parameters().cached(key, missing)
         if value is missing:
             raise KeyError(key)
         return value
+
+    def set(self, key: str, value: Any) -> None:
+        """Make a copy of a parameter, which the master does not keep up to date."""
+        self._own.set(key, value)
 
     def delete(self, key: str) -> None:
         """Drop the copy of a parameter.
 
         Raises:
-            KeyError: there is none.
+            KeyError: there is none; or it is the root of all.
         """
-        node = PROCESS.node
-        if node is None or node.resolve(key) not in node.params.cached_names():
+        if key == SEP:
+            raise KeyError("cannot delete root of parameter tree")
+        if key in self._own:
+            self._own.delete(key)
+        elif _kept(key):
+            _parameters().uncache(key)
+        else:
             raise KeyError(key)
-        node.params.uncache(key)
 
     def update(self, key: str, value: Any) -> None:
-        """Take a change of a parameter.
+        """Take a change of a parameter; an empty dict deletes it.
 
         Raises:
             KeyError: there is no copy.
         """
         node = PROCESS.node
-        if node is None or not node.params.update(node.resolve(key), value):
+        if key in self._own:
+            self._own.set(key, value)
+            self._notify(key, value)
+        elif node is None or not node.params.update(node.resolve(key), value):
             raise KeyError(key)
+
+    def set_notifier(self, notifier: Callable[[str, Any], object] | None) -> None:
+        """Call a function with name and value of each change; None: no more."""
+        self._notifiers = [] if notifier is None else [notifier]
+        if not self._watching:
+            self._watching = True
+            PROCESS.when_started(lambda node: node.params.on_update(self._notify))
+
+    def _notify(self, key: str, value: Any) -> None:
+        for notifier in self._notifiers:
+            notifier(key, value)
+
+
+def _plain(value: Any) -> Any:
+    return {key: _plain(each) for key, each in value.items()} if isinstance(value, dict) else value
+
+
+def _parameters() -> Any:
+    return PROCESS.node.params if PROCESS.node is not None else None
+
+
+def _kept(key: str) -> bool:
+    """Tell whether the node has a copy of a parameter."""
+    node = PROCESS.node
+    return node is not None and node.resolve(key) in node.params.cached_names()
 
 
 _CACHE = ParamServerCache()

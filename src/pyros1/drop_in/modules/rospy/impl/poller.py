@@ -18,13 +18,14 @@ class Poller:
     """
 
     def __init__(self) -> None:
-        self.kevents: list[Any] = []
         for kind in ("kqueue", "epoll", "poll"):
             if hasattr(select, kind):
                 self.poller: Any = getattr(select, kind)()
                 break
         else:
             kind, self.poller = "", self.noop
+        if kind == "kqueue":
+            self.kevents: list[Any] = []
         self.add_fd = getattr(self, f"add_{kind}") if kind else self.noop
         self.remove_fd = getattr(self, f"remove_{kind}") if kind else self.noop
         self.error_iter = getattr(self, f"error_{kind}_iter") if kind else self.noop_iter

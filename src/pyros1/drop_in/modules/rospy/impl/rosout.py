@@ -134,6 +134,22 @@ def configure(level: int) -> bool:
     return True
 
 
+class _Words:
+    """Says, once each, what helps with errors that programs for old Pythons meet in callbacks."""
+
+    def __init__(self) -> None:
+        self._said: set[str] = set()
+
+    def __call__(self, error: BaseException) -> str:
+        from pyros1.drop_in.start import pyros1_modules
+
+        word: str = pyros1_modules.word_on(error)  # type: ignore[no-untyped-call]  # it is for any Python
+        if not word or word in self._said:
+            return ""
+        self._said.add(word)
+        return "\n" + word
+
+
 def connect(node: Node, configured: bool) -> None:
     """Give the records of Python's loggers to the node.
 
@@ -142,6 +158,7 @@ def connect(node: Node, configured: bool) -> None:
         configured: whether a configuration file says what is shown and written.
     """
     node.log.use_levels(Levels())
+    node.log.explain_with(_Words())
     logging.getLogger("rosout").addHandler(RosOutHandler(node, shows=not configured))
     if not configured:
         logging.getLogger().addHandler(_FileHandler(node))

@@ -89,7 +89,7 @@ class TCPROSTransportProtocol:
         buff_size: int = DEFAULT_BUFF_SIZE,
     ) -> None:
         if recv_data_class and not issubclass(recv_data_class, Message):
-            raise TransportInitError("recv_data_class is not a Message data class")
+            raise TransportInitError("Unable to initialize transport: data class is not a message data class")
         self.resolved_name = resolved_name
         self.recv_data_class = recv_data_class
         self.queue_size = queue_size
@@ -122,8 +122,11 @@ class TCPROSTransport(Transport):
         header: the other side's connection header, if it is known.
 
     Attributes:
-        header: the other side's connection header. done: whether the connection has ended.
-        stat_bytes, stat_num_msg: bytes and messages received.
+        header: the other side's connection header; of it: type, md5sum, callerid_pub, is_latched.
+        done: whether the connection has ended.
+        local_endpoint: our end of the socket, as Python's ``getsockname`` has it. remote_endpoint: the other end, if
+            `connect` has made the connection.
+        stat_bytes, stat_num_msg: bytes and messages sent and received.
     """
 
     transport_type = TCPROS
@@ -133,8 +136,11 @@ class TCPROSTransport(Transport):
             raise TransportInitError("Unable to initialize transport: name is not set")
         super().__init__(protocol.direction, name)
         self.protocol = protocol
-        self.header = header or {}
-        self.endpoint_id = "unset"
+        self.header = header
+        self.endpoint_id = self.callerid_pub = "unknown"
+        self.is_latched = False
+        self.local_endpoint: Any = (None, None)
+        self.remote_endpoint: Any = (None, None)
         self.buff_size = DEFAULT_BUFF_SIZE
         self.socket: socket.socket | None = None
         self.read_buff = io.BytesIO()
@@ -151,39 +157,59 @@ class TCPROSTransport(Transport):
         Raises:
             TransportInitError: that failed.
         """
+        from rosgraph.network import ROSHandshakeException
+
         self.endpoint_id = endpoint_id
         try:
             self.socket = socket.create_connection((dest_addr, dest_port), timeout)
+            self.local_endpoint, self.remote_endpoint = self.socket.getsockname(), self.socket.getpeername()
             self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self.write_header()
             self.read_header()
-        except (OSError, ProtocolError, TransportException) as error:
+        except (OSError, ProtocolError, TransportException, ROSHandshakeException) as error:
             self.close()
             raise TransportInitError(f"Unable to initiate TCP/IP socket to {dest_addr}:{dest_port}: {error}") from error
 
     def write_header(self) -> None:
-        """Send our connection header."""
-        fields = {"callerid": get_caller_id(), **self.protocol.get_header_fields()}
-        self._sock().sendall(encode_header(fields))
+        """Send the fields of the protocol as our connection header; without a socket, do nothing."""
+        if self.socket is not None:
+            data = encode_header(self.protocol.get_header_fields())
+            self.socket.sendall(data)
+            self.stat_bytes += len(data)
 
     def read_header(self) -> None:
-        """Receive the other side's connection header.
+        """Receive the other side's connection header; without a socket, do nothing.
 
         Raises:
-            TransportInitError: it refuses.
+            TransportInitError: it refuses, or its header has no type or md5sum.
+            ROSHandshakeException: the connection ends before.
         """
+        if self.socket is None:
+            return
         reader = HeaderReader()
         until = monotonic() + (self._sock().gettimeout() or 60.0)
-        header = None
+        header, received = None, 0
         while header is None:
             data = self._sock().recv(4096)
             if not data or monotonic() > until:
-                raise TransportInitError(_ENDED)
+                from rosgraph.network import ROSHandshakeException
+
+                raise ROSHandshakeException(
+                    "connection from sender terminated before handshake header received. "
+                    f"{received} bytes were received. Please check sender for additional details."
+                )
+            received += len(data)
             header = reader.feed(data)
         self.header = header
         self.read_buff.write(reader.rest)
         if "error" in header:
             raise TransportInitError(f"remote error reported: {header['error']}")
+        for field in ("md5sum", "type"):
+            if field not in header:
+                raise TransportInitError(f"header missing required field [{field}]")
+        self.type, self.md5sum = header["type"], header["md5sum"]
+        self.callerid_pub = header.get("callerid", self.callerid_pub)
+        self.is_latched = header.get("latching") == "1"
 
     def send_message(self, msg: Any, seq: int) -> None:
         """Send a message.
@@ -200,13 +226,16 @@ class TCPROSTransport(Transport):
         """Send bytes; return their number.
 
         Raises:
-            TransportTerminated: the connection has ended.
+            TransportInitError: there is no connection.
+            TransportTerminated: it has ended.
         """
         try:
             self._sock().sendall(data)
         except OSError as error:
             self.close()
-            raise TransportTerminated(str(error)) from error
+            raise TransportTerminated(f"{error.errno}{error.strerror}") from error
+        self.stat_bytes += len(data)
+        self.stat_num_msg += 1
         return len(data)
 
     def receive_once(self) -> list[Any]:
@@ -253,7 +282,7 @@ class TCPROSTransport(Transport):
 
     def _sock(self) -> socket.socket:
         if self.socket is None:
-            raise ROSException("the connection is not open")
+            raise TransportInitError("TCPROS transport was not successfully initialized")
         return self.socket
 
     def set_socket(self, sock: socket.socket, endpoint_id: str) -> None:
@@ -269,6 +298,7 @@ class TCPROSTransport(Transport):
         if self.socket is not None:
             raise TransportInitError("socket already initialized")
         self.socket = sock
+        self.local_endpoint = sock.getsockname()
         self.set_endpoint_id(endpoint_id)
 
     def set_endpoint_id(self, endpoint_id: str) -> None:
@@ -281,10 +311,7 @@ class TCPROSTransport(Transport):
 
     def get_transport_info(self) -> str:
         """Return the addresses of both ends, as text."""
-        try:
-            here, there = self._sock().getsockname(), self._sock().getpeername()
-        except (OSError, ROSException):
-            return "not connected"
+        here, there = self.local_endpoint, self.remote_endpoint
         return f"TCPROS connection on port {here[1]} to [{there[0]}:{there[1]} on socket {self.fileno()}]"
 
     def close(self) -> None:

@@ -15,6 +15,7 @@ from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground.errors import (
     ConnectionRefusedByPeerError,
+    DeserializationError,
     Error,
     MasterError,
     NodeError,
@@ -32,7 +33,7 @@ from rospy.impl.answering import Exchange, write_error
 from rospy.impl.tcpros_base import DEFAULT_BUFF_SIZE
 from rospy.msg import args_kwds_to_message
 from rospy.msproxy import MasterProxy
-from rospy.names import isstring, resolve_name
+from rospy.names import as_text, isstring, resolve_name
 from rospy.service import SERVICES, ServiceException, _Service
 
 logger = logging.getLogger("rospy.service")
@@ -48,7 +49,7 @@ def convert_return_to_response(response: Any, response_class: type[Any]) -> Any:
     Raises:
         ServiceException: it cannot be one.
     """
-    if isinstance(response, response_class) or getattr(response, "_md5sum", None) == response_class._md5sum:
+    if isinstance(response, response_class) or getattr(response, "_type", None) == response_class._type:
         return response
     if response is None:
         raise ServiceException("service handler returned None")
@@ -57,10 +58,12 @@ def convert_return_to_response(response: Any, response_class: type[Any]) -> Any:
             return response_class(**response)
         except AttributeError as error:
             raise ServiceException(f"handler returned invalid value: {error}") from error
+    values = response if isinstance(response, (list, tuple)) else [response]
     try:
-        return response_class(*response) if isinstance(response, (list, tuple)) else response_class(response)
+        return response_class(*values)
     except Exception as error:
-        raise ServiceException(f"handler returned wrong number of values: {error}") from error
+        wrong = "wrong number of values" if values is response else "invalid value"
+        raise ServiceException(f"handler returned {wrong}: {error}") from error
 
 
 class ServiceImpl(_Service):
@@ -76,6 +79,7 @@ class ServiceImpl(_Service):
 
     Raises:
         ServiceException: the program has a service of that name.
+        ValueError: the name is not a text.
     """
 
     def __init__(
@@ -86,6 +90,8 @@ class ServiceImpl(_Service):
         buff_size: int = DEFAULT_BUFF_SIZE,
         error_handler: Callable[..., object] | None = None,
     ) -> None:
+        if not name or not isinstance(name, str):
+            raise ValueError("service name is not a non-empty string")
         super().__init__(name, service_class)
         self.handler = handler
         self.buff_size = buff_size
@@ -257,18 +263,21 @@ class ServiceProxy(_Service):
             raise ServiceException(_reason(self.resolved_name, error)) from error
 
     def _connected(self) -> ServiceClient:
-        if self._client is None:
-            node = PROCESS.node
-            if node is None:  # rospy needs none to call a service
-                visitor: Any = _Visitor()
-                master = MasterProxy(None).client
-                return ServiceClient(
-                    visitor, master, self.resolved_name, self.service_class, self.persistent, self._headers
-                )
-            self._client = node.service(
+        client, node = self._client, PROCESS.node
+        if client is not None:
+            return client
+        if node is None:  # rospy needs none to call a service
+            visitor: Any = _Visitor()
+            master = MasterProxy(None).client
+            client = ServiceClient(
+                visitor, master, self.resolved_name, self.service_class, self.persistent, self._headers
+            )
+        else:
+            client = self._client = node.service(
                 self._given, self.service_class, persistent=self.persistent, headers=self._headers
             )
-        return self._client
+        client.lenient = True
+        return client
 
     def close(self) -> None:
         """Close the connection of a persistent proxy."""
@@ -284,7 +293,9 @@ def _reason(service: str, error: Error) -> str:
         return f"service [{service}] unavailable"
     if isinstance(error, (ServiceUnavailableError, ConnectionRefusedByPeerError)):
         return f"unable to connect to service: {error}"
-    return str(error)
+    if isinstance(error, DeserializationError):
+        error = Error(f"receive_once[{service}]: DeserializationError {error}")
+    return f"transport error completing service call: {error}"
 
 
 def wait_for_service(service: str, timeout: Any = None) -> None:
@@ -304,6 +315,7 @@ def wait_for_service(service: str, timeout: Any = None) -> None:
         raise ValueError("timeout must be non-zero")
     if PROCESS.is_shutdown:
         raise ROSInterruptException("rospy shutdown")
+    service = as_text(service) or "/"
     name = resolve_name(service)
     if seconds is not None and not seconds > 0:  # what is left until a time that has passed
         raise ROSException(f"timeout exceeded while waiting for service {name}")

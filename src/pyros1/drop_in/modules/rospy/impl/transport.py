@@ -63,10 +63,9 @@ class Transport:
 
     def close(self) -> None:
         """Close the connection."""
-        self.done = True
-        callback, self.cleanup_cb = self.cleanup_cb, None
-        if callback is not None:
-            callback(self)
+        first, self.done = not self.done, True
+        if first and self.cleanup_cb is not None:
+            self.cleanup_cb(self)
 
 
 _own = "pyros1's nodes have their own links; see Publisher.impl.connections"

@@ -1,0 +1,23 @@
+"""The tree of coordinate frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from browsing import Browser, Web
+
+
+def test_the_tree(browser: Browser, web: Web, start_program: Callable[..., Any]) -> None:
+    browser.open(web.page("frames"))
+    browser.wait_for_text("No frames yet")
+    start_program("run", "tf2_ros", "static_transform_publisher", "1", "2", "0", "0", "0", "1.5707963", "map", "odom")
+    start_program("run", "tf", "static_transform_publisher", "0", "0", "0.5", "0", "0", "0", "odom", "base_link", "50")
+    rows = "[...document.querySelectorAll('.frames tbody tr')].map((each) => each.innerText.split(/[\\s▾▸]+/))"
+    names = f"{rows}.map((row) => row.find((word) => /[a-z]/.test(word))).join()"
+    browser.wait(f"{names} === 'map,odom,base_link'")
+    browser.wait(f"{rows}[1].includes('static') && {rows}[2].includes('Hz')")
+    browser.click(".frames tr", "odom")
+    browser.wait("/translation\\s+1\\s+2\\s+0\\s+m/.test(document.querySelector('.detail').innerText)")
+    browser.click(".fold")
+    browser.wait(f"{rows}.length === 1")

@@ -1,0 +1,132 @@
+"""Pictures of every encoding, and compressed ones."""
+
+from __future__ import annotations
+
+import io
+import struct
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from browsing import Browser, Web
+from PIL import Image as Pillow
+
+from pyros1.msgs.sensor_msgs.msg import CompressedImage, Image
+from pyros1.msgs.std_msgs.msg import String
+from pyros1.web.links import panel_link
+
+PIXELS = """
+    const canvas = document.querySelector('.image canvas');
+    return [...canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data];
+"""
+RED, GREEN, BLUE, WHITE = (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255)
+FOUR = (RED, GREEN, BLUE, WHITE)
+
+
+def packed(encoding: str) -> tuple[bytes, int]:
+    """Return the rows of a picture of two by two pixels (red, green; blue, white), padded, and its step."""
+    size = 1 if "8" in encoding else 2
+    order = {"r": 0, "g": 1, "b": 2, "a": 3}
+    places = [order[letter] for letter in encoding.rstrip("0123456789")]
+    rows = []
+    for row in (FOUR[:2], FOUR[2:]):
+        values = [(*colour, 255)[place] for colour in row for place in places]
+        rows.append(
+            b"".join(struct.pack("<B" if size == 1 else "<H", value * (1 if size == 1 else 257)) for value in values)
+        )
+    return b"".join(row + b"\xaa\xbb" for row in rows), len(rows[0]) + 2
+
+
+def shown(browser: Browser) -> list[tuple[int, ...]]:
+    data = browser.run(PIXELS)
+    return [tuple(data[at : at + 3]) for at in range(0, len(data), 4)]
+
+
+def grey(*values: int) -> list[tuple[int, ...]]:
+    return [(value, value, value) for value in values]
+
+
+CASES: list[tuple[Image, list[tuple[int, ...]]]] = []
+for name in ("rgb8", "bgr8", "rgba8", "bgra8", "rgb16", "bgr16"):
+    data, step = packed(name)
+    CASES.append((Image(width=2, height=2, encoding=name, step=step, data=data), [*FOUR]))
+CASES += [
+    (Image(width=2, height=1, encoding="mono8", step=2, data=b"\x00\x80"), grey(0, 128)),
+    (Image(width=3, height=1, encoding="16UC1", step=6, data=struct.pack("<3H", 1000, 3000, 2000)), grey(0, 255, 128)),
+    (Image(width=2, height=1, encoding="mono16", step=4, is_bigendian=1, data=struct.pack(">2H", 5, 9)), grey(0, 255)),
+    (
+        Image(width=3, height=1, encoding="32FC1", step=12, data=struct.pack("<3f", 0.5, float("nan"), 1.5)),
+        [(0, 0, 0), (0, 0, 96), (255, 255, 255)],
+    ),
+    (Image(width=2, height=2, encoding="bayer_rggb8", step=2, data=bytes([200, 50, 70, 10])), [(200, 60, 10)] * 4),
+    (Image(width=2, height=1, encoding="yuv422", step=4, data=bytes([128, 90, 128, 200])), grey(90, 200)),
+    (Image(width=2, height=1, encoding="yuv422_yuy2", step=4, data=bytes([90, 128, 200, 128])), grey(90, 200)),
+]
+
+
+@pytest.fixture
+def picture(browser: Browser, web: Web, make_node: Callable[..., Any]) -> Callable[[Any], None]:
+    """Return a function that publishes a picture, and waits until it is on the page."""
+    node = make_node("camera")
+    publishers: dict[type, Any] = {}
+    count = 0
+
+    def show(message: Any) -> None:
+        nonlocal count
+        topic = f"camera{len(publishers)}" if type(message) not in publishers else ""
+        if topic:
+            publishers[type(message)] = node.advertise(topic, type(message), latch=True)
+            browser.open(web.page("image"))
+            browser.wait(
+                f"[...document.querySelectorAll('.panel select option')].some((each) => each.value === '/{topic}')"
+            )
+            browser.run(
+                f"const choice = document.querySelector('.tools select'); choice.value = '/{topic}';"
+                "choice.dispatchEvent(new Event('change'));"
+            )
+        count += 1
+        message.header.frame_id = f"frame{count}"
+        publishers[type(message)].publish(message)
+        browser.wait(f"document.querySelector('.image .status').textContent.includes('frame{count}')")
+
+    return show
+
+
+def test_every_encoding(browser: Browser, picture: Callable[[Any], None]) -> None:
+    for message, colours in CASES:
+        picture(message)
+        found = shown(browser)
+        close = all(
+            abs(a - b) <= 1 for one, two in zip(found, colours, strict=True) for a, b in zip(one, two, strict=True)
+        )
+        assert close, (message.encoding, found, colours)
+
+
+@pytest.mark.parametrize("form", ["png", "jpeg"])
+def test_compressed(browser: Browser, picture: Callable[[Any], None], form: str) -> None:
+    file = io.BytesIO()
+    Pillow.new("RGB", (8, 8), (250, 20, 30)).save(file, form)
+    picture(CompressedImage(format=form, data=file.getvalue()))
+    found = shown(browser)
+    assert len(found) == 64
+    assert all(abs(a - b) < 6 for pixel in found for a, b in zip(pixel, (250, 20, 30), strict=True))
+
+
+@pytest.mark.parametrize(
+    ("message", "said"),
+    [
+        (Image(width=2, height=2, encoding="rgb8", step=6, data=b"123"), "too few"),
+        (Image(width=4, height=1, encoding="rgb8", step=4, data=bytes(100)), "but step is 4"),
+        (Image(width=2, height=2, encoding="odd<b>", step=6, data=bytes(100)), "the encoding odd<b> is not known"),
+        (Image(width=4_000_000_000, height=4_000_000_000, encoding="mono8", step=1), "too large"),
+        (Image(encoding="rgb8"), "0 by 0 pixels"),
+        (CompressedImage(format="jpeg", data=b"no picture"), "cannot show a picture of the format jpeg"),
+        (String("x"), "not a topic of pictures, but of std_msgs/String"),
+    ],
+)
+def test_what_cannot_be_shown(
+    browser: Browser, web: Web, make_node: Callable[..., Any], message: Any, said: str
+) -> None:
+    make_node("camera").advertise("camera", type(message), latch=True).publish(message)
+    browser.open(panel_link(web.link, "image", {"topic": "/camera"}))
+    browser.wait_for_text(said)

@@ -1,0 +1,22 @@
+"""Binary parameters as stock's programs see them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def as_stock(value: Any) -> Any:
+    """Return a parameter's value with `xmlrpc.client.Binary` in place of bytes, also inside of lists and dicts.
+
+    Args:
+        value: what pyros1 has for it. It stays as it is; without bytes the result may be the same object.
+    """
+    if isinstance(value, bytes):
+        from xmlrpc.client import Binary  # noqa: PLC0415 - rarely needed
+
+        return Binary(value)
+    if isinstance(value, dict):
+        return {key: as_stock(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [as_stock(item) for item in value]
+    return value

@@ -1,0 +1,87 @@
+"""Images of any encoding as colours or grey, to be looked at (https://wiki.ros.org/cv_bridge)."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+
+from cv_bridge.encodings import CvBridgeError, convert, encoding
+
+_GUESSED = re.compile(r"(8U|8S|16U|16S)C[1-4]\Z|32FC1\Z|32SC1\Z")
+"""Encodings without colours that are shown in BGR if nothing else is wanted."""
+_NAME = "cv_bridge.cvtColorForDisplay()"
+
+
+def cvtColorForDisplay(
+    source: Any,
+    encoding_in: str,
+    encoding_out: str,
+    do_dynamic_scaling: bool = False,
+    min_image_value: float = 0.0,
+    max_image_value: float = 0.0,
+) -> Any:
+    """Return an image to be shown.
+
+    Args:
+        source: array of shape (rows, columns), or (rows, columns, channels).
+        encoding_in: its encoding.
+        encoding_out: "bgr8", "mono8" or another one of colours with 8 bits; "" for "bgr8".
+        do_dynamic_scaling: show the smallest value as black and the largest as white; for one channel only.
+        min_image_value, max_image_value: the values shown as black and as white, without dynamic scaling; equal: values
+            stay.
+
+    Returns:
+        Array of uint8.
+
+    Raises:
+        RuntimeError: it is not possible.
+    """
+    if not encoding_out:
+        if not (_is_color(encoding_in) or _GUESSED.match(encoding_in)):
+            raise RuntimeError(f"{_NAME} output encoding is empty and cannot be guessed.")
+        encoding_out = "bgr8"
+    elif not _is_color(encoding_out) or encoding(encoding_out).dtype != "uint8":
+        raise RuntimeError(f"{_NAME} does not have an output encoding that is color or mono, and has is bit in depth")
+    if encoding_in == "32SC1" and encoding_out == "bgr8":
+        raise RuntimeError(f"{_NAME}: pyros1 has no colours for the labels of a [32SC1] image")
+    try:
+        kind = encoding(encoding_in)
+    except CvBridgeError:
+        raise RuntimeError(f"Unknown encoding {encoding_in}") from None
+    image = np.asarray(source)
+    if do_dynamic_scaling or min_image_value != max_image_value:
+        if kind.channels != 1:
+            raise RuntimeError(f"{_NAME} scaling for images with more than one channel is unsupported")
+        if do_dynamic_scaling:
+            finite = image[~np.isnan(image)] if image.dtype.kind == "f" else image
+            min_image_value, max_image_value = (finite.min(), finite.max()) if finite.size else (0.0, 1.0)
+            if min_image_value == max_image_value:
+                return np.full((*image.shape[:2], 3), 128, np.uint8)
+        image, kind = _scaled(image, float(min_image_value), float(max_image_value)), encoding("mono8")
+    try:
+        return convert(image, kind, encoding(encoding_out))
+    except CvBridgeError as error:
+        raise RuntimeError(
+            f"{_NAME} while trying to convert image from '{encoding_in}' to '{encoding_out}' an exception was thrown"
+            f" ({error})"
+        ) from error
+
+
+def _is_color(name: str) -> bool:
+    try:
+        return encoding(name).is_color
+    except CvBridgeError:
+        return False
+
+
+def _scaled(image: Any, low: float, high: float) -> Any:
+    """Return an image whose values from low to high are 0 to 255; what is no number is 0."""
+    with np.errstate(invalid="ignore"):
+        values = image.astype(np.float64) - low
+        if image.dtype.kind == "u":  # as stock, which subtracts without a sign
+            values = np.maximum(values, 0.0)
+        values *= 255.0 / (high - low)
+    values[~np.isfinite(values)] = 0.0
+    return np.clip(np.rint(values), 0, 255).astype(np.uint8)

@@ -1,0 +1,115 @@
+"""The tree of coordinate frames, as /tf and /tf_static tell it: who says what, how often, how old it is. Pure."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+MOST_FRAMES = 2_000
+"""Most frames that are kept; others are counted only."""
+_WINDOW = 50
+"""Messages over which a rate is measured."""
+_MOST_SPEAKERS = 8
+"""Most publishers, and parents, of a frame that are named."""
+
+
+class _Frame:
+    def __init__(self) -> None:
+        self.static = False
+        self.said: dict[tuple[str, str], float] = {}  # (publisher, parent) -> when
+        self.arrivals: deque[float] = deque(maxlen=_WINDOW)
+        self.stamp = 0.0
+        self.transform: list[float] = []
+
+
+class Frames:
+    """All frames that have been told of."""
+
+    def __init__(self) -> None:
+        self._frames: dict[str, _Frame] = {}
+        self.ignored = 0
+
+    def add(self, transforms: Any, publisher: str, static: bool, now: float) -> None:
+        """Take the transforms of a tf2_msgs/TFMessage.
+
+        Args:
+            transforms: geometry_msgs/TransformStamped messages.
+            publisher: name of the node.
+            static: whether it came on /tf_static.
+            now: the time in seconds.
+        """
+        for each in transforms:
+            child, parent = each.child_frame_id.lstrip("/"), each.header.frame_id.lstrip("/")
+            frame = self._frames.get(child)
+            if frame is None:
+                if len(self._frames) >= MOST_FRAMES:
+                    self.ignored += 1
+                    continue
+                frame = self._frames[child] = _Frame()
+            frame.static = static
+            speaker = (publisher, parent)
+            frame.said.pop(speaker, None)
+            while len(frame.said) >= _MOST_SPEAKERS:
+                del frame.said[next(iter(frame.said))]
+            frame.said[speaker] = now
+            frame.arrivals.append(now)
+            frame.stamp = each.header.stamp.to_sec()
+            move, turn = each.transform.translation, each.transform.rotation
+            frame.transform = [move.x, move.y, move.z, turn.x, turn.y, turn.z, turn.w]
+
+    def describe(self, now: float, recent: float = 5.0) -> dict[str, Any]:
+        """Return all frames for JSON.
+
+        Args:
+            now: the time in seconds.
+            recent: seconds; two parents that were both told within it are a fault.
+
+        Returns:
+            - frames: a list of name, parent, publishers, static, hz or null, age in seconds or null, transform (x, y, z
+              in metres, quaternion x, y, z, w) and problem, sorted by name
+            - roots: names of frames without parents
+            - ignored: number of transforms of frames beyond the limit
+        """
+        parents = {name: self._parent(frame) for name, frame in self._frames.items()}
+        frames = []
+        for name, frame in sorted(self._frames.items()):
+            speakers = [pair for pair, when in frame.said.items() if frame.static or when > now - recent]
+            speakers = speakers or [next(reversed(frame.said))]
+            frames.append(
+                {
+                    "name": name,
+                    "parent": parents[name],
+                    "publishers": sorted({publisher for publisher, _ in speakers}),
+                    "static": frame.static,
+                    "hz": None if frame.static else _rate(frame.arrivals, now),
+                    "age": None if frame.static else max(0.0, now - frame.stamp),
+                    "transform": frame.transform,
+                    "problem": _problem(name, {parent for _, parent in speakers}, parents),
+                }
+            )
+        roots = sorted({parent for parent in parents.values() if parent not in parents})
+        return {"frames": frames, "roots": roots, "ignored": self.ignored}
+
+    @staticmethod
+    def _parent(frame: _Frame) -> str:
+        return next(reversed(frame.said))[1]
+
+
+def _rate(arrivals: deque[float], now: float) -> float:
+    if len(arrivals) < 2 or now - arrivals[-1] > max(2.0, 5 * (arrivals[-1] - arrivals[0]) / (len(arrivals) - 1)):
+        return 0.0
+    time = arrivals[-1] - arrivals[0]
+    return (len(arrivals) - 1) / time if time > 0 else 0.0
+
+
+def _problem(name: str, told: set[str], parents: dict[str, str]) -> str:
+    if len(told) > 1:
+        return f"has {len(told)} parents: {', '.join(sorted(told))}; a frame can have one only"
+    seen = {name}
+    at = parents[name]
+    while at in parents:
+        if at in seen:
+            return f"is in a circle with {at}" if at != name else "is its own ancestor"
+        seen.add(at)
+        at = parents[at]
+    return ""

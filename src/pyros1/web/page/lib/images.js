@@ -1,0 +1,133 @@
+// Pictures of sensor_msgs/Image as pixels of a canvas; see https://wiki.ros.org/sensor_msgs and image_encodings.h.
+
+const PLAIN = { // channels: where red, green, blue and alpha are; -1 for none
+  rgb8: [3, 0, 1, 2, -1], bgr8: [3, 2, 1, 0, -1], rgba8: [4, 0, 1, 2, 3], bgra8: [4, 2, 1, 0, 3],
+  "8uc3": [3, 2, 1, 0, -1], "8uc4": [4, 2, 1, 0, 3],
+};
+const WIDE = { rgb16: [3, 0, 1, 2], bgr16: [3, 2, 1, 0], rgba16: [4, 0, 1, 2], bgra16: [4, 2, 1, 0] };
+const SINGLE = { // of one channel: bytes of a value, and how to read it
+  mono8: [1, "getUint8"], "8uc1": [1, "getUint8"], "8sc1": [1, "getInt8"],
+  mono16: [2, "getUint16"], "16uc1": [2, "getUint16"], "16sc1": [2, "getInt16"],
+  "32sc1": [4, "getInt32"], "32fc1": [4, "getFloat32"], "64fc1": [8, "getFloat64"],
+};
+// Colours at the places (even row, even column), (even, odd), (odd, even), (odd, odd).
+const BAYER = { bayer_rggb8: "RGGB", bayer_bggr8: "BGGR", bayer_gbrg8: "GBRG", bayer_grbg8: "GRBG" };
+const MOST_PIXELS = 40e6;
+
+// Return {pixels: ImageData, least, most} of a picture, or throw an Error that says what is wrong with it.
+// range: [least, most] of the values that are black and white in pictures of one channel; null takes what there is.
+export function pixelsOf({ encoding, width, height, step, bigendian }, data, range) {
+  const kind = encoding.trim().toLowerCase();
+  if (!width || !height) throw new Error(`a picture of ${width} by ${height} pixels`);
+  if (width * height > MOST_PIXELS) throw new Error(`a picture of ${width} by ${height} pixels is too large to be shown`);
+  const pixels = new ImageData(width, height);
+  const out = pixels.data;
+  const need = (bytes) => {
+    if (step < width * bytes) throw new Error(`a row of ${width} pixels of ${encoding} has ${width * bytes} bytes, but step is ${step}`);
+    if (data.length < step * (height - 1) + width * bytes) throw new Error(`data has ${data.length} bytes, which is too few for ${height} rows of ${step}`);
+  };
+  if (PLAIN[kind]) {
+    need(PLAIN[kind][0]);
+    plain(out, data, width, height, step, PLAIN[kind]);
+  } else if (WIDE[kind]) {
+    need(2 * WIDE[kind][0]);
+    wide(out, data, width, height, step, WIDE[kind], bigendian);
+  } else if (BAYER[kind]) {
+    need(1);
+    bayer(out, data, width, height, step, BAYER[kind]);
+  } else if (kind === "yuv422" || kind === "yuv422_yuy2" || kind === "uyvy" || kind === "yuyv") {
+    need(2);
+    yuv(out, data, width, height, step, kind === "yuv422" || kind === "uyvy");
+  } else if (SINGLE[kind]) {
+    need(SINGLE[kind][0]);
+    return { pixels, ...single(out, data, width, height, step, SINGLE[kind], bigendian, range) };
+  } else {
+    throw new Error(`the encoding ${encoding} is not known here`);
+  }
+  return { pixels, least: null, most: null };
+}
+
+function plain(out, data, width, height, step, [size, red, green, blue, alpha]) {
+  for (let row = 0, to = 0; row < height; row += 1) {
+    for (let column = 0, from = row * step; column < width; column += 1, from += size, to += 4) {
+      out[to] = data[from + red];
+      out[to + 1] = data[from + green];
+      out[to + 2] = data[from + blue];
+      out[to + 3] = alpha < 0 ? 255 : data[from + alpha];
+    }
+  }
+}
+
+function wide(out, data, width, height, step, [size, ...places], bigendian) {
+  const high = bigendian ? 0 : 1; // the upper byte is enough for a screen
+  for (let row = 0, to = 0; row < height; row += 1) {
+    for (let column = 0, from = row * step; column < width; column += 1, from += 2 * size, to += 4) {
+      for (let colour = 0; colour < 3; colour += 1) out[to + colour] = data[from + 2 * places[colour] + high];
+      out[to + 3] = 255;
+    }
+  }
+}
+
+// Each pixel takes the colours that it lacks from its block of two by two.
+function bayer(out, data, width, height, step, order) {
+  const place = (colour) => order.indexOf(colour);
+  const [red, blue] = [place("R"), place("B")];
+  const greens = [...order].flatMap((colour, index) => (colour === "G" ? [index] : []));
+  const lastRow = Math.max(0, height - 2);
+  const lastColumn = Math.max(0, width - 2);
+  for (let row = 0, to = 0; row < height; row += 1) {
+    const top = Math.min(row & ~1, lastRow & ~1);
+    for (let column = 0; column < width; column += 1, to += 4) {
+      const left = Math.min(column & ~1, lastColumn & ~1);
+      const at = (index) => data[(top + (index >> 1)) * step + left + (index & 1)];
+      out[to] = at(red);
+      out[to + 1] = (at(greens[0]) + at(greens[1])) >> 1;
+      out[to + 2] = at(blue);
+      out[to + 3] = 255;
+    }
+  }
+}
+
+function yuv(out, data, width, height, step, chromaFirst) {
+  for (let row = 0, to = 0; row < height; row += 1) {
+    for (let column = 0; column < width; column += 1, to += 4) {
+      const pair = row * step + (column & ~1) * 2;
+      const luma = data[pair + 2 * (column & 1) + (chromaFirst ? 1 : 0)];
+      const u = data[pair + (chromaFirst ? 0 : 1)] - 128;
+      const v = data[pair + (chromaFirst ? 2 : 3)] - 128;
+      out[to] = luma + 1.402 * v; // the array cuts what is out of range
+      out[to + 1] = luma - 0.344136 * u - 0.714136 * v;
+      out[to + 2] = luma + 1.772 * u;
+      out[to + 3] = 255;
+    }
+  }
+}
+
+function single(out, data, width, height, step, [size, read], bigendian, range) {
+  const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
+  let [least, most] = range || [Infinity, -Infinity];
+  if (!range && size === 1 && read === "getUint8") [least, most] = [0, 255];
+  else if (!range) {
+    for (let row = 0; row < height; row += 1) {
+      for (let column = 0; column < width; column += 1) {
+        const value = view[read](row * step + column * size, !bigendian);
+        if (!Number.isFinite(value)) continue;
+        if (value < least) least = value;
+        if (value > most) most = value;
+      }
+    }
+  }
+  const scale = most > least ? 255 / (most - least) : 0;
+  for (let row = 0, to = 0; row < height; row += 1) {
+    for (let column = 0; column < width; column += 1, to += 4) {
+      const value = view[read](row * step + column * size, !bigendian);
+      const known = Number.isFinite(value);
+      const grey = known ? (value - least) * scale : 0;
+      out[to] = grey;
+      out[to + 1] = grey;
+      out[to + 2] = known ? grey : 96; // what was not measured is blue
+      out[to + 3] = 255;
+    }
+  }
+  return { least: Number.isFinite(least) ? least : null, most: Number.isFinite(most) ? most : null };
+}

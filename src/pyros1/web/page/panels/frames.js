@@ -1,0 +1,138 @@
+// The tree of coordinate frames, as rqt_tf_tree and tf_monitor show it.
+
+import { command, empty, fill, h, save } from "../lib/dom.js";
+import { number, plural, rate } from "../lib/format.js";
+
+const OLD = 1; // seconds
+
+export default {
+  title: "Frames",
+  description: "the tree of coordinate frames (tf)",
+  order: 45,
+  mount: (place) => new Frames(place),
+};
+
+class Frames {
+  constructor(place) {
+    this.place = place;
+    this.closed = new Set(place.settings.closed || []);
+    this.selected = place.settings.selected || "";
+    this.search = "";
+    this.paused = false;
+    place.tools.append(
+      h("input", { placeholder: "find frames", "aria-label": "find frames", size: 14, oninput: (event) => { this.search = event.target.value.toLowerCase(); this._draw(); } }),
+      this.pause = h("button", { "aria-pressed": "false", onclick: () => {
+        this.paused = !this.paused;
+        this.pause.setAttribute("aria-pressed", String(this.paused));
+        fill(this.pause, this.paused ? "Go on" : "Pause");
+      } }, "Pause"),
+      h("button.quiet", { title: "save the tree for Graphviz", onclick: () => save("frames.dot", this._dot(), "text/vnd.graphviz") }, "DOT"),
+      this.count = h("span.muted"));
+    this.table = h("div.frames");
+    this.detail = h("div.detail", { hidden: true });
+    place.body.classList.add("frames-panel");
+    place.body.append(this.table, this.detail);
+    this.stream = place.robot.stream("frames", {}, {
+      data: (data) => { if (!this.paused) { this.data = data; this._draw(); } },
+      problem: (text) => place.problem(text),
+    });
+  }
+
+  unmount() {
+    this.stream.close();
+  }
+
+  _draw() {
+    const { data } = this;
+    if (!data) return;
+    this.place.problem(data.problem || (data.ignored ? "there are more frames than can be shown" : ""));
+    fill(this.count, plural(data.frames.length + data.roots.length, "frame"));
+    if (!data.frames.length) {
+      fill(this.table, empty("No frames yet", "Nobody publishes on /tf or /tf_static. Try, in a terminal:",
+        command("pyros1 run tf2_ros static_transform_publisher 1 0 0 0 0 0 map base_link")));
+      return;
+    }
+    const children = new Map();
+    for (const frame of data.frames) {
+      if (!children.has(frame.parent)) children.set(frame.parent, []);
+      children.get(frame.parent).push(frame);
+    }
+    this.seen = new Set();
+    const rows = data.roots.flatMap((name) => this._rows({ name, root: true }, children, 0));
+    const left = data.frames.filter((frame) => !this.seen.has(frame.name)); // in a circle, below no root
+    fill(this.table, h("table.rows", {},
+      h("thead", {}, h("tr", {}, h("th", {}, "frame"), h("th.number", {}, "rate"), h("th.number", {}, "age"), h("th", {}, "published by"))),
+      h("tbody", {}, rows, left.map((frame) => this._row(frame, 0, false)))));
+    this._drawDetail();
+  }
+
+  _rows(frame, children, depth) {
+    if (this.seen.has(frame.name) || depth > 200) return [];
+    this.seen.add(frame.name);
+    const below = children.get(frame.name) || [];
+    const open = !this.closed.has(frame.name) || this.search;
+    const inner = below.flatMap((child) => this._rows(child, children, depth + 1));
+    const fits = !this.search || frame.name.toLowerCase().includes(this.search);
+    return fits || inner.length ? [this._row(frame, depth, below.length > 0), ...(open ? inner : [])] : [];
+  }
+
+  _row(frame, depth, parent) {
+    const old = frame.age !== null && frame.age !== undefined && frame.age > OLD;
+    const fold = parent && h("button.quiet.fold", { "aria-label": "fold", onclick: (event) => {
+      event.stopPropagation();
+      if (!this.closed.delete(frame.name)) this.closed.add(frame.name);
+      this._save();
+      this._draw();
+    } }, this.closed.has(frame.name) ? "▸" : "▾");
+    return h("tr.link", {
+      "aria-selected": frame.name === this.selected ? "true" : null,
+      onclick: () => { this.selected = this.selected === frame.name ? "" : frame.name; this._save(); this._draw(); },
+    },
+    h("td.mono", { style: { paddingLeft: `${10 + depth * 18}px` } }, fold || h("span.fold"), frame.name,
+      frame.problem && h("div.wrong", {}, frame.problem)),
+    h("td.number", {}, frame.root ? "" : frame.static ? "static" : rate(frame.hz)),
+    h("td.number", { className: `number${old ? " wrong" : ""}` }, frame.root || frame.static ? "" : age(frame.age)),
+    h("td.mono.muted", {}, (frame.publishers || []).join(" ")));
+  }
+
+  _drawDetail() {
+    const frame = this.data.frames.find((each) => each.name === this.selected);
+    this.detail.hidden = !frame;
+    if (!frame) return;
+    const [x, y, z, ...turn] = frame.transform;
+    const [roll, pitch, yaw] = angles(turn);
+    const row = (label, value) => [h("dt", {}, label), h("dd.mono", {}, value)];
+    fill(this.detail, h("strong", {}, `${frame.parent} → ${frame.name}`), h("dl", {},
+      row("translation", [x, y, z].map((value) => number(value)).join("  ") + "  m"),
+      row("rotation", turn.map((value) => number(value)).join("  ")),
+      row("roll pitch yaw", [roll, pitch, yaw].map((value) => `${number(value * 180 / Math.PI, 3)}°`).join("  "))));
+  }
+
+  _save() {
+    this.place.save({ closed: [...this.closed], selected: this.selected });
+  }
+
+  _dot() {
+    const quote = (text) => JSON.stringify(text);
+    const edges = (this.data?.frames || []).map((frame) =>
+      `  ${quote(frame.parent)} -> ${quote(frame.name)} [label=${quote(`${frame.publishers.join(" ")}\n${frame.static ? "static" : rate(frame.hz)}`)}];`);
+    return ["digraph frames {", ...edges, "}", ""].join("\n");
+  }
+}
+
+function age(seconds) {
+  if (seconds < 1) return `${(seconds * 1000).toFixed(0)} ms`;
+  if (seconds < 120) return `${seconds.toFixed(1)} s`;
+  if (seconds < 7200) return `${(seconds / 60).toFixed(0)} min`;
+  if (seconds < 172800) return `${(seconds / 3600).toFixed(0)} h`;
+  return seconds < 6e7 ? `${(seconds / 86400).toFixed(0)} days` : `${(seconds / 3.156e7).toFixed(0)} years`;
+}
+
+// Roll, pitch and yaw (fixed axes x, y, z) of a quaternion, in radians.
+function angles([x, y, z, w]) {
+  return [
+    Math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
+    Math.asin(Math.max(-1, Math.min(1, 2 * (w * y - z * x)))),
+    Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
+  ];
+}

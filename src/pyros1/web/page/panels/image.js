@@ -1,0 +1,180 @@
+// Pictures of a topic, as rqt_image_view shows them.
+
+import { command, empty, fill, h } from "../lib/dom.js";
+import { number, rate } from "../lib/format.js";
+import { pixelsOf } from "../lib/images.js";
+
+const KINDS = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
+
+export default {
+  title: "Image",
+  description: "pictures of a camera",
+  order: 50,
+  mount: (place) => new Picture(place),
+};
+
+class Picture {
+  constructor(place) {
+    this.place = place;
+    this.topic = place.settings.topic || "";
+    this.turned = place.settings.turned || 0;
+    this.range = place.settings.range || null;
+    this.paused = false;
+    this.choice = h("select.mono", { "aria-label": "topic", onchange: (event) => this._choose(event.target.value) });
+    this.pause = h("button", { "aria-pressed": "false", onclick: () => {
+      this.paused = !this.paused;
+      this.pause.setAttribute("aria-pressed", String(this.paused));
+      fill(this.pause, this.paused ? "Go on" : "Pause");
+    } }, "Pause");
+    const limit = (index, hint) => h("input", {
+      type: "number", step: "any", placeholder: hint, "aria-label": `${hint} value`, title: `the ${hint} value of depth and other pictures of one channel; empty: what the picture has`,
+      value: this.range?.[index] ?? "", size: 6, className: "limit", onchange: () => this._limits(),
+    });
+    this.limits = [limit(0, "least"), limit(1, "greatest")];
+    place.tools.append(this.choice, this.pause,
+      h("button.quiet", { title: "turn by a quarter", onclick: () => { this.turned = (this.turned + 1) % 4; this._save(); this._fit(); } }, "Turn"),
+      h("button.quiet", { title: "save this picture", onclick: () => this._png() }, "PNG"), this.limits);
+    this.canvas = h("canvas", { onmousemove: (event) => this._point(event), onmouseleave: () => this._status() });
+    this.frame = h("div.frame", {}, this.canvas);
+    this.status = h("div.status.mono");
+    this.hint = h("div.hint");
+    place.body.classList.add("image");
+    place.body.append(this.hint, this.frame, this.status);
+    this.observer = new ResizeObserver(() => this._fit());
+    this.observer.observe(this.frame);
+    this.system = place.robot.stream("system", {}, { data: (data) => this._topics(data) });
+    this._choose(this.topic);
+  }
+
+  unmount() {
+    this.system.close();
+    this.stream?.close();
+    this.observer.disconnect();
+  }
+
+  accept(settings) {
+    if (settings.topic) this._choose(settings.topic);
+  }
+
+  _save() {
+    this.place.save({ topic: this.topic, turned: this.turned, range: this.range });
+  }
+
+  _topics(data) {
+    const names = Object.entries(data.topics).filter(([, { type }]) => KINDS.includes(type)).map(([name]) => name);
+    const all = [...new Set([...names, ...(this.topic ? [this.topic] : [])])].sort();
+    if (JSON.stringify(all) !== this.known) {
+      this.known = JSON.stringify(all);
+      fill(this.choice, h("option", { value: "" }, all.length ? "choose a topic" : "no pictures yet"),
+        all.map((name) => h("option", { value: name, selected: name === this.topic }, name)));
+    }
+    if (!this.topic && names.length === 1) this._choose(names[0]);
+    this._showHint();
+  }
+
+  _choose(topic) {
+    this.stream?.close();
+    this.stream = null;
+    this.topic = topic;
+    this.facts = null;
+    this.choice.value = topic;
+    this.place.problem("");
+    this._save();
+    this._showHint();
+    if (!topic) return;
+    this.stream = this.place.robot.stream("image", { topic }, {
+      data: (data, blob) => { if (!this.paused) this._take(data, blob); },
+      problem: (text) => this.place.problem(text),
+    });
+  }
+
+  _showHint() {
+    const none = !this.facts;
+    this.hint.hidden = !none;
+    this.frame.hidden = none;
+    if (!none) return;
+    fill(this.hint, this.topic
+      ? empty("No picture yet", `Nobody has sent one on ${this.topic} since this was opened.`)
+      : empty("No topic chosen", "Topics of pictures appear above. To see some, play a bag, or start a camera:", command("pyros1 bag play camera.bag")));
+  }
+
+  async _take(facts, blob) {
+    const data = new Uint8Array(blob.buffer, blob.offset);
+    try {
+      if (facts.type === "sensor_msgs/CompressedImage") await this._compressed(facts, data);
+      else {
+        const { pixels, least, most } = pixelsOf(facts, data, this.range);
+        this._size(facts.width, facts.height);
+        this.canvas.getContext("2d").putImageData(pixels, 0, 0);
+        this.values = least === null ? "" : `  ${number(least)} … ${number(most)}`;
+      }
+    } catch (error) {
+      this.place.problem(error.message);
+      return;
+    }
+    const first = !this.facts;
+    this.facts = facts;
+    this.data = data;
+    if (first) this._showHint();
+    this._fit();
+    this._status();
+  }
+
+  async _compressed(facts, data) {
+    const depth = facts.format.includes("compressedDepth");
+    let picture;
+    try {
+      picture = await createImageBitmap(new Blob([depth ? data.subarray(12) : data]));
+    } catch {
+      throw new Error(`the browser cannot show a picture of the format ${facts.format}`);
+    }
+    this._size(picture.width, picture.height);
+    this.canvas.getContext("2d").drawImage(picture, 0, 0);
+    this.values = "";
+    picture.close();
+  }
+
+  _size(width, height) {
+    if (this.canvas.width !== width) this.canvas.width = width;
+    if (this.canvas.height !== height) this.canvas.height = height;
+  }
+
+  // As large as there is room, turned as one wants.
+  _fit() {
+    const { clientWidth, clientHeight } = this.frame;
+    const { width, height } = this.canvas;
+    const [across, down] = this.turned % 2 ? [height, width] : [width, height];
+    const scale = Math.min(clientWidth / across, clientHeight / down) || 1;
+    this.canvas.style.transform = `translate(-50%, -50%) rotate(${this.turned * 90}deg) scale(${scale})`;
+    this.canvas.style.imageRendering = scale > 2 ? "pixelated" : "auto";
+  }
+
+  _status(more = "") {
+    const { facts } = this;
+    if (!facts) return;
+    const what = facts.encoding || facts.format;
+    fill(this.status, `${this.canvas.width} × ${this.canvas.height}  ${what}  ${rate(facts.hz)}  ${facts.frame}${this.values}${more}`);
+  }
+
+  // The place and the colour under the pointer.
+  _point(event) {
+    const [x, y] = [Math.floor(event.offsetX), Math.floor(event.offsetY)];
+    if (x < 0 || y < 0 || x >= this.canvas.width || y >= this.canvas.height) return;
+    const [red, green, blue] = this.canvas.getContext("2d").getImageData(x, y, 1, 1).data;
+    this._status(`   (${x}, ${y}): ${red} ${green} ${blue}`);
+  }
+
+  _limits() {
+    const [least, most] = this.limits.map((input) => (input.value === "" ? NaN : Number(input.value)));
+    this.range = least < most ? [least, most] : null;
+    this._save();
+  }
+
+  _png() {
+    if (!this.facts) return;
+    this.canvas.toBlob((blob) => {
+      const link = h("a", { href: URL.createObjectURL(blob), download: `${this.topic.slice(1).replaceAll("/", "_")}.png` });
+      link.click();
+    });
+  }
+}

@@ -1,0 +1,83 @@
+"""The newest picture of a topic of sensor_msgs/Image or sensor_msgs/CompressedImage."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pyros1.web.hub import Arrival
+from pyros1.web.views.view import View, text
+from pyros1.web.wire import Push, RequestError
+
+if TYPE_CHECKING:
+    from pyros1.web.robot import Robot
+
+MOST_BYTES = 64 << 20
+"""Largest picture that is sent to a page."""
+_TIMES = 60
+
+
+class ImageView(View):
+    """A topic's pictures, as they are; the page makes colours of them.
+
+    Args (of the page):
+        topic: the topic's full name.
+
+    Pushes ``{"type", "encoding" or "format", "width", "height", "step", "bigendian", "frame", "stamp", "count", "hz"}``
+    with the data of the message.
+    """
+
+    period = 1 / 30
+
+    def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
+        super().__init__(robot, args, wake)
+        self._lock = threading.Lock()
+        self._newest: Arrival | None = None
+        self._shown: Arrival | None = None
+        self._count = 0
+        self._times: deque[float] = deque(maxlen=_TIMES)
+        self._end = robot.listen(text(args, "topic"), self._arrived)
+
+    def take(self) -> Push | None:
+        with self._lock:
+            arrival, count, times = self._newest, self._count, list(self._times)
+        if arrival is None or arrival is self._shown:
+            return None
+        self._shown = arrival
+        kind = (arrival.raw._connection_header or {}).get("type", "")
+        if kind not in ("sensor_msgs/Image", "sensor_msgs/CompressedImage"):
+            raise RequestError(f"not a topic of pictures, but of {kind}")
+        if len(arrival.raw._buff) > MOST_BYTES:
+            raise RequestError(f"a picture of {len(arrival.raw._buff) >> 20} MB; {MOST_BYTES >> 20} MB can be shown")
+        message: Any = arrival.message
+        rate = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 and times[-1] > times[0] else None
+        facts = {
+            "type": kind,
+            "frame": message.header.frame_id,
+            "stamp": message.header.stamp.to_sec(),
+            "count": count,
+            "hz": rate,
+        }
+        if kind == "sensor_msgs/CompressedImage":
+            facts["format"] = message.format
+        else:
+            facts |= {
+                "encoding": message.encoding,
+                "width": message.width,
+                "height": message.height,
+                "step": message.step,
+                "bigendian": bool(message.is_bigendian),
+            }
+        return Push(facts, bytes(message.data))
+
+    def close(self) -> None:
+        self._end()
+
+    def _arrived(self, arrival: Arrival) -> None:
+        with self._lock:
+            self._newest = arrival
+            self._count += 1
+            self._times.append(arrival.at)
+        self.wake()
