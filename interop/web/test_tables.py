@@ -172,3 +172,55 @@ def test_a_read_only_page_offers_no_changes(browser: Browser, start_web: Callabl
             "return [...document.querySelectorAll('button')].filter((b) => b.offsetParent).map((b) => b.textContent)"
         )
         assert not {"Stop", "Save", "Delete", "Call", "New …"} & {*words}, panel
+
+
+def test_the_keyboard_is_enough(browser: Browser, web: Web, make_node: Make) -> None:
+    params = make_node("setter").params
+    for name in ("/a/one", "/a/two", "/b"):
+        params[name] = name
+    press = "arguments[1] && document.querySelector(arguments[0]).dispatchEvent(" + (
+        "new KeyboardEvent('keydown', {key: arguments[1], bubbles: true}))"
+    )
+    browser.open(web.page("params"))
+    browser.wait(LINE.format("/a/two"))
+    for key in ("ArrowDown", "ArrowLeft"):
+        browser.run(press, ".table", key)
+    browser.wait(f"!{LINE.format('/a/two')} && {LINE.format('/a/')}.getAttribute('aria-expanded') === 'false'")
+    for key in ("ArrowRight", "ArrowDown"):
+        browser.run(press, ".table", key)
+    browser.wait("document.querySelector('.about .yaml')?.value === '/a/one'")
+    browser.run(press, ".about", "Escape")
+    browser.wait("document.querySelector('.details').hidden")
+    browser.run(press, ".table", "/")
+    browser.wait("document.activeElement === document.querySelector('input.search')")
+
+
+def test_nothing_from_the_robot_becomes_markup(browser: Browser, web: Web, make_node: Make) -> None:
+    evil = "<img src=x onerror=\"document.title='owned'\"><script>document.title='owned'</script>"
+    node = make_node("worker")
+    node.params["/evil"] = evil
+    node.advertise("/text", "std_msgs/String", latch=True).publish(evil)
+    for panel, name in (("params", "/evil"), ("topics", "/text")):
+        browser.open(web.page(panel))
+        choose(browser, name)
+        browser.wait(
+            "[...document.querySelectorAll('.about .yaml')].some((each) => each.value.includes('onerror')) || "
+            "document.querySelector('.tree')?.textContent.includes('onerror')"
+        )
+        assert browser.run("return document.title") == "pyros1"
+        assert browser.run("return document.querySelectorAll('.panel img, .panel script').length") == 0
+
+
+def test_the_tables_fit_on_a_phone(browser: Browser, web: Web, make_node: Make) -> None:
+    node = make_node("worker")
+    node.advertise("/a/topic/with/quite/a/long/name/for/a/phone", "nav_msgs/Odometry", latch=True).publish()
+    browser.resize(390, 800)
+    browser.open(web.page("topics"))
+    choose(browser, "/a/topic/with/quite/a/long/name/for/a/phone")
+    browser.wait_for_text("child_frame_id")
+    browser.click(".tab", "Publish")
+    browser.wait("document.querySelectorAll('.form input').length > 5")
+    assert browser.run("const e = document.querySelector('.details'); return e.scrollWidth - e.clientWidth") <= 0
+    assert browser.run("return document.querySelector('.list').offsetParent") is None
+    browser.click(".shut", "back")
+    browser.wait("document.querySelector('.list').offsetParent")

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from pyros1.ground.errors import Error
-from pyros1.msgs import from_definition
+from pyros1.msgs import AnyMsg, Message, from_definition
 from pyros1.msgs.std_srvs.srv import SetBool, SetBoolResponse
 from pyros1.web import calls
 from pyros1.web.robot import Robot
@@ -28,6 +28,15 @@ def test_forms_stay_in_step(robot: Robot) -> None:
     assert value == {"seq": 0, "stamp": "now", "frame_id": ""}
     request = {"type": "std_srvs/SetBool", "part": "request", "yaml": "data: true"}
     assert calls.run(robot, "forms.value", request) == {"data": True}
+
+
+def test_types_are_proposed(robot: Robot) -> None:
+    assert "geometry_msgs/" in calls.run(robot, "topics.types", {"begin": "geo"})
+    assert calls.run(robot, "topics.types", {"begin": "std_msgs/Float6"}) == [
+        "std_msgs/Float64",
+        "std_msgs/Float64MultiArray",
+    ]
+    assert calls.run(robot, "topics.types", {"begin": "no_such/"}) == []
 
 
 @pytest.mark.parametrize(
@@ -127,7 +136,8 @@ def test_types_that_are_not_installed_come_with_their_messages(make_node: Make, 
     parts = "=" * 80 + "\nMSG: far_msgs/Part\nbool on"
     cls = from_definition("far_msgs/Odd", f"int32 kind\nint32 KIND_A=1\nfar_msgs/Part[] parts\n{parts}")
     node = make_node("far")
-    node.advertise("/odd", cls, latch=True).publish(cls(kind=1))
+    register(make_node, "/quiet", from_definition("far_msgs/Quiet", "int32 a"))
+    register(make_node, "/odd", cls).publish(cls(kind=1))
     form = calls.run(robot, "topics.form", {"topic": "/odd"})
     assert form["fields"] == [
         ["kind", "int32", None, [["KIND_A", 1]]],
@@ -139,6 +149,13 @@ def test_types_that_are_not_installed_come_with_their_messages(make_node: Make, 
     assert value == {"kind": 0, "parts": [{"on": True}]}
     calls.run(robot, "topics.publish", {"topic": "/again", "type": "far_msgs/Odd", "value": value})
     assert heard.get(timeout=PATIENCE).parts[0].on
-    make_node("quiet").advertise("/quiet", from_definition("far_msgs/Quiet", "int32 a"))
     with pytest.raises(Error, match="no message has come on /quiet"):
         calls.run(robot, "topics.form", {"topic": "/quiet"})
+
+
+def register(make_node: Make, topic: str, cls: type[Message]) -> Any:
+    """Return a latched publisher that the master knows, because a subscriber has found it."""
+    make_node(f"ear_{topic[1:]}").subscribe(topic, AnyMsg, lambda message: None)
+    publisher = make_node(f"mouth_{topic[1:]}").advertise(topic, cls, latch=True)
+    assert publisher.wait_for_subscribers(timeout=PATIENCE)
+    return publisher

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -124,12 +125,12 @@ def test_goals_of_an_action(make_node: Make, watch: Make, robot: Robot) -> None:
 
     with SimpleServer(make_node("counter"), "fibonacci", FibonacciAction, execute):
         watched = watch("action", action="/fibonacci")
-        form = calls.run(robot, "actions.form", {"action": "/fibonacci"})
+        form = patiently(lambda: calls.run(robot, "actions.form", {"action": "/fibonacci"}))
         assert form["type"] == "actionlib_tutorials/FibonacciGoal" and form["fields"] == [
             ["order", "int32", None, None]
         ]
         sent = calls.run(robot, "actions.send", {"action": "/fibonacci", "value": {"order": 7}})
-        assert sent["subscribers"] == 1
+        assert sent["subscribers"] == 1  # it has waited for them
         going = watched.until(lambda data: data["goals"] and data["goals"][0]["feedback"])["goals"][0]
         assert going["id"] == sent["id"] and going["feedbacks"] == 1
         go_on.set()
@@ -150,3 +151,14 @@ def test_topics_of_an_actions_names_but_other_types(make_node: Make, watch: Make
     watched = watch("action", action="/x")
     with pytest.raises(RequestError, match="this is no action"):
         watched.until(lambda data: False)
+
+
+def patiently(ask: Callable[[], Any]) -> Any:
+    """Return what a call returns as soon as the master knows what it is about."""
+    deadline = time.monotonic() + PATIENCE
+    while True:
+        try:
+            return ask()
+        except RequestError:
+            assert time.monotonic() < deadline
+            threading.Event().wait(0.05)

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from itertools import count
 from typing import Any
 
-from pyros1.web.forms import form as form_of
 from pyros1.web.robot import Robot
+from pyros1.web.tables.forms import form as form_of
 from pyros1.web.views.view import text
 from pyros1.web.wire import RequestError
 
@@ -15,7 +15,7 @@ _numbers = count(1)
 
 
 def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the form of an action's goals; see `pyros1.web.forms.form`. Args: action."""
+    """Return the form of an action's goals; see `pyros1.web.tables.forms.form`. Args: action."""
     name = text(args, "action")
     action_goal = robot.types.find_on(f"{name}/goal", _goal_type(robot, name))
     kinds = dict(zip(action_goal.__slots__, action_goal._slot_types, strict=True))

@@ -32,7 +32,7 @@ def step(robot: Robot, args: Mapping[str, Any]) -> float | None:
 
 def fields(robot: Robot, args: Mapping[str, Any]) -> list[str]:
     """Return paths of numbers in a bag's messages. Args: path, begin: what has been typed."""
-    from pyros1.web.forms import numbers  # noqa: PLC0415
+    from pyros1.web.tables.forms import numbers  # noqa: PLC0415
 
     begin = text(args, "begin", "")
     bag = robot.bags.borrow(text(args, "path"))

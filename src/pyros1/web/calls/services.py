@@ -11,8 +11,8 @@ from pyros1.doctor.together import together
 from pyros1.graph import probe_service
 from pyros1.msgs import load_service
 from pyros1.msgs.json_form import from_json
-from pyros1.web.forms import form as form_of
 from pyros1.web.robot import Robot
+from pyros1.web.tables.forms import form as form_of
 from pyros1.web.views.message import tree
 from pyros1.web.views.view import number, text
 from pyros1.web.wire import RequestError

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from pyros1.ground import generated
 from pyros1.ground.errors import MessageError
 from pyros1.msgs import load_message
-from pyros1.web.forms import form as form_of
-from pyros1.web.forms import numbers
 from pyros1.web.robot import Robot
+from pyros1.web.tables.forms import form as form_of
+from pyros1.web.tables.forms import numbers
 from pyros1.web.views.view import text
 from pyros1.web.wire import RequestError
 
@@ -17,7 +18,7 @@ _MOST_FIELDS = 200
 
 
 def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the form of a type; see `pyros1.web.forms.form`. Args: type, or topic."""
+    """Return the form of a type; see `pyros1.web.tables.forms.form`. Args: type, or topic."""
     name = args.get("type")
     if isinstance(name, str):
         return form_of(robot.types.find(name))
@@ -36,6 +37,21 @@ def publish(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     return {"subscribers": sent}
 
 
+def types(robot: Robot, args: Mapping[str, Any]) -> list[str]:
+    """Return names of types that are installed here, for a field in which one types. Args: begin: what has been typed.
+
+    Without a package, the packages with messages are returned.
+    """
+    begin = text(args, "begin", "")
+    library = generated.finder().library
+    package, slash, _ = begin.partition("/")
+    if not slash:
+        names = [f"{each}/" for each in library.packages()]
+    else:
+        names = [f"{package}/{each.rpartition('/')[2]}" for each in library.messages(package)]
+    return sorted(name for name in names if name.startswith(begin))[:_MOST_FIELDS]
+
+
 def fields(robot: Robot, args: Mapping[str, Any]) -> list[str]:
     """Return paths of numbers in messages, for a field in which one types. Args: begin: what has been typed."""
     begin = text(args, "begin", "")
@@ -52,5 +68,10 @@ def fields(robot: Robot, args: Mapping[str, Any]) -> list[str]:
     return found[:_MOST_FIELDS]
 
 
-CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"form": form, "publish": publish, "fields": fields}
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {
+    "form": form,
+    "publish": publish,
+    "types": types,
+    "fields": fields,
+}
 CHANGES = frozenset({"publish"})

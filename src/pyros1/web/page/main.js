@@ -35,6 +35,7 @@ function drawTabs() {
     title: `${panel.description} (${index + 1})`,
     onclick: () => choose(panel.name),
   }, panel.title)));
+  tabs.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest", inline: "nearest" });
 }
 
 // Show a tab, or a layout that has a name. Each tab is a layout that begins as one panel.

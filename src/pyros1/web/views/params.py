@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from pyros1.web.params import Changes
+from pyros1.web.tables.params import Changes
 from pyros1.web.views.view import View
 from pyros1.web.wire import Push
 
@@ -19,7 +19,7 @@ _SHARE = 0.05
 
 
 class ParamsView(View):
-    """Pushes what `pyros1.web.params.Changes.look` returns, whenever something has changed."""
+    """Pushes what `pyros1.web.tables.params.Changes.look` returns, whenever something has changed."""
 
     period = _PERIOD
     polled = True

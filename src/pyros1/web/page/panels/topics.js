@@ -139,6 +139,14 @@ class Topics {
   _new() {
     const name = h("input.mono", { placeholder: "/topic", "aria-label": "topic", spellcheck: false, required: true });
     const type = h("input.mono", { placeholder: "std_msgs/String", "aria-label": "type", spellcheck: false, required: true });
+    const list = h("datalist", { id: `types${Math.random()}` });
+    type.setAttribute("list", list.id);
+    const suggest = async () => {
+      const names = await this.place.robot.call("topics.types", { begin: type.value }).catch(() => []);
+      fill(list, names.map((value) => h("option", { value })));
+    };
+    type.addEventListener("focus", suggest);
+    type.addEventListener("input", suggest);
     const under = h("div");
     let publisher = null;
     const form = h("form.actions", { onsubmit: (event) => {
@@ -147,7 +155,7 @@ class Topics {
       const topic = name.value.trim().replace(/^\/?/, "/");
       publisher = new Publisher(this.place.robot, topic, type.value.trim());
       fill(under, publisher.element);
-    } }, name, type, h("button.primary", {}, "Fill in"));
+    } }, name, type, list, h("button.primary", {}, "Fill in"));
     this.listing.showElement(h("div.about", {}, h("h3", {}, "Publish on a new topic"), form, under), () => publisher?.close());
     name.focus();
   }

@@ -1,4 +1,4 @@
-// A form for a message, made from its definition: see pyros1/web/forms.py for the fields.
+// A form for a message, made from its definition: see pyros1/web/tables/forms.py for the fields.
 
 import { fill, h } from "../lib/dom.js";
 

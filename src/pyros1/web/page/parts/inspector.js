@@ -9,6 +9,7 @@ const QUIET = 3; // seconds without a message after which the rate no longer hol
 export class Inspector {
   // on: {plot(path)}
   constructor(robot, topic, on) {
+    this.robot = robot;
     this.topic = topic;
     this.windows = {};
     this.frozen = false;
@@ -55,12 +56,22 @@ export class Inspector {
   }
 
   _take(data) {
+    if (!this.data) this._askForWords();
     if (!this.data || data.count !== this.data.count) this.at = performance.now();
     this.data = data;
     this.waiting.hidden = true;
     if (data.problem) this._problem(data.problem);
     this.tree.show(data.value);
     this._drawFigures();
+  }
+
+  async _askForWords() {
+    try {
+      this.tree.fields = (await this.robot.call("topics.form", { topic: this.topic })).fields;
+      this.tree.show(this.data.value);
+    } catch {
+      // without a definition, numbers have no names
+    }
   }
 
   _drawFigures() {

@@ -14,6 +14,7 @@ export class Tree {
   constructor(on = {}, prefix = "") {
     this.on = on;
     this.prefix = prefix;
+    this.fields = null; // of the definition, see pyros1/web/tables/forms.py: names of constants are shown beside their values
     this.folds = new Map(); // path -> open, as the user wants it
     this.lengths = new Map(); // of arrays, by path
     this.element = h("div.tree.mono", { role: "tree" });
@@ -53,8 +54,25 @@ export class Tree {
 
   _leaf(label, path, type, depth) {
     const shown = this._value(type, path);
-    const line = this._line(label, path, type, depth, h("i.caret"), shown.element);
-    return { element: line, update: shown.update };
+    const word = h("span.preview");
+    const line = this._line(label, path, type, depth, h("i.caret"), shown.element, word);
+    return { element: line, update: (value) => {
+      shown.update(value);
+      const text = this._word(path, value);
+      if (word.textContent !== text) word.textContent = text;
+    } };
+  }
+
+  // The name of a constant.
+  _word(path, value) {
+    if (!this.fields) return "";
+    let fields = this.fields;
+    let field = null;
+    for (const name of path.replace(/\[\d+\]/g, "").split(".")) {
+      field = fields?.find((each) => each[0] === name);
+      fields = field?.[2];
+    }
+    return field?.[3]?.find((choice) => choice[1] === value)?.[0] || "";
   }
 
   // One value: a number is a button that plots it.
@@ -97,7 +115,7 @@ export class Tree {
       caret.textContent = is ? "▾" : "▸";
       line.setAttribute("aria-expanded", String(is));
       inside.hidden = !is;
-      const text = is ? "" : summary(value);
+      const text = is && value.items?.length !== 0 ? "" : summary(value);
       if (preview.textContent !== text) preview.textContent = text;
       if (!is) return;
       const entries = list(value);

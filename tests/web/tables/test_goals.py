@@ -7,7 +7,7 @@ from typing import Any
 
 from pyros1.ground.timing import Time
 from pyros1.msgs.actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
-from pyros1.web.goals import MOST, Goals
+from pyros1.web.tables.goals import MOST, Goals
 
 
 def status(name: str, secs: int = 1, state: int = 1, text: str = "") -> Any:

@@ -109,7 +109,12 @@ def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
     found: dict[str, list[list[Any]]] = {}
     rest: list[Constant] = []
     for constant in constants:
-        owners = [name for name, _ in fields if constant.name.upper().startswith(f"{name.upper()}_")]
+        owners = [
+            name
+            for name, kind in fields
+            if constant.name.upper().startswith(f"{name.upper()}_")
+            and (kind == constant.type or {kind, constant.type} <= _INTEGERS)
+        ]
         if owners:
             found.setdefault(max(owners, key=len), []).append([constant.name, constant.value])
         else:

@@ -112,4 +112,5 @@ def _block(value: str) -> str:
     """Return text of several lines as a YAML block; not every text can be one."""
     end = "-" if not value.endswith("\n") else "+" if value.endswith("\n\n") or not value.strip("\n") else ""
     lines = value.removesuffix("\n").split("\n") if end != "-" else value.split("\n")
-    return f"|2{end}\n" + "".join(f"  {line}\n" if line else "\n" for line in lines)
+    indent = "2" if lines[0].startswith((" ", "\t")) or not lines[0] else ""  # else it is seen
+    return f"|{indent}{end}\n" + "".join(f"  {line}\n" if line else "\n" for line in lines)

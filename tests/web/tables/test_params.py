@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pyros1.values import load_yaml
-from pyros1.web.params import MOST, Changes, flatten, pretty, shown
+from pyros1.web.tables.params import MOST, Changes, flatten, pretty, shown
 
 
 def everything(_: str) -> bool:
@@ -83,4 +83,4 @@ def test_any_text_can_be_edited(value: str) -> None:
 
 
 def test_text_of_several_lines_is_edited_as_it_is() -> None:
-    assert pretty("<a>\n  <b/>\n</a>\n") == "|2\n  <a>\n    <b/>\n  </a>\n"
+    assert pretty("<a>\n  <b/>\n</a>\n") == "|\n  <a>\n    <b/>\n  </a>\n"
