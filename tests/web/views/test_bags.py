@@ -228,10 +228,6 @@ def test_a_topic_without_a_slash_is_found_with_one(show: Callable[..., Shown], r
     assert [value for _, value in lines(plot.until(lambda data: data["progress"] == 1))[1, -1]] == [7, 8, 9, 9, 9]
 
 
-def test_fields_are_suggested(shelved: Robot, run: str) -> None:
-    assert calls.run(shelved, "bags.fields", {"path": run, "begin": "/va"}) == ["/value/data"]
-
-
 def test_pictures(show: Callable[..., Shown], bags: Path) -> None:
     pil = pytest.importorskip("PIL.Image")
     image, compressed = load_message("sensor_msgs/Image"), load_message("sensor_msgs/CompressedImage")

@@ -30,26 +30,6 @@ def step(robot: Robot, args: Mapping[str, Any]) -> float | None:
         robot.bags.release(bag)
 
 
-def fields(robot: Robot, args: Mapping[str, Any]) -> list[str]:
-    """Return paths of numbers in a bag's messages. Args: path, begin: what has been typed."""
-    from pyros1.web.tables.forms import numbers  # noqa: PLC0415
-
-    begin = text(args, "begin", "")
-    bag = robot.bags.borrow(text(args, "path"))
-    try:
-        found: list[str] = []
-        for connection in bag.bag.connections:
-            name = "/" + connection.topic.lstrip("/")
-            if connection.topic in bag.topics and (name.startswith(begin) or begin.startswith(name)):
-                paths = numbers(bag.bag.message_class(connection), name)
-                found += [path for path in paths if path.startswith(begin)]
-            if len(found) >= 200:
-                break
-        return sorted(set(found[:200]))
-    finally:
-        robot.bags.release(bag)
-
-
 def record(robot: Robot, args: Mapping[str, Any]) -> None:
     """Begin to record. Args: folder, prefix, compression, topics: their names, or null for all."""
     from pyros1.web.bags.recording import Recording  # noqa: PLC0415
@@ -78,7 +58,6 @@ def stop(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {
     "files": files,
     "step": step,
-    "fields": fields,
     "record": record,
     "stop": stop,
 }

@@ -13,7 +13,7 @@ import { Timeline } from "../parts/bag/timeline.js";
 export default {
   title: "Bag",
   description: "recorded messages over time",
-  order: 60,
+  order: 55,
   mount: (place) => new BagPanel(place),
 };
 
