@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import pyros1.bag
+from pyros1.bag.format.records import make_bag_header
 from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
 from pyros1.node import Node
@@ -22,6 +23,9 @@ from pyros1.web.robot import Robot
 from pyros1.web.views import view_class
 from pyros1.web.views.view import View
 from pyros1.web.wire import Push, RequestError
+
+from ...bag.made import old_messages
+from ...bag.old_bags import old_bag
 
 PATIENCE = 20.0
 START = 1_700_000_000
@@ -155,6 +159,24 @@ def test_a_bag_that_was_not_closed_is_read_and_says_so(show: Callable[..., Shown
     assert any("reindex" in problem for problem in facts["problems"])
     counts = show("bag_timeline", path=str(bags / "cut.bag"), begin=-1, end=21, columns=22, topics=["/value"]).until()
     assert 50 < sum(array("f", counts.blob or b"")) <= facts["messages"]
+
+
+def test_an_old_bag_is_shown_and_says_so(show: Callable[..., Shown], bags: Path) -> None:
+    path = str(bags / "old.bag")
+    Path(path).write_bytes(old_bag(old_messages(12)))
+    facts = show("bag_file", path=path).until(lambda data: "topics" in data).data
+    assert facts["messages"] == 12 and any("1.2" in problem for problem in facts["problems"])
+    counts = show("bag_timeline", path=path, begin=-0.005, end=0.115, columns=12, topics=["/a", "/b"]).until()
+    assert np.frombuffer(counts.blob or b"", np.float32).reshape(2, 12).tolist() == [[1.0, 0.0] * 6, [0.0, 1.0] * 6]
+    messages = show("bag_cursor", path=path, time=0.055, topics=["/a", "/b"]).until().data["messages"]
+    assert messages["/a"]["value"]["fields"] == [["data", "int32", 4]]
+
+
+def test_an_encrypted_bag_says_what_it_needs(show: Callable[..., Shown], bags: Path) -> None:
+    path = bags / "run.bag"
+    more = {"encryptor": b"rosbag/AesCbcEncryptor", "gpg_user": b"nobody", "encrypted_key": b"rubbish"}
+    path.write_bytes(b"#ROSBAG V2.0\n" + make_bag_header(5_000, 0, 0, more) + bytes(2_000))
+    assert "encrypted" in show("bag_file", path=str(path)).until().data["problem"]
 
 
 def test_paths_outside_are_refused(show: Callable[..., Shown], bags: Path, tmp_path: Path) -> None:

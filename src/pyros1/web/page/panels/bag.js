@@ -21,9 +21,9 @@ class BagPanel {
   constructor(place) {
     this.place = place;
     const { settings, robot } = place;
-    this.files = (Array.isArray(settings.files) ? settings.files : []).map(String);
+    this.files = texts(settings.files);
     this.path = String(settings.path || this.files[0] || "");
-    this.selected = new Set((settings.topics || []).map(String));
+    this.selected = new Set(texts(settings.topics));
     this.time = 0;
     this.problems = new Map();
     for (const href of ["parts/parts.css", "panels/bag.css"]) {
@@ -42,7 +42,7 @@ class BagPanel {
     this.player = new Player(robot, { time: (time) => this._moved(time, true), selected: () => [...this.selected], problem: said("player") }, Boolean(settings.clock));
     this.recorder = new Recorder(robot, { open: (path) => this.open(path), problem: said("recorder") });
     this._build();
-    for (const text of settings.curves || []) this.chart.add(String(text));
+    for (const text of texts(settings.curves)) this.chart.add(text);
     if (this.path) this.open(this.path, true);
     else this._choose();
   }
@@ -260,4 +260,9 @@ class BagPanel {
     if (!act || act() === true) return;
     event.preventDefault();
   }
+}
+
+// A link may say anything.
+function texts(list) {
+  return Array.isArray(list) ? list.slice(0, 200).map(String) : [];
 }

@@ -179,7 +179,7 @@ export class Timeline {
     event.preventDefault();
     this.element.focus({ preventScroll: true });
     if (event.shiftKey) {
-      this._pan(Object.assign(event, {}));
+      this._pan(event);
       return;
     }
     const topic = lane.parentElement.topic;
