@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from collections.abc import Callable
 from contextlib import closing
 from typing import Any
@@ -11,10 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pyros1.graph import Graph
-from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.master.server import Master
+from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.net.master_client import MasterClient
 from pyros1.web.system import Flow, System, flows
 
+PATIENCE = 20.0
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.text(max_size=5),
     lambda inner: st.lists(inner, max_size=4),
@@ -95,6 +99,84 @@ def test_a_connection_that_should_be_there(environ: dict[str, str], make_node: C
     for name, method, node in [("/talker", "registerPublisher", talker), ("/listener", "registerSubscriber", listener)]:
         with closing(MasterClient(name, environ["ROS_MASTER_URI"])) as master:
             master.call(method, "/topic2", "std_msgs/Float64", node.uri)
-    description = System(Graph(client)).describe(0.0)
-    assert description["missing"] == [["/topic2", "/talker", "/listener"]]
+    system = System(Graph(client))
+    assert system.describe(0.0)["missing"] == []  # it may be on its way
+    assert system.describe(0.0)["missing"] == [["/topic2", "/talker", "/listener"]]
     client.close()
+
+
+class Clock:
+    """Seconds that pass when the test says so."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def system(master: Master, clock: Clock) -> Any:
+    client = MasterClient("/test", master.uri)
+    yield System(Graph(client), clock)
+    client.close()
+
+
+def look(system: System, clock: Clock) -> dict[str, Any]:
+    clock.now += 1.0
+    return system.describe(max_age=0.5)
+
+
+def looks_until(system: System, clock: Clock, fits: Callable[[dict[str, Any]], Any]) -> dict[str, Any]:
+    until = time.monotonic() + PATIENCE
+    while not fits(found := look(system, clock)):
+        assert time.monotonic() < until, found
+    return found
+
+
+def test_each_subscriber_has_its_rate(system: System, clock: Clock, make_node: Callable[..., Any]) -> None:
+    """The nodes number connections per topic in one table and per node in the other."""
+    talker = make_node("talker", rosout=False)
+    heard = [threading.Semaphore(0) for _ in range(3)]
+    for index, semaphore in enumerate(heard):
+        node = make_node(f"listener{index}", rosout=False)
+        node.subscribe("first" if index == 0 else "second", Float64, lambda message, it=semaphore: it.release())
+    first, second = talker.advertise("first", Float64), talker.advertise("second", Float64)
+    for publisher, count in ((first, 1), (second, 2)):
+        assert publisher.wait_for_subscribers(count, timeout=PATIENCE)
+    looks_until(system, clock, lambda found: len(found["edges"]) == 3)
+    for publisher, count in ((first, 2), (second, 4)):
+        for _ in range(count):
+            publisher.publish(Float64(1.0))
+    for semaphore, count in zip(heard, (2, 4, 4), strict=True):
+        for _ in range(count):
+            assert semaphore.acquire(timeout=PATIENCE)
+    found = look(system, clock)
+    assert [edge[2:] for edge in found["edges"]] == [["/listener0", 2.0], ["/listener1", 4.0], ["/listener2", 4.0]]
+    assert found["topics"]["/second"]["hz"] == 4.0
+
+
+def test_an_edge_is_missing_when_it_was_missing_before(
+    system: System, clock: Clock, make_node: Callable[..., Any]
+) -> None:
+    talker, listener = make_node("talker", rosout=False), make_node("listener", rosout=False, log_level="fatal")
+    talker.advertise("chat", String)
+    listener.subscribe("chat", Float64, lambda message: None)
+    registered = looks_until(system, clock, lambda found: found["topics"].get("/chat", {}).get("subscribers"))
+    assert registered["missing"] == []
+    assert look(system, clock)["missing"] == [["/chat", "/talker", "/listener"]]
+
+
+def test_silent_nodes_miss_nothing(system: System, clock: Clock, master: Master, free_port: int) -> None:
+    client = MasterClient("/gone", master.uri)
+    client.register_publisher("/t", "std_msgs/String", f"http://localhost:{free_port}/")
+    client.register_subscriber("/t", "std_msgs/String", f"http://localhost:{free_port}/")
+    client.close()
+    look(system, clock)
+    found = look(system, clock)
+    assert (found["silent"], found["missing"]) == (["/gone"], [])

@@ -44,3 +44,18 @@ def actual_edges(connections: Mapping[str, Iterable[Connection]], uris: Mapping[
         }
         for node, entries in connections.items()
     }
+
+
+def is_lacking(edge: Edge, reported: Mapping[str, set[Edge]]) -> bool:
+    """Return whether both ends of an expected connection answer, but not both report it.
+
+    One end is not enough: rospy's subscribers report connections that they are only trying to make.
+
+    Args:
+        edge: the connection.
+        reported: what each node that answers reports; see `actual_edges`.
+    """
+    ends = [reported.get(name) for name in (edge.publisher, edge.subscriber)]
+    if edge.publisher == edge.subscriber:
+        return ends[0] is not None and edge not in ends[0]
+    return None not in ends and not all(edge in end for end in ends if end is not None)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from time import sleep
 
@@ -21,11 +21,12 @@ SETTLE = 1.0
 """Seconds that new nodes get to connect."""
 
 
-def collect_system(master: MasterClient) -> System:
+def collect_system(master: MasterClient, only: Collection[str] | None = None) -> System:
     """Ask the master, then all nodes and services, then the ends of topics about their types.
 
     Args:
         master: the system's master.
+        only: names of the nodes to ask, with the services that they provide; None for all.
 
     Returns:
         The facts, within about ten seconds.
@@ -35,8 +36,10 @@ def collect_system(master: MasterClient) -> System:
     """
     state = Graph(master).state()
     simulated = _parameter(master, "/use_sim_time") is True
-    uris = _uris(master, "lookupNode", sorted(state.nodes()))
-    service_uris = _uris(master, "lookupService", sorted(state.services))
+    wanted = set(state.nodes()) if only is None else set(only)
+    services_of = [name for name, owners in state.services.items() if not wanted.isdisjoint(owners)]
+    uris = _uris(master, "lookupNode", sorted(wanted.intersection(state.nodes())))
+    service_uris = _uris(master, "lookupService", sorted(services_of))
     jobs: dict[tuple[str, str], Callable[[], NodeFacts | dict[str, str]]] = {
         ("node", name): partial(ask_node, master.caller_id, uri) for name, uri in uris.items()
     }

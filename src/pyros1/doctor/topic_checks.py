@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterator, Mapping
 
-from pyros1.doctor.edges import Edge, actual_edges, expected_edges
+from pyros1.doctor.edges import Edge, actual_edges, expected_edges, is_lacking
 from pyros1.doctor.facts import End, Offer, System
 from pyros1.doctor.finding import ERROR, WARNING, Finding
 from pyros1.graph import Connection
@@ -160,21 +160,9 @@ def _alive(system: System) -> dict[str, list[Connection]]:
 
 
 def missing_edges(system: System) -> list[Edge]:
-    """Return expected connections between nodes that answer, unless both ends report them.
-
-    One end is not enough: rospy's subscribers report connections that they are only trying to make.
-    """
+    """Return expected connections between nodes that answer, unless both ends report them."""
     told = _told(system)
-    return [
-        edge
-        for edge in expected_edges(system.state)
-        if edge.publisher in told and edge.subscriber in told and not _is_told(edge, told)
-    ]
-
-
-def _is_told(edge: Edge, told: Mapping[str, set[Edge]]) -> bool:
-    ends = (edge in told[edge.publisher], edge in told[edge.subscriber])
-    return any(ends) if edge.publisher == edge.subscriber else all(ends)
+    return [edge for edge in expected_edges(system.state) if is_lacking(edge, told)]
 
 
 def _told(system: System) -> dict[str, set[Edge]]:

@@ -11,7 +11,7 @@ import contextlib
 import json
 import logging
 from collections.abc import AsyncIterator, Coroutine
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor
 from http import HTTPStatus
 from time import monotonic
 from typing import Any
@@ -28,6 +28,7 @@ from pyros1.web.access import Access
 from pyros1.web.assets import SECURITY, Assets
 from pyros1.web.robot import Robot
 from pyros1.web.session import Session
+from pyros1.web.threads import Threads
 from pyros1.web.wire import RequestError
 
 PROTOCOL = Subprotocol("pyros1.v1")
@@ -54,8 +55,8 @@ class WebServer:
         self._robot = robot
         self._access = access
         self._assets = Assets()
-        self._pushes = ThreadPoolExecutor(_THREADS, "web: pushes")
-        self._calls = ThreadPoolExecutor(_THREADS, "web: calls")
+        self._pushes = Threads(_THREADS, "web: pushes")
+        self._calls = Threads(_THREADS, "web: calls")
         self._pages = 0
 
     @contextlib.asynccontextmanager

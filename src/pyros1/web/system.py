@@ -7,12 +7,12 @@ https://wiki.ros.org/ROS/Slave_API).
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from time import monotonic
 from typing import Any, NamedTuple
 
-from pyros1.doctor.edges import Edge, actual_edges, expected_edges
+from pyros1.doctor.edges import Edge, actual_edges, expected_edges, is_lacking
 from pyros1.doctor.together import together
 from pyros1.graph import Connection, Graph, NodeApi
 from pyros1.ground.errors import Error
@@ -53,6 +53,7 @@ class System:
         self._lock = threading.Lock()
         self._uris: dict[str, str] = {}
         self._told: dict[str, _Told] = {}
+        self._lacking: set[Edge] = set()
         self._latest: dict[str, Any] | None = None
         self._made = float("-inf")
 
@@ -66,7 +67,9 @@ class System:
             - nodes: name -> URI; silent: names of those that do not answer
             - topics: name -> type, publishers, subscribers, and hz and bytes per second once they are known
             - services: name -> nodes
-            - edges: topic, publisher, subscriber, messages per second or null; missing: those that should be there
+            - edges: topic, publisher, subscriber, messages per second or null
+            - missing: topic, publisher, subscriber, where a connection should be, and was not at the last look either:
+              new nodes need a moment
 
         Raises:
             MasterUnreachableError: the master does not answer.
@@ -96,9 +99,12 @@ class System:
         self._told = told
         for name in silent:
             self._uris.pop(name, None)  # another process may have taken its name
-        edges = _edges(told, self._uris, rates)
+        reported = actual_edges({name: its.connections for name, its in told.items()}, self._uris)
+        edges = _edges(told, reported, rates)
         topics = {*state.publishers, *state.subscribers}
-        existing = {Edge(*edge[:3]) for edge in edges}
+        lacking = [edge for edge in expected_edges(state) if is_lacking(edge, reported)]
+        missing = [list(edge) for edge in lacking if edge in self._lacking]
+        self._lacking = set(lacking)
         return {
             "nodes": {name: self._uris.get(name, "") for name in nodes},
             "silent": silent,
@@ -113,11 +119,7 @@ class System:
             },
             "services": state.services,
             "edges": sorted(edge for edge in edges if edge[0] in topics),
-            "missing": [
-                list(edge)
-                for edge in expected_edges(state)
-                if edge not in existing and edge.publisher in told and edge.subscriber in told
-            ],
+            "missing": missing,
         }
 
     def _look_up(self, nodes: Iterable[str]) -> None:
@@ -194,18 +196,27 @@ def _flow(topic: str, rates: _Rates) -> dict[str, float]:
     return {"hz": sum(hz for hz, _ in most), "bytes": sum(size for _, size in most)}
 
 
-def _edges(told: dict[str, _Told], uris: dict[str, str], rates: _Rates) -> list[list[Any]]:
+def _edges(told: dict[str, _Told], reported: Mapping[str, set[Edge]], rates: _Rates) -> list[list[Any]]:
     found: dict[Edge, float | None] = {}
-    for edges in actual_edges({name: its.connections for name, its in told.items()}, uris).values():
+    for edges in reported.values():
         found.update(dict.fromkeys(edges))
     for name, its in told.items():
-        for number, connection in enumerate(its.connections):
-            if connection.direction == "o":
-                by_number = rates.get(name, {}).get(connection.topic, {})
-                rate = by_number.get(connection.id, by_number.get(number)) if _hashable(connection.id) else None
-                if rate is None and len(by_number) == 1:
-                    rate = next(iter(by_number.values()))
-                edge = Edge(connection.topic, name, connection.destination)
-                if rate is not None and edge in found:
-                    found[edge] = rate[0]
+        for topic, by_number in rates.get(name, {}).items():
+            connections = [each for each in its.connections if each.direction == "o" and each.topic == topic]
+            for connection, rate in _matched(connections, by_number):
+                edge = Edge(topic, name, connection.destination)
+                if edge in found:
+                    found[edge] = rate
     return [[*edge, rate] for edge, rate in found.items()]
+
+
+def _matched(
+    connections: list[Connection], by_number: Mapping[Any, tuple[float, float]]
+) -> Iterable[tuple[Connection, float]]:
+    """Yield connections of a topic with their rates. Some nodes number them alike in both tables, others do not."""
+    if {str(connection.id) for connection in connections} == {str(number) for number in by_number}:
+        by_text = {str(number): rate for number, (rate, _) in by_number.items()}
+        return [(connection, by_text[str(connection.id)]) for connection in connections]
+    if len(connections) == len(by_number):
+        return zip(connections, (rate for rate, _ in by_number.values()), strict=True)
+    return []  # one has come or gone between the two questions

@@ -53,7 +53,31 @@ def test_text_json_and_dot_l177(run: Run) -> None:
         "services": ["/empty", *(f"/{node}/{name}" for node in ("listener", "talker") for name in LOG_SERVICES)],
         "silent": [],
     }
-    assert '  "/talker" -> "/listener" [label="/chat"];' in run("--dot")[1].splitlines()
+    assert run("--dot")[1].splitlines() == [
+        "digraph system {",
+        "  rankdir=LR;",
+        '  "/listener";',
+        '  "/talker";',
+        '  "/talker" -> "/listener" [label="/chat"];',
+        "}",
+    ]
+
+
+def test_dot_shows_what_is_missing_and_what_nobody_knows(
+    run: Run, make_node: Callable[..., Any], master: Any, free_port: int
+) -> None:
+    from pyros1.net.master_client import MasterClient
+
+    talker, listener = make_node("talker", rosout=False), make_node("listener", rosout=False, log_level="fatal")
+    talker.advertise("chat", String)
+    listener.subscribe("chat", "std_msgs/Float64", lambda message: None)
+    client = MasterClient("/gone", master.uri)
+    client.register_subscriber("/chat", "std_msgs/String", f"http://localhost:{free_port}/")
+    client.close()
+    lines = run("--dot")[1].splitlines()
+    assert '  "/gone" [style=dashed];' in lines
+    assert '  "/talker" -> "/gone" [label="/chat", style=dashed];' in lines
+    assert '  "/talker" -> "/listener" [label="/chat", color=red, style=dashed];' in lines
 
 
 @pytest.mark.usefixtures("pair")

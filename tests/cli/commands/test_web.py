@@ -153,3 +153,4 @@ def test_names_of_the_stock_programs() -> None:
     names = stock_names()
     assert names["rqt_plot"] == names["rxplot"] == ("web", "plot")
     assert names["rqt_console"] == names["rxconsole"] == ("web", "console")
+    assert names["rqt_graph"] == names["rxgraph"] == ("web", "graph")

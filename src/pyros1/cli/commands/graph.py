@@ -15,11 +15,11 @@ from pyros1.cli.failures import CommandError, no_master
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import leave_words
 from pyros1.cli.records import Command, Flag, Option, Verb
-from pyros1.doctor.edges import Edge, actual_edges
+from pyros1.doctor.edges import actual_edges, expected_edges, is_lacking
 from pyros1.doctor.together import together
 from pyros1.graph import Connection, Graph
 from pyros1.ground.errors import MasterUnreachableError
-from pyros1.ground.shown import json_text
+from pyros1.ground.shown import json_text, one_line
 
 _NODE_TIMEOUT = 2.0
 _PERIOD = 1.0
@@ -99,6 +99,8 @@ class Picture:
     Attributes:
         nodes, services: names, sorted.
         edges: connections that the nodes report.
+        missing: connections that follow from the registrations, but which their ends do not report.
+        unknown: connections that follow from the registrations, with an end that did not answer.
         silent: nodes that did not answer.
     """
 
@@ -111,9 +113,12 @@ class Picture:
         self.silent = [name for name, answer in answers.items() if isinstance(answer, Exception)]
         told = {name: answer for name, answer in answers.items() if not isinstance(answer, Exception)}
         topics = {*state.publishers, *state.subscribers}
-        self.edges = sorted(
-            {edge for edges in actual_edges(told, uris).values() for edge in edges if edge.topic in topics}
-        )
+        reported = actual_edges(told, uris)
+        self.edges = sorted({edge for edges in reported.values() for edge in edges if edge.topic in topics})
+        expected = expected_edges(state)
+        self.missing = {edge for edge in expected if is_lacking(edge, reported)}
+        silent = {*self.silent}
+        self.unknown = {edge for edge in expected if not silent.isdisjoint(edge[1:])}.difference(self.edges)
 
     def text(self) -> str:
         """Return the listing of the stock tool."""
@@ -130,17 +135,30 @@ class Picture:
         return {"nodes": self.nodes, "edges": edges, "services": self.services, "silent": self.silent}
 
     def dot(self) -> str:
-        """Return the same in the dot language: edges have topics as labels, silent nodes are dashed."""
+        """Return the same in the dot language.
+
+        Edges have topics as labels. Silent nodes and unknown edges are dashed, missing edges are dashed and red. The
+        page of ``pyros1 web`` saves the same form (`web/page/lib/graph/model.js`).
+        """
         lines = ["digraph system {", "  rankdir=LR;"]
         for node in self.nodes:
-            lines.append(f"  {json.dumps(node)}{' [style=dashed]' if node in self.silent else ''};")
-        for edge in self.edges:
-            lines.append(f"  {json.dumps(edge.publisher)} -> {json.dumps(edge.subscriber)} [label={_label(edge)}];")
+            lines.append(f"  {_quoted(node)}{' [style=dashed]' if node in self.silent else ''};")
+        for edge in sorted({*self.edges, *self.missing, *self.unknown}):
+            look = (
+                ", color=red, style=dashed"
+                if edge in self.missing
+                else ", style=dashed"
+                if edge in self.unknown
+                else ""
+            )
+            facts = f"label={_quoted(edge.topic)}{look}"
+            lines.append(f"  {_quoted(edge.publisher)} -> {_quoted(edge.subscriber)} [{facts}];")
         return "\n".join([*lines, "}"])
 
 
-def _label(edge: Edge) -> str:
-    return json_text(json.dumps(edge.topic, ensure_ascii=False))
+def _quoted(text: str) -> str:
+    """Return a string of the dot language, where only quotation marks and backslashes are special."""
+    return '"' + one_line(text).replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
 def _indented(names: Iterable[str]) -> list[str]:

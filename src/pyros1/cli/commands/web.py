@@ -177,10 +177,12 @@ COMMAND = Command(
         "rqt": ("--open",),
         "rqt_bag": ("bag",),
         "rqt_console": ("console",),
+        "rqt_graph": ("graph",),
         "rqt_image_view": ("image",),
         "rqt_plot": ("plot",),
         "rqt_tf_tree": ("frames",),
         "rxconsole": ("console",),
+        "rxgraph": ("graph",),
         "rxplot": ("plot",),
     },
 )

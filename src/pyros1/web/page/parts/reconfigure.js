@@ -12,7 +12,9 @@ export class Reconfigure {
     this.robot = robot;
     this.node = node;
     this.controls = new Map(); // name -> {set(value)}
-    this.pending = null; // name -> value, while a change is on its way
+    this.pending = null; // name -> value, to be sent next
+    this.sent = null; // the same, while the node has not answered
+    this.values = {};
     this.busy = false;
     this.outcome = outcome();
     this.list = h("div.configure", {}, h("p.muted.hint", {}, "…"));
@@ -34,12 +36,14 @@ export class Reconfigure {
       this.types = Object.fromEntries(parameters.map((each) => [each.name, each.type]));
       this._build(parameters);
     }
-    this._show(values);
+    this.values = values;
+    this._show();
   }
 
-  _show(values) {
-    for (const [name, value] of Object.entries(values)) {
-      if (!(this.pending && name in this.pending)) this.controls.get(name)?.set(value);
+  // What is being changed here stays as it is until the node has answered.
+  _show() {
+    for (const [name, value] of Object.entries(this.values)) {
+      if (!(name in { ...this.pending, ...this.sent })) this.controls.get(name)?.set(value);
     }
   }
 
@@ -109,13 +113,17 @@ export class Reconfigure {
     this.busy = true;
     try {
       while (this.pending) {
-        const values = this.pending;
+        const values = this.sent = this.pending;
+        const before = this.values;
         this.pending = null;
-        this._show(await this.robot.call("reconfigure.update", { node: this.node, values, types: this.types }));
+        await this.robot.call("reconfigure.update", { node: this.node, values, types: this.types });
+        this.sent = null;
+        if (this.values !== before) this._show(); // else it comes: the answer itself may be older than what others do
         this.outcome.say("");
       }
     } catch (error) {
-      this.pending = null;
+      this.pending = this.sent = null;
+      this._show();
       this.outcome.fail(error.message);
     } finally {
       this.busy = false;

@@ -1,0 +1,89 @@
+"""Calls for what ``pyros1 wtf`` finds, about one topic or node. Only the nodes that have to do with it are asked."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from pyros1.doctor.finding import Finding
+from pyros1.doctor.here import collect_machine
+from pyros1.doctor.reach_checks import check_reach
+from pyros1.doctor.system import collect_system
+from pyros1.doctor.topic_checks import check_topics
+from pyros1.web.robot import Robot
+from pyros1.web.views.view import text
+from pyros1.web.wire import RequestError
+
+_MOST_ITEMS = 100
+_MOST_NODES = 200
+"""Most nodes that are asked."""
+_FOR_ALL = frozenset({"no-clock", "unused-clock"})
+"""Findings that name no topic, but may be why nothing comes."""
+_NAME = re.compile(r"/[A-Za-z0-9_/]*[A-Za-z0-9_]")
+
+
+def topic(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return what is wrong with a topic and the nodes at its ends, as `Finding.as_json` says it. Args: topic."""
+    name = text(args, "topic")
+    robot.check_visible(name)
+    state = robot.graph.state()
+    return _examine(robot, name, [*state.publishers.get(name, ()), *state.subscribers.get(name, ())])
+
+
+def node(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return what is wrong with a node, its topics and services, as `Finding.as_json` says it. Args: node.
+
+    Raises:
+        RequestError: there is no such node.
+    """
+    name = text(args, "node")
+    state = robot.graph.state()
+    if name not in state.nodes():
+        raise RequestError(f"the master knows no node {name}")
+    own = state.of_node(name)
+    topics = robot.access.visible([*own.publications, *own.subscriptions])
+    ends = [end for each in topics for end in (*state.publishers.get(each, ()), *state.subscribers.get(each, ()))]
+    return _examine(robot, name, [name, *ends])
+
+
+def _examine(robot: Robot, name: str, nodes: Iterable[str]) -> list[dict[str, Any]]:
+    system = collect_system(robot.master, list(dict.fromkeys(nodes))[:_MOST_NODES])
+    machine = collect_machine({**os.environ, "ROS_MASTER_URI": robot.master_uri})
+    known = {*system.state.publishers, *system.state.subscribers, *system.state.services}
+    hidden = {each for each in known if not robot.access.may_see(each)}
+    found = [*check_reach(system, machine), *about(check_topics(system), name)]
+    return [finding.as_json() for finding in without(found, hidden)]
+
+
+def about(findings: Iterable[Finding], name: str) -> list[Finding]:
+    """Return those findings that name a topic or node, with those of their items that do."""
+    found = []
+    for finding in findings:
+        items = finding.items
+        if name not in _names(finding.text):
+            items = tuple(item for item in items if name in _names(item))
+            if not items and finding.kind not in _FOR_ALL:
+                continue
+        found.append(replace(finding, items=items[:_MOST_ITEMS]))
+    return found
+
+
+def without(findings: Iterable[Finding], hidden: Collection[str]) -> list[Finding]:
+    """Return findings without those, and without those items, that name something that pages may not see."""
+    found = []
+    for finding in findings:
+        items = tuple(item for item in finding.items if _names(item).isdisjoint(hidden))
+        if _names(finding.text).isdisjoint(hidden) and (items or not finding.items):
+            found.append(replace(finding, items=items))
+    return found
+
+
+def _names(line: str) -> set[str]:
+    return set(_NAME.findall(line))
+
+
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"topic": topic, "node": node}
+CHANGES: frozenset[str] = frozenset()

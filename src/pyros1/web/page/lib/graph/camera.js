@@ -1,0 +1,138 @@
+// What of a large plane is seen in an element: drag, wheel, pinch, and moves that take a moment.
+
+const LEAST = 0.02;
+const MOST = 4;
+const FOOT = 24; // pixels below, where the numbers are
+const CLICK = 5; // pixels that a click may move
+const GLIDE = 260; // ms
+
+export class Camera {
+  // on: {changed(), click(x, y), double(x, y), hover(x, y), took()}; x and y are of the plane.
+  // took() is called when the user moves something, so that the picture stays where it was put.
+  constructor(element, on) {
+    this.element = element;
+    this.on = on;
+    [this.x, this.y, this.scale] = [0, 0, 1]; // the plane's point in the middle of the element, and pixels per unit
+    this.pointers = new Map();
+    this.target = null;
+    const listen = (name, use) => element.addEventListener(name, use, { passive: false });
+    listen("wheel", (event) => this._wheel(event));
+    listen("pointerdown", (event) => this._down(event));
+    listen("pointermove", (event) => this._move(event));
+    listen("pointerup", (event) => this._up(event));
+    listen("pointercancel", (event) => this._up(event));
+    listen("pointerleave", () => on.hover(NaN, NaN));
+    listen("dblclick", (event) => on.double(...this.toPlane(event.offsetX, event.offsetY)));
+  }
+
+  get size() {
+    return [this.element.clientWidth || 1, this.element.clientHeight || 1];
+  }
+
+  toPlane(left, top) {
+    const [width, height] = this.size;
+    return [this.x + (left - width / 2) / this.scale, this.y + (top - height / 2) / this.scale];
+  }
+
+  toScreen(x, y) {
+    const [width, height] = this.size;
+    return [(x - this.x) * this.scale + width / 2, (y - this.y) * this.scale + height / 2];
+  }
+
+  // The part of the plane that is seen: [left, top, right, bottom].
+  seen() {
+    const [width, height] = this.size;
+    return [...this.toPlane(0, 0), ...this.toPlane(width, height)];
+  }
+
+  move(right, down) {
+    this._set(this.x + right / this.scale, this.y + down / this.scale, this.scale);
+  }
+
+  zoom(factor, left = this.size[0] / 2, top = this.size[1] / 2) {
+    const [width, height] = this.size;
+    const [x, y] = this.toPlane(left, top);
+    const scale = Math.min(MOST, Math.max(LEAST, this.scale * factor));
+    this._set(x - (left - width / 2) / scale, y - (top - height / 2) / scale, scale);
+  }
+
+  // Show a part of the plane as large as it fits, but not larger than `most`.
+  show([left, top, right, bottom], most, glide = true) {
+    const [width, height] = this.size;
+    const scale = Math.max(LEAST, Math.min(most, (width - 40) / Math.max(1, right - left), (height - 40 - FOOT) / Math.max(1, bottom - top)));
+    this.go((left + right) / 2, (top + bottom) / 2 + FOOT / 2 / scale, scale, glide);
+  }
+
+  go(x, y, scale, glide = true) {
+    if (!glide || matchMedia("(prefers-reduced-motion: reduce)").matches) {
+      this.target = null;
+      [this.x, this.y, this.scale] = [x, y, scale];
+    } else {
+      this.target = { from: [this.x, this.y, this.scale], to: [x, y, scale], begin: performance.now() };
+    }
+    this.on.changed();
+  }
+
+  // Go on with a move that takes a moment. Returns whether it has not ended.
+  step(now) {
+    if (!this.target) return false;
+    const { from, to, begin } = this.target;
+    const part = Math.min(1, Math.max(0, (now - begin) / GLIDE));
+    const t = 1 - (1 - part) ** 3;
+    this.scale = from[2] * (to[2] / from[2]) ** t;
+    [this.x, this.y] = [from[0] + (to[0] - from[0]) * t, from[1] + (to[1] - from[1]) * t];
+    if (part === 1) this.target = null;
+    return part < 1;
+  }
+
+  _set(x, y, scale) {
+    this.target = null;
+    [this.x, this.y, this.scale] = [x, y, scale];
+    this.on.took();
+    this.on.changed();
+  }
+
+  _wheel(event) {
+    event.preventDefault();
+    if (event.shiftKey) {
+      this.move(event.deltaY || event.deltaX, 0);
+      return;
+    }
+    const lines = event.deltaMode === 1 ? 20 : 1;
+    this.zoom(Math.exp(-Math.max(-200, Math.min(200, event.deltaY * lines)) * (event.ctrlKey ? 0.01 : 0.0018)), event.offsetX, event.offsetY);
+  }
+
+  _down(event) {
+    if (event.button > 1) return;
+    this.element.focus({ preventScroll: true });
+    this.element.setPointerCapture(event.pointerId);
+    this.pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
+    this.moved = this.pointers.size > 1 ? CLICK : 0;
+  }
+
+  _move(event) {
+    const before = this.pointers.get(event.pointerId);
+    const now = [event.offsetX, event.offsetY];
+    if (!before) {
+      this.on.hover(...this.toPlane(...now));
+      return;
+    }
+    this.moved += Math.hypot(now[0] - before[0], now[1] - before[1]);
+    if (this.moved < CLICK) return;
+    if (this.pointers.size === 1) {
+      this.move(before[0] - now[0], before[1] - now[1]);
+    } else {
+      const [other] = [...this.pointers].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
+      const apart = (at) => Math.max(10, Math.hypot(at[0] - other[0], at[1] - other[1]));
+      this.zoom(apart(now) / apart(before), (now[0] + other[0]) / 2, (now[1] + other[1]) / 2);
+      this.move((before[0] - now[0]) / 2, (before[1] - now[1]) / 2);
+    }
+    this.pointers.set(event.pointerId, now);
+  }
+
+  _up(event) {
+    const before = this.pointers.get(event.pointerId);
+    this.pointers.delete(event.pointerId);
+    if (before && this.moved < CLICK && event.type === "pointerup") this.on.click(...this.toPlane(event.offsetX, event.offsetY));
+  }
+}

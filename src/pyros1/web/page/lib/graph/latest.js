@@ -1,0 +1,106 @@
+// A topic's definition and its newest message, for the side sheet.
+
+import { fill, h } from "../dom.js";
+import { bytes, number, rate } from "../format.js";
+
+const HEAVY = 2e6; // bytes per second that are not asked for without a click
+const LARGE = /^sensor_msgs\/(Image|CompressedImage|PointCloud2?|LaserScan)$|\/OccupancyGrid$/;
+const MOST_LINES = 80;
+const MOST_ITEMS = 8;
+
+export class Latest {
+  // published: whether anybody publishes the topic; flow: bytes per second, if known
+  constructor(place, topic, type, published, flow) {
+    this.place = place;
+    this.topic = topic;
+    this.first = null; // path of the first number
+    this.value = h("div.message.mono");
+    this.facts = h("span.muted");
+    this.definition = h("pre.mono");
+    const text = h("details", { ontoggle: () => text.open && this._define() }, h("summary", {}, "Definition"), this.definition);
+    this.element = h("section", {}, text, h("h3", {}, "newest message ", this.facts), this.value);
+    if (!published) fill(this.value, h("p.muted", {}, "Nobody publishes it."));
+    else if (LARGE.test(type) || flow > HEAVY) fill(this.value, h("button", { title: "this subscribes to the topic", onclick: () => this._open() }, "Show messages"));
+    else this._open();
+  }
+
+  close() {
+    this.closed = true;
+    this.stream?.close();
+  }
+
+  // Plot the first number of the messages.
+  async plot() {
+    try {
+      const [field] = this.first ? [this.first] : await this.place.robot.call("topics.fields", { begin: `${this.topic}/` });
+      if (!field) throw new Error(`${this.topic} has no numbers`);
+      this.place.open("plot", { curves: [field] });
+    } catch (error) {
+      this.place.problem(error.message);
+    }
+  }
+
+  _open() {
+    fill(this.value, h("p.muted", {}, "none has come yet"));
+    this.stream = this.place.robot.stream("message", { topic: this.topic }, {
+      data: (data) => this._take(data),
+      problem: (text) => text && fill(this.value, h("p.trouble", {}, text)),
+    });
+  }
+
+  _take({ value, problem, count, hz, size, bytes: flow }) {
+    if (this.value.contains(document.activeElement)) return; // do not take away what somebody is about to press
+    const now = performance.now();
+    if (now - (this.at || 0) < 200) return; // nobody reads faster
+    this.at = now;
+    fill(this.facts, [hz && rate(hz), bytes(size), flow > HEAVY && bytes(flow, "B/s"), `number ${count}`].filter(Boolean).join(" · "));
+    if (problem) {
+      fill(this.value, h("p.trouble", {}, problem));
+      return;
+    }
+    const lines = [];
+    this.first = null;
+    this._lines(value, "", this.topic, 0, lines);
+    fill(this.value, lines.slice(0, MOST_LINES), lines.length > MOST_LINES && h("div.muted", {}, "… (“Inspect” shows all)"));
+  }
+
+  _lines(value, name, path, depth, lines) {
+    if (lines.length > MOST_LINES) return;
+    const row = (...what) => lines.push(h("div", { style: { paddingLeft: `${depth * 14}px` } }, name && h("span.muted", {}, `${name}: `), ...what));
+    if (value?.fields) {
+      if (name) row();
+      for (const [field, , inner] of value.fields) this._lines(inner, field, `${path}/${field}`, name ? depth + 1 : depth, lines);
+      if (!value.fields.length) row(h("span.muted", {}, "(empty)"));
+    } else if (value?.items) {
+      const plain = value.items.every((item) => typeof item !== "object");
+      const more = value.length - Math.min(value.items.length, MOST_ITEMS);
+      const items = value.items.slice(0, MOST_ITEMS);
+      if (plain) {
+        row("[", items.map((item, index) => [index ? ", " : "", this._plain(item, `${path}[${index}]`)]), more > 0 ? `, … ${value.length} in all]` : "]");
+        return;
+      }
+      row(h("span.muted", {}, `${value.length} in all`));
+      items.forEach((item, index) => this._lines(item, `[${index}]`, `${path}[${index}]`, depth + 1, lines));
+    } else if (value && typeof value === "object") {
+      row(`${value.secs}.${String(value.nsecs).padStart(9, "0")}`);
+    } else {
+      row(this._plain(value, path));
+    }
+  }
+
+  _plain(value, path) {
+    if (typeof value !== "number") return typeof value === "string" ? JSON.stringify(value) : String(value);
+    this.first ||= path;
+    return h("button.link", { title: `plot ${path}`, onclick: () => this.place.open("plot", { curves: [path] }) }, number(value));
+  }
+
+  async _define() {
+    if (this.definition.textContent) return;
+    try {
+      const { text } = await this.place.robot.call("topics.form", { topic: this.topic });
+      fill(this.definition, text);
+    } catch (error) {
+      fill(this.definition, error.message);
+    }
+  }
+}

@@ -1,0 +1,140 @@
+// A plain layout in layers, for graphs that are too large for a better one: time grows with the number of edges. Pure.
+
+const GAP = 18;
+const BETWEEN = 90;
+const SWEEPS = 6;
+const LEAST_HEIGHT = 600;
+const MOST_ROWS = 16;
+
+// boxes: [{id, width, height}]; edges: [[from, to]]. Returns a map: id -> [x, y] of its centre.
+export function layered(boxes, edges, { down, aspect }) {
+  const ids = boxes.map(({ id }) => id);
+  const next = new Map(ids.map((id) => [id, []]));
+  const before = new Map(ids.map((id) => [id, []]));
+  for (const [from, to] of edges) {
+    if (from === to) continue;
+    next.get(from).push(to);
+    before.get(to).push(from);
+  }
+  const rank = ranks(ids, next);
+  let layers = [];
+  for (const id of ids) (layers[rank.get(id)] ||= []).push(id);
+  layers = layers.filter(Boolean);
+  order(layers, next, before);
+  const sizes = new Map(boxes.map(({ id, width, height }) => [id, down ? [height, width] : [width, height]]));
+  const places = coordinates(layers, sizes, down ? 1 / aspect : aspect);
+  return new Map([...places].map(([id, [along, across]]) => [id, down ? [across, along] : [along, across]]));
+}
+
+// The length of the longest way to each box; edges that would close a circle do not count.
+function ranks(ids, next) {
+  const done = [];
+  const seen = new Map(); // id -> 1 while it is being visited, then 2
+  const forward = new Map(ids.map((id) => [id, []]));
+  for (const start of ids) {
+    if (seen.has(start)) continue;
+    const stack = [[start, 0]];
+    seen.set(start, 1);
+    while (stack.length) {
+      const top = stack.at(-1);
+      const [id, at] = top;
+      const to = next.get(id)[at];
+      if (to === undefined) {
+        seen.set(id, 2);
+        done.push(id);
+        stack.pop();
+        continue;
+      }
+      top[1] += 1;
+      if (seen.get(to) !== 1) forward.get(id).push(to);
+      if (!seen.has(to)) {
+        seen.set(to, 1);
+        stack.push([to, 0]);
+      }
+    }
+  }
+  const rank = new Map(ids.map((id) => [id, 0]));
+  for (const id of done.reverse()) {
+    for (const to of forward.get(id)) rank.set(to, Math.max(rank.get(to), rank.get(id) + 1));
+  }
+  return rank;
+}
+
+// Boxes near those that they have edges with, by the mean of their places, forwards and backwards.
+function order(layers, next, before) {
+  const at = new Map();
+  const number = (layer) => layer.forEach((id, index) => at.set(id, (index + 0.5) / layer.length));
+  layers.forEach(number);
+  for (let sweep = 0; sweep < SWEEPS; sweep += 1) {
+    const forwards = sweep % 2 === 0;
+    for (const layer of forwards ? layers : [...layers].reverse()) {
+      const mean = new Map(layer.map((id) => {
+        const near = (forwards ? before : next).get(id);
+        return [id, near.length ? near.reduce((sum, each) => sum + at.get(each), 0) / near.length : at.get(id)];
+      }));
+      layer.sort((one, other) => mean.get(one) - mean.get(other));
+      number(layer);
+    }
+  }
+}
+
+// Layers that are too tall for the room become several columns.
+function wrapped(layers, sizes, most) {
+  return layers.flatMap((layer) => {
+    const height = layer.reduce((sum, id) => sum + sizes.get(id)[1] + GAP, 0);
+    const count = Math.ceil(height / most);
+    const columns = Array.from({ length: count }, () => []);
+    layer.forEach((id, place) => columns[Math.floor((place * count) / layer.length)].push(id));
+    return columns.map((ids, index) => ({
+      ids, height: ids.reduce((sum, id) => sum + sizes.get(id)[1] + GAP, -GAP),
+      width: Math.max(...ids.map((id) => sizes.get(id)[0])), room: index === count - 1 ? BETWEEN : GAP * 2,
+    }));
+  });
+}
+
+// A long chain of layers goes on in the next row, as text does.
+function coordinates(layers, sizes, aspect) {
+  const area = layers.flat().reduce((sum, id) => sum + (sizes.get(id)[0] + BETWEEN) * (sizes.get(id)[1] + GAP), 0);
+  const columns = wrapped(layers, sizes, Math.max(LEAST_HEIGHT, Math.sqrt(area / aspect)));
+  const rows = folded(columns, aspect);
+  const places = new Map();
+  let top = 0;
+  for (const row of rows) {
+    const tall = Math.max(...row.map(({ height }) => height));
+    let along = 0;
+    for (const { ids, width, height, room } of row) {
+      let across = top + (tall - height) / 2;
+      for (const id of ids) {
+        places.set(id, [along + width / 2, across + sizes.get(id)[1] / 2]);
+        across += sizes.get(id)[1] + GAP;
+      }
+      along += width + room;
+    }
+    top += tall + BETWEEN;
+  }
+  return places;
+}
+
+// The number of rows with which the whole is nearest to the shape of the room.
+function folded(columns, aspect) {
+  const whole = columns.reduce((sum, { width, room }) => sum + width + room, 0);
+  let [best, found] = [Infinity, [columns]];
+  for (let count = 1; count <= MOST_ROWS; count += 1) {
+    const most = whole / count;
+    const rows = [[]];
+    let [length, longest] = [0, 0];
+    for (const column of columns) {
+      if (length && length + column.width > most) {
+        rows.push([]);
+        length = 0;
+      }
+      rows.at(-1).push(column);
+      length += column.width + column.room;
+      longest = Math.max(longest, length);
+    }
+    const tall = rows.reduce((sum, row) => sum + Math.max(...row.map(({ height }) => height)) + BETWEEN, 0);
+    const size = Math.max(longest, tall * aspect);
+    if (size < best) [best, found] = [size, rows];
+  }
+  return found;
+}

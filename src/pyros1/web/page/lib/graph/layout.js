@@ -1,0 +1,271 @@
+// Where boxes and edges go. Pure.
+//
+// layout(what) takes
+//   {boxes: [{id, width, height, group}], edges: [{id, from, to, width, height}], groups: [{name, parent}], down, room: [width, height]}
+//   down: rather from top to bottom than from left to right; which of them, is up to what fits into the room
+//   width and height of an edge are those of its label, 0 for none
+// and returns
+//   {boxes: {id: [x, y]}, edges: {id: {points: [x, y, ...], label: [x, y]}}, frames: {group: [x, y, width, height]}, width, height, down}
+//   x and y are of centres; an edge has POINTS points.
+//
+// Parts that have nothing to do with each other are laid out one by one and then packed. dagre draws best, but takes
+// minutes for a thousand boxes; beyond MOST_FOR_DAGRE a plainer method takes its place, with namespaces as boxes of boxes.
+
+import * as dagre from "../../vendor/dagre.js";
+import { layered } from "./layered.js";
+
+export const POINTS = 10;
+export const MOST_FOR_DAGRE = 260; // boxes and edges of a part
+const MOST_INSIDE = 60; // the same for a namespace of a large part, of which there may be many
+const GAP = 44;
+const GOOD = 0.75; // pixels per unit; if less, the other direction is tried, too
+const MANY = 1500; // boxes and edges
+const BETTER = 1.3;
+const MUCH_BETTER = 1.5; // what the plain method must be, since its edges cross boxes
+const FEW = 30; // boxes and edges of a part that dagre lays out in any case
+const PADDING = 14;
+const TITLE = 20;
+
+export function layout(what) {
+  const { down, room: [width, height] } = what;
+  const scale = (found) => Math.min(width / found.width, height / found.height);
+  let best = directed(what, down);
+  if (what.boxes.length + what.edges.length > MANY) return best; // each try takes seconds
+  for (const [way, plain, factor] of [[!down, false, BETTER], [down, true, MUCH_BETTER]]) {
+    if (scale(best) > GOOD) break;
+    const other = directed(what, way, plain);
+    if (scale(other) > scale(best) * factor) best = other;
+  }
+  return best;
+}
+
+function directed(what, down, plain = false) {
+  const aspect = what.room[0] / what.room[1];
+  const parts = partsOf(what).map((part) => {
+    const few = plain ? FEW : MOST_FOR_DAGRE;
+    const small = part.boxes.length + part.edges.length <= few;
+    return turned(small ? byDagre(part, down) : nested(part, { down, aspect }), part);
+  });
+  return { ...packed(parts, aspect), down };
+}
+
+// What is connected, or in one outermost group, is one part.
+function partsOf({ boxes, edges, groups }) {
+  const home = new Map(boxes.map(({ id }) => [id, id]));
+  const find = (id) => {
+    while (home.get(id) !== id) {
+      home.set(id, home.get(home.get(id)));
+      id = home.get(id);
+    }
+    return id;
+  };
+  const join = (one, other) => home.set(find(one), find(other));
+  for (const { from, to } of edges) join(from, to);
+  const first = new Map();
+  for (const { id, group } of boxes) {
+    const outermost = group.split("/").slice(0, 2).join("/");
+    if (!outermost) continue;
+    if (first.has(outermost)) join(id, first.get(outermost));
+    else first.set(outermost, id);
+  }
+  const parts = new Map();
+  for (const each of boxes) {
+    const key = find(each.id);
+    if (!parts.has(key)) parts.set(key, { boxes: [], edges: [], groups });
+    parts.get(key).boxes.push(each);
+  }
+  for (const each of edges) parts.get(find(each.from)).edges.push(each);
+  return [...parts.values()];
+}
+
+function byDagre({ boxes, edges, groups }, down) {
+  const graph = new dagre.Graph({ directed: true, multigraph: true, compound: true });
+  graph.setGraph({ rankdir: down ? "TB" : "LR", nodesep: 22, ranksep: 46, edgesep: 14, marginx: 4, marginy: 4 });
+  const used = new Set(boxes.flatMap(({ group }) => upwards(group)));
+  for (const { name } of groups) if (used.has(name)) graph.setNode(`g:${name}/`, {});
+  for (const { name, parent } of groups) if (used.has(name) && parent) graph.setParent(`g:${name}/`, `g:${parent}/`);
+  for (const { id, width, height, group } of boxes) {
+    graph.setNode(id, { width, height });
+    if (group) graph.setParent(id, `g:${group}/`);
+  }
+  for (const { id, from, to, width, height } of edges) {
+    graph.setEdge(from, to, { width, height, labelpos: "c", labeloffset: 0 }, id);
+  }
+  dagre.layout(graph);
+  const found = { boxes: {}, edges: {} };
+  for (const { id } of boxes) {
+    const { x, y } = graph.node(id);
+    found.boxes[id] = [x, y];
+  }
+  for (const { id, from, to } of edges) {
+    const { points, x, y } = graph.edge(from, to, id);
+    points[0] = atSide(graph.node(from), points[1], down) || points[0];
+    points[points.length - 1] = atSide(graph.node(to), points.at(-2), down) || points.at(-1);
+    const line = sampled(points.flatMap((point) => [point.x, point.y]), POINTS);
+    found.edges[id] = { points: line, label: x === undefined ? middle(line) : [x, y] };
+  }
+  return found;
+}
+
+// Where an edge leaves a box: at the side that looks towards the next layer, a little in the direction of its next point.
+function atSide({ x, y, width, height }, next, down) {
+  const [ahead, aside, half, room] = down ? [next.y - y, next.x - x, height / 2, width * 0.3] : [next.x - x, next.y - y, width / 2, height * 0.22];
+  if (Math.abs(ahead) <= half) return null;
+  const [along, across] = [Math.sign(ahead) * half, Math.max(-room, Math.min(room, aside * 0.25))];
+  return down ? { x: x + across, y: y + along } : { x: x + along, y: y + across };
+}
+
+// Each namespace is laid out for itself and then is one box for those around it.
+function nested({ boxes, edges, groups }, { down, aspect }, outside = "") {
+  const inner = groups.filter(({ parent }) => parent === outside);
+  const rooms = [];
+  for (const { name } of inner) {
+    const within = boxes.filter(({ group }) => group === name || group.startsWith(`${name}/`));
+    if (!within.length) continue;
+    const ids = new Set(within.map(({ id }) => id));
+    const own = edges.filter(({ from, to }) => ids.has(from) && ids.has(to));
+    const small = within.length + own.length <= MOST_INSIDE;
+    const placed = small && !groups.some(({ parent }) => parent === name)
+      ? byDagre({ boxes: within, edges: own, groups: [] }, down)
+      : nested({ boxes: within, edges: own, groups }, { down, aspect }, name);
+    rooms.push({ id: `g:${name}/`, ids, placed: turned(placed, { boxes: within, groups, edges: own }) });
+  }
+  const home = new Map();
+  for (const room of rooms) for (const id of room.ids) home.set(id, room.id);
+  const outer = [
+    ...boxes.filter(({ id }) => !home.has(id)),
+    ...rooms.map(({ id, placed }) => ({ id, width: placed.width + GAP, height: placed.height + 2 * GAP })),
+  ];
+  const links = new Map();
+  for (const { from, to } of edges) {
+    const [one, other] = [home.get(from) || from, home.get(to) || to];
+    if (one !== other) links.set(`${one} ${other}`, [one, other]);
+  }
+  const places = layered(outer, [...links.values()], { down, aspect });
+  const found = { boxes: {}, edges: {} };
+  for (const { id } of outer) if (!id.endsWith("/")) found.boxes[id] = places.get(id);
+  for (const { id, placed } of rooms) {
+    const [x, y] = places.get(id);
+    const [dx, dy] = [x - placed.width / 2, y - placed.height / 2];
+    for (const [inside, at] of Object.entries(placed.boxes)) found.boxes[inside] = [at[0] + dx, at[1] + dy];
+    for (const [inside, edge] of Object.entries(placed.edges)) found.edges[inside] = moved(edge, dx, dy);
+  }
+  const sizes = new Map(boxes.map((each) => [each.id, each]));
+  for (const { id, from, to } of edges) {
+    if (found.edges[id]) continue;
+    const points = curve(found.boxes[from], sizes.get(from), found.boxes[to], sizes.get(to), down);
+    found.edges[id] = { points, label: middle(points) };
+  }
+  return found;
+}
+
+// A curve from the side of one box to the side of another.
+export function curve([x1, y1], one, [x2, y2], other, down) {
+  const points = [];
+  const [ax, ay] = down ? [x1, y1 + one.height / 2] : [x1 + one.width / 2, y1];
+  const [bx, by] = down ? [x2, y2 - other.height / 2] : [x2 - other.width / 2, y2];
+  const ahead = down ? by - ay : bx - ax;
+  const reach = ahead > 0 ? Math.max(20, ahead / 2) : Math.min(160, 30 - ahead / 4);
+  const [cx, cy, dx, dy] = down ? [ax, ay + reach, bx, by - reach] : [ax + reach, ay, bx - reach, by];
+  for (let index = 0; index < POINTS; index += 1) {
+    const t = index / (POINTS - 1);
+    const [p, q, r, s] = [(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t ** 3];
+    points.push(p * ax + q * cx + r * dx + s * bx, p * ay + q * cy + r * dy + s * by);
+  }
+  return points;
+}
+
+// Points at equal distances along a line, so that lines can become each other.
+export function sampled(line, count) {
+  const lengths = [0];
+  for (let index = 2; index < line.length; index += 2) {
+    lengths.push(lengths.at(-1) + Math.hypot(line[index] - line[index - 2], line[index + 1] - line[index - 1]));
+  }
+  const whole = lengths.at(-1);
+  const found = [];
+  let at = 0;
+  for (let number = 0; number < count; number += 1) {
+    const wanted = (whole * number) / (count - 1);
+    while (at < lengths.length - 2 && lengths[at + 1] < wanted) at += 1;
+    const part = lengths[at + 1] > lengths[at] ? (wanted - lengths[at]) / (lengths[at + 1] - lengths[at]) : 0;
+    for (const axis of [0, 1]) {
+      const [begin, end] = [line[at * 2 + axis], line[at * 2 + 2 + axis] ?? line[at * 2 + axis]];
+      found.push(begin + Math.min(1, part) * (end - begin));
+    }
+  }
+  return found;
+}
+
+function middle(line) {
+  const at = line.length / 2 - (line.length / 2) % 2;
+  return [(line[at - 2] + line[at]) / 2, (line[at - 1] + line[at + 1]) / 2];
+}
+
+function moved({ points, label }, dx, dy) {
+  return { points: points.map((value, index) => value + (index % 2 ? dy : dx)), label: [label[0] + dx, label[1] + dy] };
+}
+
+// Frames of the groups, and the whole moved so that it begins at 0, 0.
+function turned(found, { boxes, groups, edges }) {
+  const frames = {};
+  const deepest = [...groups].sort((one, other) => other.name.split("/").length - one.name.split("/").length);
+  const grow = (frame, left, top, right, bottom) => [
+    Math.min(frame[0], left), Math.min(frame[1], top), Math.max(frame[2], right), Math.max(frame[3], bottom),
+  ];
+  const none = [Infinity, Infinity, -Infinity, -Infinity];
+  for (const { id, width, height, group } of boxes) {
+    if (!group) continue;
+    const [x, y] = found.boxes[id];
+    frames[group] = grow(frames[group] || none, x - width / 2, y - height / 2, x + width / 2, y + height / 2);
+  }
+  for (const { name, parent } of deepest) {
+    if (!frames[name]) continue;
+    const [left, top, right, bottom] = frames[name];
+    frames[name] = [left - PADDING, top - PADDING - TITLE, right + PADDING, bottom + PADDING];
+    if (parent) frames[parent] = grow(frames[parent] || none, ...frames[name]);
+  }
+  let whole = none;
+  for (const { id, width, height } of boxes) {
+    const [x, y] = found.boxes[id];
+    whole = grow(whole, x - width / 2, y - height / 2, x + width / 2, y + height / 2);
+  }
+  for (const frame of Object.values(frames)) whole = grow(whole, ...frame);
+  for (const { id, width, height } of edges) {
+    const { points, label: [x, y] } = found.edges[id];
+    for (let index = 0; index < points.length; index += 2) whole = grow(whole, points[index], points[index + 1], points[index], points[index + 1]);
+    if (width) whole = grow(whole, x - width / 2, y - height / 2, x + width / 2, y + height / 2);
+  }
+  const [dx, dy] = [-whole[0], -whole[1]];
+  return {
+    width: whole[2] - whole[0], height: whole[3] - whole[1],
+    boxes: Object.fromEntries(Object.entries(found.boxes).map(([id, [x, y]]) => [id, [x + dx, y + dy]])),
+    edges: Object.fromEntries(Object.entries(found.edges).map(([id, edge]) => [id, moved(edge, dx, dy)])),
+    frames: Object.fromEntries(Object.entries(frames).map(([name, [a, b, c, d]]) => [name, [(a + c) / 2 + dx, (b + d) / 2 + dy, c - a, d - b]])),
+  };
+}
+
+// Parts in rows, the largest first, in about the shape of the room.
+function packed(parts, aspect) {
+  const area = parts.reduce((sum, { width, height }) => sum + (width + GAP) * (height + GAP), 0);
+  const widest = Math.max(0, ...parts.map(({ width }) => width));
+  const room = Math.max(widest, Math.sqrt(area * aspect) * 1.05);
+  const order = parts.map((part, index) => [part, index]).sort(([one, a], [other, b]) => other.height * other.width - one.height * one.width || a - b);
+  const whole = { boxes: {}, edges: {}, frames: {}, width: 0, height: 0 };
+  let [left, top, tall] = [0, 0, 0];
+  for (const [part] of order) {
+    if (left && left + part.width > room) [left, top, tall] = [0, top + tall + GAP, 0];
+    for (const [id, [x, y]] of Object.entries(part.boxes)) whole.boxes[id] = [x + left, y + top];
+    for (const [id, edge] of Object.entries(part.edges)) whole.edges[id] = moved(edge, left, top);
+    for (const [name, [x, y, width, height]] of Object.entries(part.frames)) whole.frames[name] = [x + left, y + top, width, height];
+    left += part.width + GAP;
+    tall = Math.max(tall, part.height);
+    whole.width = Math.max(whole.width, left - GAP);
+    whole.height = Math.max(whole.height, top + tall);
+  }
+  return whole;
+}
+
+function upwards(name) {
+  const words = name.split("/").slice(1);
+  return words.map((_, index) => `/${words.slice(0, index + 1).join("/")}`);
+}

@@ -1,0 +1,297 @@
+// What the graph shows of a system, as boxes and edges. Pure: no elements, no clock, so that it can be tested anywhere.
+//
+// system: what the view "system" pushes, see pyros1/web/system.py
+// choice: {mode: "nodes" | "active" | "all", hide: [names of HIDING], depth, toggled: [group]}
+//   depth: levels of namespaces that become groups; -1: one if there are many boxes, and then they begin folded
+//   toggled: groups that were folded, or of those that begin folded, unfolded
+// build(system, choice) -> {
+//   boxes:  [{id, kind: "node" | "topic" | "group", name, label, group, silent, inside}]; inside: boxes that are folded
+//   edges:  [{id, from, to, links}]; links: [{topic, publisher, subscriber, state, hz, bytes}], state is one of
+//           "ok", "broken" (it should be there), "unknown" (an end of it does not answer, or has just begun)
+//   groups: [{id, name, label, parent}]
+//   all, cut: how many boxes there are without hiding, and how many were too many
+// }
+
+export const MODES = [
+  ["nodes", "Nodes only"],
+  ["active", "Nodes/Topics (active)"],
+  ["all", "Nodes/Topics (all)"],
+];
+export const HIDING = [
+  ["debug", "debug", "rosout, statistics, logger levels, and the nodes of tools"],
+  ["tf", "tf", "the topics of coordinate frames"],
+  ["leaf", "leaf topics", "topics that only one node has to do with"],
+  ["dead", "dead sinks", "topics that nobody subscribes to"],
+];
+export const MANY = 150; // boxes
+export const MOST_BOXES = 3000;
+export const MOST_LINKS = 20000;
+
+const DEBUG_TOPIC = /(^|\/)(rosout|rosout_agg|statistics)$/;
+const DEBUG_NODE = /^\/(rosout|rqt|rqt_.*|rx(graph|plot|console).*)$/;
+// Tools have names with a process id and a time: /rostopic_4711_1700000000000.
+const TOOL = /^\/(ros(topic|service|node|param|bag|graph|wtf|launch|msg)|rqt|rviz|pyros1|complete|tf_(echo|monitor)|view_frames)\w*_\d+(_\d+)*$/;
+const TF = /(^|\/)tf(_static)?$/;
+
+export function build(system, choice) {
+  const hide = new Set(choice.hide);
+  const names = Object.keys(system.nodes).filter((name) => !(hide.has("debug") && isDebugNode(name)));
+  const nodes = new Set(names);
+  const silent = new Set(system.silent);
+  const topics = topicsOf(system, hide, nodes);
+  const links = linksOf(system, topics, nodes);
+  const boxes = names.sort().map((name) => box("node", name, { silent: silent.has(name) }));
+  let edges;
+  if (choice.mode === "nodes") {
+    edges = links.map((link) => [`n:${link.publisher}`, `n:${link.subscriber}`, link]);
+  } else {
+    const shown = choice.mode === "active" ? new Set(links.map((link) => link.topic)) : new Set(topics.keys());
+    for (const [name, topic] of topics) if (shown.has(name)) boxes.push(box("topic", name, { type: topic.type }));
+    edges = topicEdges(topics, shown, links);
+  }
+  const all = Object.keys(system.nodes).length + (choice.mode === "nodes" ? 0 : Object.keys(system.topics).length);
+  return { ...limited(grouped({ boxes, edges: merged(edges) }, choice)), all };
+}
+
+export function isDebugNode(name) {
+  return DEBUG_NODE.test(name) || TOOL.test(name);
+}
+
+// The topics that are not hidden, with the ends that are not hidden.
+function topicsOf(system, hide, nodes) {
+  const found = new Map();
+  for (const [name, topic] of Object.entries(system.topics)) {
+    if ((hide.has("debug") && DEBUG_TOPIC.test(name)) || (hide.has("tf") && TF.test(name))) continue;
+    const publishers = topic.publishers.filter((node) => nodes.has(node));
+    const subscribers = topic.subscribers.filter((node) => nodes.has(node));
+    if (!publishers.length && !subscribers.length) continue;
+    if (hide.has("dead") && !subscribers.length) continue;
+    if (hide.has("leaf") && publishers.length + subscribers.length < 2) continue;
+    found.set(name, { ...topic, publishers, subscribers });
+  }
+  return found;
+}
+
+// A link per topic, publisher and subscriber: those that the nodes report, and those that follow from the registrations.
+function linksOf(system, topics, nodes) {
+  const links = new Map();
+  const add = (topic, publisher, subscriber, state, hz) => {
+    const facts = topics.get(topic);
+    if (!facts || !nodes.has(publisher) || !nodes.has(subscriber)) return;
+    const key = `${topic} ${publisher} ${subscriber}`;
+    if (links.has(key) || links.size >= MOST_LINKS) return;
+    const size = facts.hz ? facts.bytes / facts.hz : null; // bytes of a message
+    const known = typeof hz === "number";
+    links.set(key, { topic, publisher, subscriber, state, hz: known ? hz : null, bytes: known && (size !== null || !hz) ? hz * (size || 0) : null });
+  };
+  for (const [topic, publisher, subscriber] of system.missing) add(topic, publisher, subscriber, "broken", null);
+  for (const [topic, publisher, subscriber, hz] of system.edges) add(topic, publisher, subscriber, "ok", hz);
+  for (const [topic, { publishers, subscribers }] of topics) {
+    for (const publisher of publishers) {
+      for (const subscriber of subscribers) {
+        if (links.size >= MOST_LINKS) break;
+        add(topic, publisher, subscriber, "unknown", null);
+      }
+    }
+  }
+  return [...links.values()].sort((one, other) => compare(one.topic, other.topic) || compare(one.publisher, other.publisher)
+    || compare(one.subscriber, other.subscriber));
+}
+
+function topicEdges(topics, shown, links) {
+  const edges = [];
+  for (const [name, { publishers, subscribers }] of topics) {
+    if (!shown.has(name)) continue;
+    const nothing = { topic: name, state: "ok", hz: null, bytes: null };
+    for (const publisher of publishers) edges.push([`n:${publisher}`, `t:${name}`, { ...nothing, publisher, subscriber: "" }]);
+    for (const subscriber of subscribers) edges.push([`t:${name}`, `n:${subscriber}`, { ...nothing, publisher: "", subscriber }]);
+  }
+  for (const link of links) {
+    if (!shown.has(link.topic)) continue;
+    edges.push([`n:${link.publisher}`, `t:${link.topic}`, link], [`t:${link.topic}`, `n:${link.subscriber}`, link]);
+  }
+  return edges;
+}
+
+// One edge between two boxes, whatever number of links it stands for.
+function merged(edges) {
+  const found = new Map();
+  for (const [from, to, link] of edges) {
+    const id = `${from} ${to}`;
+    if (!found.has(id)) found.set(id, { id, from, to, links: [] });
+    found.get(id).links.push(link);
+  }
+  for (const edge of found.values()) {
+    const real = edge.links.filter((link) => link.publisher && link.subscriber);
+    if (real.length) edge.links = real; // what only says that an end is registered was for edges without any link
+  }
+  return [...found.values()];
+}
+
+function box(kind, name, more) {
+  return { id: `${kind[0]}:${name}`, kind, name, label: name, group: "", silent: false, ...more };
+}
+
+// Put boxes into their namespaces, down to some level; a folded namespace becomes one box.
+function grouped({ boxes, edges }, { depth: wanted, toggled }) {
+  const automatic = wanted < 0 && boxes.length > MANY;
+  const depth = wanted < 0 ? Number(automatic) : wanted;
+  if (!depth) return { boxes, edges, groups: [] };
+  const groups = new Map();
+  for (const each of boxes) each.group = namespace(each.name, depth);
+  const sizes = new Map();
+  for (const each of boxes) for (const name of upwards(each.group)) sizes.set(name, (sizes.get(name) || 0) + 1);
+  const changed = new Set(toggled);
+  const closed = { has: (name) => changed.has(name) !== automatic };
+  const kept = new Map();
+  const home = new Map(); // id of a box -> id of what is shown in its place
+  for (const each of boxes) {
+    while (each.group && sizes.get(each.group) < 2) each.group = parent(each.group); // a frame around one box says nothing
+    const line = upwards(each.group); // from the outermost inwards
+    const outermost = line.find((name) => closed.has(name));
+    if (outermost === undefined) {
+      for (const name of line) groups.set(name, frame(name));
+      each.label = below(each.name, each.group);
+      kept.set(each.id, each);
+      continue;
+    }
+    const id = `g:${outermost}`;
+    home.set(each.id, id);
+    if (!kept.has(id)) {
+      const above = parent(outermost);
+      for (const name of upwards(above)) groups.set(name, frame(name));
+      kept.set(id, { ...box("group", outermost, {}), label: below(outermost, above), group: above, nodes: 0, inside: [] });
+    }
+    kept.get(id).inside.push(each);
+    kept.get(id).nodes += each.kind === "node" ? 1 : 0;
+    kept.get(id).silent ||= each.silent;
+  }
+  const moved = edges.flatMap((edge) => {
+    const from = home.get(edge.from) || edge.from;
+    const to = home.get(edge.to) || edge.to;
+    if (from === to && from.startsWith("g:")) return [];
+    return edge.links.map((link) => [from, to, link]);
+  });
+  return { boxes: [...kept.values()], edges: merged(moved), groups: [...groups.values()] };
+}
+
+function frame(name) {
+  return { id: `g:${name}`, name, label: below(name, parent(name)), parent: parent(name) };
+}
+
+export function namespace(name, depth) {
+  return name.split("/").slice(0, -1).slice(0, depth + 1).join("/");
+}
+
+function parent(name) {
+  return name.slice(0, Math.max(0, name.lastIndexOf("/")));
+}
+
+function upwards(name) {
+  const found = [];
+  for (let each = name; each; each = parent(each)) found.unshift(each);
+  return found;
+}
+
+function below(name, group) {
+  return group ? name.slice(group.length + 1) : name;
+}
+
+// Too many boxes help nobody; the first ones are kept, nodes before topics.
+function limited({ boxes, edges, groups }) {
+  if (boxes.length <= MOST_BOXES) return { boxes, edges, groups, cut: 0 };
+  const kept = boxes.slice(0, MOST_BOXES);
+  const ids = new Set(kept.map(({ id }) => id));
+  const used = new Set(kept.flatMap(({ group }) => upwards(group)));
+  return {
+    boxes: kept, cut: boxes.length - kept.length, groups: groups.filter(({ name }) => used.has(name)),
+    edges: edges.filter(({ from, to }) => ids.has(from) && ids.has(to)),
+  };
+}
+
+// The worst of an edge's links.
+export function stateOf(edge) {
+  const states = new Set(edge.links.map(({ state }) => state));
+  return states.has("broken") ? "broken" : states.has("unknown") ? "unknown" : "ok";
+}
+
+// What flows along an edge: {hz, bytes}, null for what is not known. The edges of a topic carry the same messages to each
+// subscriber, so from a publisher to its topic the fastest counts; several topics add up.
+export function flowOf(edge) {
+  const fastest = new Map();
+  for (const { topic, publisher, subscriber, hz, bytes } of edge.links) {
+    if (hz === null) continue;
+    const key = edge.to.startsWith("t:") ? publisher : edge.from.startsWith("t:") ? `${publisher} ${subscriber}` : `${topic} ${publisher} ${subscriber}`;
+    if (!fastest.has(key) || fastest.get(key).hz < hz) fastest.set(key, { hz, bytes });
+  }
+  if (!fastest.size) return { hz: null, bytes: null };
+  const every = [...fastest.values()];
+  return {
+    hz: every.reduce((sum, each) => sum + each.hz, 0),
+    bytes: every.some((each) => each.bytes === null) ? null : every.reduce((sum, each) => sum + each.bytes, 0),
+  };
+}
+
+export function topicsOn(edge) {
+  return [...new Set(edge.links.map(({ topic }) => topic))];
+}
+
+// Ids of the boxes beside one, itself included.
+export function around(model, id) {
+  const found = new Set([id]);
+  for (const { from, to } of model.edges) {
+    if (from === id) found.add(to);
+    if (to === id) found.add(from);
+  }
+  return found;
+}
+
+// Ids of the boxes that a search finds, or in which it finds something; null for an empty search.
+export function matching(model, text) {
+  const wanted = text.trim().toLowerCase();
+  if (!wanted) return null;
+  const fits = ({ name, type, inside }) => name.toLowerCase().includes(wanted) || type?.toLowerCase() === wanted || inside?.some(fits);
+  return new Set(model.boxes.filter(fits).map(({ id }) => id));
+}
+
+// The same in the dot language of Graphviz; in the mode "nodes" as `pyros1 graph --dot` prints it.
+export function dot(model) {
+  const quote = (text) => `"${text.replaceAll("\\", "\\\\").replaceAll('"', '\\"')}"`;
+  const lines = ["digraph system {", "  rankdir=LR;"];
+  const id = (each) => (each.kind === "node" ? each.name : each.id);
+  const ids = new Map(model.boxes.map((each) => [each.id, quote(id(each))]));
+  const write = (each, indent) => {
+    const facts = [];
+    if (each.kind !== "node") facts.push(`label=${quote(each.name)}`, "shape=box");
+    if (each.silent) facts.push("style=dashed");
+    lines.push(`${indent}${ids.get(each.id)}${facts.length ? ` [${facts.join(", ")}]` : ""};`);
+  };
+  const group = (name, indent) => {
+    for (const each of model.boxes) if (each.group === name) write(each, indent);
+    for (const each of model.groups) {
+      if (each.parent !== name) continue;
+      lines.push(`${indent}subgraph ${quote(`cluster ${each.name}`)} {`, `${indent}  label=${quote(each.name)};`);
+      group(each.name, `${indent}  `);
+      lines.push(`${indent}}`);
+    }
+  };
+  group("", "  ");
+  const rows = model.edges.flatMap((edge) => {
+    const ofTopic = edge.from.startsWith("t:") || edge.to.startsWith("t:");
+    const state = stateOf(edge);
+    if (ofTopic) return [["", edge, "", state]];
+    const states = new Map();
+    for (const { topic, state: its } of edge.links) if (!states.has(topic) || its === "broken") states.set(topic, its);
+    return [...states].map(([topic, its]) => [topic, edge, topic, its]);
+  });
+  rows.sort(([one, a], [other, b]) => compare(one, other) || compare(a.from, b.from) || compare(a.to, b.to));
+  for (const [, { from, to }, label, state] of rows) {
+    const facts = [label && `label=${quote(label)}`, state === "broken" && "color=red, style=dashed", state === "unknown" && "style=dashed"].filter(Boolean);
+    lines.push(`  ${ids.get(from)} -> ${ids.get(to)}${facts.length ? ` [${facts.join(", ")}]` : ""};`);
+  }
+  return [...lines, "}"].join("\n") + "\n";
+}
+
+function compare(one, other) {
+  return one < other ? -1 : one > other ? 1 : 0;
+}

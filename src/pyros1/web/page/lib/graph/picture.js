@@ -1,0 +1,263 @@
+// A model on a canvas: laid out by a worker, drawn when something has changed, moved by pointer and keys.
+
+import { Camera } from "./camera.js";
+import { CanvasPen, SvgPen } from "./pens.js";
+import { Scene, plan } from "./scene.js";
+import { s } from "../dom.js";
+
+const LARGEST = 1.25; // pixels per unit when all is shown
+const STEP = 60; // pixels of an arrow key
+const NEAR = 7; // pixels from an edge that still hit it
+const ARROWS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowDown: [0, 1], ArrowUp: [0, -1] };
+
+export class Picture {
+  // room: the element whose shape the picture is to have; of it, the canvas may show a part only.
+  // on: {choose(found), fold(group), arranged()}; found is {box}, {edge} or null
+  constructor(canvas, room, on) {
+    this.canvas = canvas;
+    this.room = room;
+    this.on = on;
+    this.scene = new Scene();
+    this.fitted = true; // all is shown until the user moves something
+    this.pointed = null;
+    this.chosen = null;
+    this.lit = null;
+    this.number = 0;
+    this.times = { layout: 0, frames: [] };
+    this.context = canvas.getContext("2d");
+    this.family = getComputedStyle(document.body).fontFamily;
+    this.pen = new CanvasPen(this.context, this.family);
+    this.camera = new Camera(canvas, {
+      changed: () => this.draw(),
+      took: () => { this.fitted = false; },
+      hover: (x, y) => this._hover(x, y),
+      click: (x, y) => this._click(x, y),
+      double: (x, y) => this._double(x, y),
+    });
+    canvas.addEventListener("keydown", (event) => this._key(event));
+    this.worker = new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
+    this.worker.onmessage = ({ data }) => this._arranged(data);
+    this.observer = new ResizeObserver(() => this._resized());
+    this.observer.observe(canvas);
+    this.onTheme = () => {
+      this.colours = null;
+      this.draw();
+    };
+    addEventListener("themechange", this.onTheme);
+    this.dark = matchMedia("(prefers-color-scheme: dark)");
+    this.dark.addEventListener("change", this.onTheme);
+  }
+
+  close() {
+    this.worker.terminate();
+    this.observer.disconnect();
+    removeEventListener("themechange", this.onTheme);
+    this.dark.removeEventListener("change", this.onTheme);
+    cancelAnimationFrame(this.frame);
+  }
+
+  // Show a model. A layout is made only if its structure is another one.
+  show(model, rates) {
+    this.rates = rates;
+    const [width, height] = [this.room.clientWidth || 1, this.room.clientHeight || 1];
+    const tall = height > width * 1.15;
+    if (tall !== this.tall) [this.tall, this.down] = [tall, tall];
+    const what = plan(model, { rates, down: this.down, room: [width, height], measure: (...args) => this._measure(...args) });
+    const shape = JSON.stringify([what.boxes, what.edges, what.groups, tall]);
+    this.model = model;
+    if (shape !== this.shape) {
+      this.shape = shape;
+      this.number += 1;
+      this.waiting = { number: this.number, what };
+      this._ask();
+    } else if (!this.asked) {
+      this.scene.refresh(model);
+      this.draw();
+    }
+  }
+
+  // One layout at a time; of those that wait only the newest counts.
+  _ask() {
+    if (this.asked || !this.waiting) return;
+    this.asked = { ...this.waiting, model: this.model, at: performance.now() };
+    this.waiting = null;
+    this.worker.postMessage({ number: this.asked.number, what: this.asked.what });
+    clearTimeout(this.slow);
+    this.slow = setTimeout(() => this.asked && this.canvas.parentElement?.classList.add("busy"), 300);
+  }
+
+  _arranged({ found, problem, seconds }) {
+    const { what, model, at } = this.asked;
+    this.asked = null;
+    this.canvas.parentElement?.classList.remove("busy");
+    if (problem) console.error(`layout: ${problem}`);
+    else {
+      this.down = found.down; // it is kept as long as it does
+      this.times.layout = seconds;
+      this.times.shown = (performance.now() - at) / 1000;
+      const first = !this.scene.items.size;
+      this.scene.arrange(model, what, found, this.chosen, first ? -Infinity : performance.now());
+      if (!this.waiting) this.scene.refresh(this.model);
+      if (this.fitted) this.fit(!first);
+      this.on.arranged?.();
+      this.draw();
+    }
+    this._ask();
+  }
+
+  light(chosen, lit) {
+    this.chosen = chosen;
+    this.lit = lit;
+    this.draw();
+  }
+
+  fit(glide = true) {
+    this.fitted = true;
+    this.camera.show(this.scene.bounds, LARGEST, glide);
+  }
+
+  // Bring boxes into the middle.
+  centre(ids) {
+    const bounds = this.scene.around(ids);
+    if (!Number.isFinite(bounds[0])) return;
+    this.fitted = false;
+    this.camera.show(bounds, Math.max(this.camera.scale, 1));
+  }
+
+  // Move only as far as needed for a box to be seen.
+  reveal(id) {
+    const item = this.scene.items.get(id);
+    if (!item || this.fitted) return;
+    const [left, top] = this.camera.toScreen(...item.to);
+    const [width, height] = this.camera.size;
+    if (left > 60 && left < width - 60 && top > 30 && top < height - 30) return;
+    this.fitted = false;
+    this.camera.go(item.to[0], item.to[1], Math.max(this.camera.scale, 0.6));
+  }
+
+  draw() {
+    this.frame ||= requestAnimationFrame((now) => this._draw(now));
+  }
+
+  _draw(now) {
+    const begin = performance.now();
+    this.frame = 0;
+    const gliding = this.camera.step(performance.now());
+    const moving = this.scene.step(performance.now()) || gliding;
+    const { context, camera } = this;
+    const ratio = devicePixelRatio || 1;
+    const [width, height] = camera.size;
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    context.setTransform(camera.scale * ratio, 0, 0, camera.scale * ratio, (width / 2 - camera.x * camera.scale) * ratio, (height / 2 - camera.y * camera.scale) * ratio);
+    this.scene.draw(this.pen, this._look(camera.scale, camera.seen()));
+    context.globalAlpha = 1;
+    this.times.frames.push([now, performance.now() - begin]);
+    if (this.times.frames.length > 240) this.times.frames.shift();
+    if (moving) this.draw();
+  }
+
+  _look(scale, seen) {
+    this.colours ||= palette();
+    return { colours: this.colours, scale, seen, lit: this.lit, chosen: this.chosen, pointed: this.pointed };
+  }
+
+  // The whole picture as a file of its own.
+  svg() {
+    const [left, top, right, bottom] = this.scene.bounds;
+    const [x, y, width, height] = [left - 20, top - 20, right - left + 40, bottom - top + 40].map(Math.round);
+    const root = s("svg", { xmlns: "http://www.w3.org/2000/svg", viewBox: `${x} ${y} ${width} ${height}`, width, height });
+    const pen = new SvgPen(root, this.family.replaceAll('"', "'"));
+    this.scene.step(Infinity);
+    pen.box(x + width / 2, y + height / 2, width, height, { fill: palette().surface });
+    this.scene.draw(pen, { ...this._look(1, [-Infinity, -Infinity, Infinity, Infinity]), lit: null, chosen: null, pointed: null });
+    return new XMLSerializer().serializeToString(root);
+  }
+
+  _resized() {
+    const ratio = devicePixelRatio || 1;
+    const [width, height] = this.camera.size;
+    this.canvas.width = Math.round(width * ratio);
+    this.canvas.height = Math.round(height * ratio);
+    if (this.model) this.show(this.model, this.rates);
+    if (this.fitted && this.scene.items.size) this.fit(false);
+    this._draw(performance.now()); // at once: a canvas that has been resized is empty
+  }
+
+  _measure(text, size, weight) {
+    this.widths ||= new Map();
+    const key = `${weight} ${size} ${text}`;
+    if (!this.widths.has(key)) {
+      if (this.widths.size > 50000) this.widths.clear();
+      this.context.font = `${weight} ${size}px ${this.family}`;
+      this.widths.set(key, this.context.measureText(text).width);
+    }
+    return this.widths.get(key);
+  }
+
+  _find(x, y) {
+    return this.scene.find(x, y, NEAR / this.camera.scale);
+  }
+
+  _hover(x, y) {
+    const found = Number.isNaN(x) ? null : this._find(x, y);
+    const of = found?.box || found?.group || found?.edge;
+    if ((of?.id || null) === this.pointed) return;
+    this.pointed = of?.id || null;
+    this.canvas.style.cursor = of ? "pointer" : "";
+    this.canvas.title = found?.box ? `${of.name}${of.type ? `\n${of.type}` : ""}${of.silent ? "\ndoes not answer" : ""}` : found?.group ? `fold ${of.name}` : "";
+    this.draw();
+  }
+
+  _click(x, y) {
+    const found = this._find(x, y);
+    if (found?.group) this.on.fold(found.group.name);
+    else this.on.choose(found);
+  }
+
+  _double(x, y) {
+    const found = this._find(x, y);
+    if (found?.box?.kind === "group") this.on.fold(found.box.name);
+    else if (!found) this.fit();
+  }
+
+  _key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const way = ARROWS[event.key];
+    if (way) {
+      const next = this.chosen && !event.shiftKey && this.scene.items.has(this.chosen) ? this.scene.beside(this.chosen, way) : null;
+      if (next) this.on.choose({ box: this.scene.items.get(next).box });
+      else this.camera.move(way[0] * STEP, way[1] * STEP);
+    } else if (event.key === "+" || event.key === "=") this.camera.zoom(1.25);
+    else if (event.key === "-") this.camera.zoom(0.8);
+    else if (event.key === "f" || event.key === "0") this.fit();
+    else if (event.key === "Enter") this._enter();
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  // Without anything chosen, begin with what is nearest to the middle.
+  _enter() {
+    const { camera, scene } = this;
+    const chosen = scene.items.get(this.chosen);
+    if (chosen?.box.kind === "group") {
+      this.on.fold(chosen.box.name);
+      return;
+    }
+    const away = ({ at }) => Math.hypot(at[0] - camera.x, at[1] - camera.y);
+    const [first] = [...scene.items.values()].sort((one, other) => away(one) - away(other));
+    if (first) this.on.choose({ box: first.box });
+  }
+}
+
+function palette() {
+  const style = getComputedStyle(document.documentElement);
+  const of = (name) => style.getPropertyValue(name).trim();
+  const dark = style.colorScheme === "dark";
+  return {
+    dark, surface: of("--surface"), raised: of("--raised"), border: of("--border"), text: of("--text"), muted: of("--muted"), accent: of("--accent"),
+    error: of("--error"), node: of("--node"), nodeSoft: of("--node-soft"), topic: of("--topic"), topicSoft: of("--topic-soft"),
+    edge: dark ? "#8593a3" : "#7c8896", border2: dark ? "#566270" : "#b3bcc7", group: dark ? "#20252c" : "#f8f9fb",
+  };
+}

@@ -1,0 +1,296 @@
+// The picture of a model: sizes, places that move from one layout to the next, colours, and what is under the pointer.
+
+import { bytes, plural, rate } from "../format.js";
+import { flowOf, stateOf, topicsOn } from "./model.js";
+
+const GLIDE = 380; // ms
+const MOST_LETTERS = 44;
+const MOST_LINES = 3; // topics named on an edge
+const LINE = 14;
+const LETTER = 5.5; // pixels of one at that size, about
+const FLOW_WIDTH = 104; // pixels kept for a rate, so that its digits move nothing
+const FAR = 0.25; // pixels per unit, below which only shapes are seen
+const SMALLEST = 11; // pixels of the names of groups
+const MOST_LABELS = 400;
+const LEAST_TEXT = 4.5; // pixels; smaller text is not drawn
+
+// Everything that a layout depends on. measure(text, size, weight) returns pixels.
+export function plan(model, { rates, down, room, measure }) {
+  const boxes = model.boxes.map((box) => {
+    const label = shortened(box.label);
+    box.shown = label;
+    const width = Math.ceil(measure(label, 13, box.kind === "node" ? 600 : 400)) + (box.kind === "node" ? 34 : 22);
+    if (box.kind !== "group") return { id: box.id, width, height: box.kind === "node" ? 32 : 26, group: box.group };
+    return { id: box.id, width: Math.max(width, 130), height: 48, group: box.group };
+  });
+  const edges = model.edges.map((edge) => {
+    edge.lines = namesOn(edge);
+    edge.flows = rates && edge.links.some(({ publisher, subscriber }) => publisher && subscriber); // a node that is slow to answer moves nothing
+    const widest = Math.max(0, edge.flows ? FLOW_WIDTH : 0, ...edge.lines.map((line) => Math.ceil(measure(line, 11, 400)) + 6));
+    const height = (edge.lines.length + (edge.flows ? 1 : 0)) * LINE;
+    return { id: edge.id, from: edge.from, to: edge.to, width: widest, height };
+  });
+  return { boxes, edges, groups: model.groups.map(({ name, parent }) => ({ name, parent })), down, room };
+}
+
+function namesOn(edge) {
+  if (edge.from.startsWith("t:") || edge.to.startsWith("t:")) return [];
+  const topics = topicsOn(edge);
+  if (edge.from.startsWith("g:") || edge.to.startsWith("g:")) return [plural(topics.length, "topic")];
+  const more = topics.length - MOST_LINES;
+  if (more <= 0) return topics.map(shortened);
+  return [...topics.slice(0, MOST_LINES - 1).map(shortened), `and ${more + 1} more`];
+}
+
+export class Scene {
+  constructor() {
+    this.model = null;
+    this.items = new Map(); // id -> {box, width, height, from, to, at}
+    this.lines = new Map(); // id -> {edge, from, to, at, label}
+    this.frames = new Map(); // group -> {label, from, to, at}: [x, y, width, height]
+    this.begin = -Infinity;
+    this.bounds = [0, 0, 1, 1];
+  }
+
+  // Rates have changed, nothing else.
+  refresh(model) {
+    this.model = model;
+    for (const box of model.boxes) if (this.items.has(box.id)) this.items.get(box.id).box = box;
+    for (const edge of model.edges) if (this.lines.has(edge.id)) this.lines.get(edge.id).edge = edge;
+  }
+
+  // There is a new layout: what stays glides to its new place; the whole is moved so that what is chosen, or else most
+  // of it, stays where it is.
+  arrange(model, what, found, chosen, now) {
+    const sizes = new Map(what.boxes.map((box) => [box.id, box]));
+    const still = found.boxes[chosen] && this.items.has(chosen) ? [[chosen, found.boxes[chosen]]] : Object.entries(found.boxes);
+    const kept = still.filter(([id]) => this.items.has(id)).map(([id, at]) => {
+      const old = this.items.get(id).to;
+      return [old[0] - at[0], old[1] - at[1]];
+    });
+    const [dx, dy] = kept.length ? [middle(kept.map(([x]) => x)), middle(kept.map(([, y]) => y))] : [0, 0];
+    const shift = (list) => list.map((value, index) => value + (index % 2 ? dy : dx));
+    const first = !this.items.size;
+    const follow = (old, to, start = to) => ({ from: old ? old.at : start, to, at: old ? old.at : start, fresh: !old && !first });
+    const [items, lines, frames] = [new Map(), new Map(), new Map()];
+    for (const box of model.boxes) {
+      const size = sizes.get(box.id);
+      items.set(box.id, { box, width: size.width, height: size.height, ...follow(this.items.get(box.id), shift(found.boxes[box.id])) });
+    }
+    for (const edge of model.edges) {
+      const { points, label } = found.edges[edge.id];
+      lines.set(edge.id, { edge, ...follow(this.lines.get(edge.id), shift([...points, ...label])) });
+    }
+    for (const group of model.groups) {
+      const frame = found.frames[group.name];
+      if (frame) frames.set(group.name, { group, ...follow(this.frames.get(group.name), [frame[0] + dx, frame[1] + dy, frame[2], frame[3]]) });
+    }
+    Object.assign(this, { model, items, lines, frames, begin: now });
+    this.bounds = [dx, dy, dx + found.width, dy + found.height];
+  }
+
+  // Move on. Returns whether something still moves.
+  step(now) {
+    const part = matchMedia("(prefers-reduced-motion: reduce)").matches ? 1 : Math.min(1, Math.max(0, (now - this.begin) / GLIDE));
+    const t = part < 0.5 ? 4 * part ** 3 : 1 - (2 - 2 * part) ** 3 / 2;
+    for (const set of [this.items, this.lines, this.frames]) {
+      for (const each of set.values()) {
+        each.alpha = each.fresh ? t : 1;
+        if (each.at === each.to) continue;
+        each.at = part === 1 ? each.to : each.from.map((value, index) => value + (each.to[index] - value) * t);
+      }
+    }
+    return part < 1;
+  }
+
+  // What is at a point: {box}, {group} or {edge}; null for nothing. near: how far from an edge counts.
+  find(x, y, near) {
+    for (const { box, at, width, height } of this.items.values()) {
+      if (Math.abs(x - at[0]) <= width / 2 && Math.abs(y - at[1]) <= height / 2) return { box };
+    }
+    for (const { group, at } of this.frames.values()) {
+      if (Math.abs(x - at[0]) <= at[2] / 2 && y >= at[1] - at[3] / 2 && y <= at[1] - at[3] / 2 + 26) return { group };
+    }
+    let [best, found] = [near, null];
+    for (const { edge, at } of this.lines.values()) {
+      const [left, top] = at.slice(-2);
+      if (edge.lines.length && Math.abs(x - left) < 50 && Math.abs(y - top) < edge.lines.length * LINE / 2) return { edge };
+      for (let index = 0; index < at.length - 4; index += 2) {
+        const away = distance(x, y, at[index], at[index + 1], at[index + 2], at[index + 3]);
+        if (away < best) [best, found] = [away, { edge }];
+      }
+    }
+    return found;
+  }
+
+  // The box nearest to another in a direction: [1, 0] is to the right.
+  beside(id, [right, down]) {
+    const { at: [x, y] } = this.items.get(id);
+    let [best, found] = [Infinity, null];
+    for (const { box, at } of this.items.values()) {
+      const [dx, dy] = [at[0] - x, at[1] - y];
+      const ahead = dx * right + dy * down;
+      if (ahead < 8) continue;
+      const cost = ahead + 2.5 * Math.abs(dx * down + dy * right);
+      if (cost < best) [best, found] = [cost, box.id];
+    }
+    return found;
+  }
+
+  around(ids) {
+    const found = [Infinity, Infinity, -Infinity, -Infinity];
+    for (const id of ids) {
+      const item = this.items.get(id);
+      if (!item) continue;
+      const [x, y] = item.to;
+      found[0] = Math.min(found[0], x - item.width / 2);
+      found[1] = Math.min(found[1], y - item.height / 2);
+      found[2] = Math.max(found[2], x + item.width / 2);
+      found[3] = Math.max(found[3], y + item.height / 2);
+    }
+    return found;
+  }
+
+  // Draw with a pen; see pens.js. look: {colours, scale, seen: [left, top, right, bottom], lit: {boxes, edges} (sets of ids) or null, chosen: id, pointed: id}
+  draw(pen, look) {
+    const [left, top, right, bottom] = look.seen;
+    const outside = (x, y, width, height) => x + width / 2 < left || x - width / 2 > right || y + height / 2 < top || y - height / 2 > bottom;
+    const text = (size) => size * look.scale >= LEAST_TEXT;
+    for (const frame of this.frames.values()) {
+      const [x, y, width, height] = frame.at;
+      if (!outside(x, y, width, height)) drawFrame(pen, look, frame);
+    }
+    const labels = [];
+    const strokes = new Map(); // far away, lines of one look are drawn as one
+    for (const line of this.lines.values()) {
+      const points = line.at.slice(0, -2);
+      if (outsideLine(points, look.seen)) continue;
+      const style = styleOf(look, line);
+      if (look.scale < FAR) {
+        const key = Object.values(style).join();
+        if (!strokes.has(key)) strokes.set(key, { style, lines: [] });
+        strokes.get(key).lines.push(points);
+        continue;
+      }
+      pen.lines([points], style);
+      const [x, y, bx, by] = points.slice(-4);
+      pen.tip(bx, by, Math.atan2(by - y, bx - x), { fill: style.stroke, alpha: style.alpha });
+      if (text(11)) labels.push(line);
+    }
+    for (const { style, lines } of strokes.values()) pen.lines(lines, style);
+    const boxes = [...this.items.values()].filter(({ at, width, height }) => !outside(...at, width, height));
+    const taken = boxes.map(({ at: [x, y], width, height }) => [x, y, width, height]);
+    if (labels.length <= MOST_LABELS) for (const line of labels) drawLabel(pen, look, line, taken);
+    for (const item of boxes) drawBox(pen, look, item, text(13));
+    for (const frame of this.frames.values()) drawTitle(pen, look, frame);
+  }
+}
+
+const faint = (look, lit) => (lit ? 1 : look.colours.dark ? 0.28 : 0.32);
+
+function drawFrame(pen, { colours, pointed, scale }, { group, at: [x, y, width, height], alpha }) {
+  const stroke = pointed === group.id ? colours.accent : colours.border;
+  pen.box(x, y, width, height, { radius: 10, fill: colours.group, stroke, lineWidth: Math.max(1, 0.8 / scale), alpha });
+}
+
+// Names of groups are never too small to be read: far away they are what is left.
+function drawTitle(pen, { colours, pointed, scale, seen }, { group, at: [x, y, width, height], alpha }) {
+  const size = Math.max(12, SMALLEST / scale);
+  const within = Math.min(Math.max(y - height / 2, seen[1]), y + height / 2 - 30); // of a large one it stays in sight
+  const [left, top] = [Math.max(x - width / 2, Math.min(seen[0], x)) + (size > 14 ? 0 : 12), size > 14 ? y - height / 2 - size * 0.7 : within + 16];
+  const text = `▾ ${group.label}`;
+  if (size > 14) pen.box(left + text.length * size * 0.3, top, text.length * size * 0.6, size * 1.2, { radius: size / 4, fill: colours.surface, alpha });
+  pen.text(left, top, text, { size, weight: 600, fill: pointed === group.id ? colours.accent : colours.muted, align: "left", alpha });
+}
+
+function styleOf(look, { edge, alpha }) {
+  const { colours, lit, chosen, pointed, scale } = look;
+  const state = stateOf(edge);
+  const here = edge.id === pointed || edge.id === chosen;
+  const { hz, bytes: size } = flowOf(edge);
+  const dim = state === "unknown" || (state === "ok" && !hz);
+  const stroke = here ? colours.accent : state === "broken" ? colours.error : dim ? colours.border2 : colours.edge;
+  const width = size > 0 ? Math.min(4.5, 1.2 + Math.max(0, Math.log10(size) - 2) * 0.55) : 1.2;
+  return {
+    stroke, width: Math.max(width + (here ? 1 : 0), (here ? 2 : state === "broken" ? 1.2 : 0.6) / scale),
+    dash: state === "broken" ? [7, 5] : state === "unknown" ? [2, 4] : undefined, alpha: alpha * faint(look, !lit || lit.edges.has(edge.id)),
+  };
+}
+
+// A label that would lie on a box or on another label is left out.
+function drawLabel(pen, look, { edge, at, alpha }, taken) {
+  const { colours, lit } = look;
+  const of = !lit || lit.edges.has(edge.id);
+  const broken = new Set(edge.links.filter((link) => link.state === "broken").map(({ topic }) => shortened(topic)));
+  const rows = edge.lines.map((line) => [line, broken.has(line) ? colours.error : colours.topic]);
+  const flow = edge.flows ? flowText(edge) : "";
+  if (flow) rows.push([flow, colours.muted]);
+  const [x, y] = at.slice(-2);
+  if (!rows.length) return;
+  const widest = Math.max(...rows.map(([text]) => text.length)) * LETTER + 8;
+  const height = rows.length * LINE + 2;
+  if (taken.some(([left, top, wide, high]) => Math.abs(left - x) * 2 < wide + widest - 4 && Math.abs(top - y) * 2 < high + height - 4)) return;
+  taken.push([x, y, widest, height]);
+  if (of) pen.box(x, y, widest, height, { radius: 3, fill: colours.surface, alpha });
+  rows.forEach(([text, fill], index) => {
+    pen.text(x, y + (index - (rows.length - 1) / 2) * LINE, text, { size: 11, fill, alpha: alpha * faint(look, of) });
+  });
+}
+
+export function flowText(edge) {
+  const { hz, bytes: size } = flowOf(edge);
+  if (hz === null) return "";
+  return hz === 0 ? "0 Hz" : `${rate(hz)}${!size ? "" : ` · ${bytes(size, "B/s")}`}`;
+}
+
+function drawBox(pen, look, { box, at: [x, y], width, height, alpha }, named) {
+  const { colours, lit, chosen, pointed, scale } = look;
+  const of = !lit || lit.boxes.has(box.id);
+  const shade = alpha * faint(look, of);
+  const here = chosen === box.id;
+  const radius = box.kind === "node" ? height / 2 : 5;
+  const [fill, edge] = { node: [colours.nodeSoft, colours.node], topic: [colours.topicSoft, colours.border2], group: [colours.raised, colours.muted] }[box.kind];
+  const stroke = here || pointed === box.id ? colours.accent : box.silent ? colours.error : edge;
+  if (!of) pen.box(x, y, width, height, { radius, fill: colours.surface, alpha });
+  pen.box(x, y, width, height, {
+    radius, fill: box.silent ? colours.surface : fill, stroke, dash: box.silent ? [5, 4] : undefined, alpha: shade,
+    lineWidth: Math.max(here ? 2.5 : 1.3, (here ? 2.5 : 0.8) / scale),
+  });
+  const words = { fill: box.silent ? colours.muted : colours.text, alpha: shade };
+  if (box.kind === "group") {
+    const topics = box.inside.length - box.nodes;
+    const size = Math.max(13, SMALLEST / scale);
+    pen.text(x, named && size < 20 ? y - 8 : y, size > 13 ? box.shown : `▸ ${box.shown}`, { size, weight: 600, ...words });
+    const text = `${plural(box.nodes, "node")}${topics ? `, ${plural(topics, "topic")}` : ""}`;
+    if (named && size < 20) pen.text(x, y + 11, text, { size: 11, fill: colours.muted, alpha: shade });
+  } else if (named) {
+    pen.text(x, y + 0.5, box.shown, { size: 13, weight: box.kind === "node" ? 600 : 400, ...words });
+  }
+}
+
+export function shortened(text) {
+  if (text.length <= MOST_LETTERS) return text;
+  return `${text.slice(0, MOST_LETTERS / 2 - 3)}…${text.slice(2 - MOST_LETTERS / 2)}`;
+}
+
+function middle(values) {
+  const sorted = [...values].sort((one, other) => one - other);
+  return sorted[Math.floor(sorted.length / 2)];
+}
+
+function outsideLine(points, [left, top, right, bottom]) {
+  let [a, b, c, d] = [Infinity, Infinity, -Infinity, -Infinity];
+  for (let index = 0; index < points.length; index += 2) {
+    a = Math.min(a, points[index]);
+    b = Math.min(b, points[index + 1]);
+    c = Math.max(c, points[index]);
+    d = Math.max(d, points[index + 1]);
+  }
+  return c < left || a > right || d < top || b > bottom;
+}
+
+function distance(x, y, x1, y1, x2, y2) {
+  const [dx, dy] = [x2 - x1, y2 - y1];
+  const t = Math.max(0, Math.min(1, ((x - x1) * dx + (y - y1) * dy) / (dx * dx + dy * dy || 1)));
+  return Math.hypot(x - x1 - t * dx, y - y1 - t * dy);
+}

@@ -1,0 +1,192 @@
+// The side sheet: what is known of a node, a topic or a connection, and what can be done about it.
+
+import { fill, h } from "../dom.js";
+import { bytes, plural, rate } from "../format.js";
+import { findings } from "./findings.js";
+import { Latest } from "./latest.js";
+
+const MOST_ROWS = 200;
+
+export class Sheet {
+  // on: {choose(id), unfold(group), close()}
+  constructor(element, place, on) {
+    this.element = element;
+    this.place = place;
+    this.on = on;
+    this.shown = null;
+    this.digest = "";
+    this.live = []; // functions that update what changes often
+    this.latest = null;
+  }
+
+  // Show what was chosen: {box} or {edge} of a model; null closes the sheet.
+  show(chosen, system) {
+    this.latest?.close();
+    this.latest = null;
+    this.shown = chosen;
+    this.digest = "";
+    this.flow = (topic) => system?.topics[topic]?.bytes;
+    this.element.hidden = !chosen;
+    if (chosen) this.refresh(system);
+    else fill(this.element);
+  }
+
+  close() {
+    this.latest?.close();
+  }
+
+  // The system has changed; the sheet is made anew only if something has come or gone.
+  refresh(system) {
+    if (!this.shown) return;
+    const { box, edge } = this.shown;
+    const facts = box ? this._factsOf(box, system) : edge.links.map(({ topic, publisher, subscriber, state }) => [topic, publisher, subscriber, state]);
+    const digest = JSON.stringify(facts);
+    if (digest !== this.digest) {
+      this.digest = digest;
+      this.live = [];
+      const [title, kind, ...parts] = edge ? this._edge(edge) : { node: this._node, topic: this._topic, group: this._group }[box.kind].call(this, box, facts);
+      fill(this.element,
+        h("header", {}, h("div", {}, h("p.kind.muted", {}, kind), h("h2.mono", {}, title)),
+          h("button.quiet", { title: "close (Escape)", "aria-label": "close", onclick: () => this.on.close() }, "✕")),
+        parts);
+    }
+    for (const update of this.live) update(system);
+  }
+
+  _factsOf({ kind, name }, system) {
+    if (kind === "topic") {
+      const { type, publishers, subscribers } = system.topics[name] || { type: "", publishers: [], subscribers: [] };
+      return { type, publishers, subscribers, missing: system.missing.filter(([topic]) => topic === name).slice(0, MOST_ROWS), gone: !system.topics[name] };
+    }
+    if (kind === "group") return { nodes: Object.keys(system.nodes).filter((each) => each.startsWith(`${name}/`)) };
+    const all = Object.entries(system.topics);
+    return {
+      uri: system.nodes[name], gone: !(name in system.nodes), silent: system.silent.includes(name),
+      publishes: all.filter(([, topic]) => topic.publishers.includes(name)).map(([topic]) => topic),
+      subscribes: all.filter(([, topic]) => topic.subscribers.includes(name)).map(([topic]) => topic),
+      services: Object.entries(system.services).filter(([, nodes]) => nodes.includes(name)).map(([service]) => service),
+      missing: system.missing.filter(([, one, other]) => one === name || other === name).slice(0, MOST_ROWS),
+    };
+  }
+
+  _node({ name }, { uri, gone, silent, publishes, subscribes, services, missing }) {
+    if (gone) return [name, "node", h("p", {}, "This node has ended.")];
+    const process = h("dd.mono.muted", {}, "…");
+    const connections = h("div.muted", {}, "…");
+    if (!silent) this._ask(name, process, connections);
+    else fill(process, "does not answer");
+    return [name, "node",
+      silent && h("p.trouble", {}, "This node is registered, but it does not answer."),
+      h("dl", {}, h("dt", {}, "process"), process, h("dt", {}, "address"), h("dd.mono", {}, uri || "unknown")),
+      (silent || missing.length > 0) && findings(this.place.robot, "node", name, true),
+      this._list("publishes", publishes, (topic) => this._topicRow(topic)),
+      this._list("subscribes to", subscribes, (topic) => this._topicRow(topic)),
+      this._list("services", services, (service) => h("span.mono", {}, service)),
+      !silent && h("details", {}, h("summary", {}, "Connections"), connections),
+      h("div.buttons", {},
+        !silent && !missing.length && findings(this.place.robot, "node", name, false),
+        !this.place.robot.about.read_only && this._stop(name))];
+  }
+
+  async _ask(name, process, connections) {
+    try {
+      const { pid, connections: found = [], problem } = await this.place.robot.call("nodes.info", { node: name });
+      fill(process, problem || String(pid));
+      fill(connections, found.length ? rows(found, ({ topic, peer, direction, transport }) => h("li", {},
+        h("span.mono", {}, `${direction === "o" ? "→" : direction === "i" ? "←" : "↔"} ${topic}`), " ", h("span.muted.mono", {}, `${peer} ${transport}`))) : "none");
+    } catch (error) {
+      fill(process, error.message);
+    }
+  }
+
+  _stop(name) {
+    const where = h("span");
+    const ask = () => fill(where, h("button.danger", { title: "tell the node to end", onclick: question }, "Stop …"));
+    const question = () => {
+      const yes = h("button.danger", { onclick: stop }, "Stop it");
+      fill(where, h("span.question", { role: "alertdialog", "aria-label": "stop the node" }, `Stop ${name}?`), " ", yes, " ", h("button", { onclick: ask }, "No"));
+      yes.focus();
+    };
+    const stop = async () => {
+      fill(where, h("span.muted", {}, "stopping …"));
+      try {
+        await this.place.robot.call("nodes.kill", { node: name });
+        fill(where, h("span.muted", {}, "it was told to end"));
+      } catch (error) {
+        fill(where, h("span.trouble", {}, error.message));
+      }
+    };
+    ask();
+    return where;
+  }
+
+  _topic({ name }, { type, publishers, subscribers, missing, gone }) {
+    if (gone) return [name, "topic", h("p", {}, "Nobody has to do with this topic any more.")];
+    const flow = h("dd.mono");
+    this.live.push((system) => {
+      const topic = system.topics[name];
+      const text = topic?.hz === undefined ? "not known: it is counted per connection" : `${rate(topic.hz)}, ${bytes(topic.bytes, "B/s")}`;
+      if (flow.textContent !== text) fill(flow, text);
+    });
+    this.latest?.close();
+    this.latest = new Latest(this.place, name, type, publishers.length > 0, this.flow(name));
+    return [name, "topic",
+      h("dl", {}, h("dt", {}, "type"), h("dd.mono", {}, type || "unknown"), h("dt", {}, "flow"), flow),
+      missing.length > 0 && h("p.trouble", {}, `${plural(missing.length, "connection")} should be there, but ${missing.length === 1 ? "is" : "are"} not.`),
+      missing.length > 0 && findings(this.place.robot, "topic", name, true),
+      this._list("publishers", publishers, (node) => this._nodeLink(node)),
+      this._list("subscribers", subscribers, (node) => this._nodeLink(node)),
+      this.latest.element,
+      h("div.buttons", {},
+        h("button", { title: "the newest message as a tree", onclick: () => this.place.open("topics", { selected: name }) }, "Inspect"),
+        h("button", { title: "the first number of its messages over time; a click on another number plots that", onclick: () => this.latest.plot() }, "Plot"),
+        !missing.length && findings(this.place.robot, "topic", name, false))];
+  }
+
+  _group({ name }, { nodes }) {
+    return [name, "namespace", this._list("nodes", nodes, (node) => this._nodeLink(node)),
+      h("div.buttons", {}, h("button", { onclick: () => this.on.unfold(name) }, "Unfold"))];
+  }
+
+  _edge(edge) {
+    const [from, to] = [edge.from.slice(2), edge.to.slice(2)];
+    const broken = [...new Set(edge.links.filter(({ state }) => state === "broken").map(({ topic }) => topic))];
+    const unknown = edge.links.some(({ state }) => state === "unknown");
+    const pairs = edge.links.filter(({ publisher, subscriber }) => publisher && subscriber);
+    return [`${from} → ${to}`, pairs.length > 1 ? plural(pairs.length, "connection") : "connection",
+      broken.length > 0 && h("p.trouble", {}, "These nodes should be connected, but are not. Why:"),
+      unknown && h("p.trouble", {}, "Nobody knows whether they are connected: one of them does not answer, or has just begun."),
+      broken.slice(0, 5).map((topic) => findings(this.place.robot, "topic", topic, true)),
+      this._list("between", pairs, ({ topic, publisher, subscriber, state, hz, bytes: size }) => h("span", {}, this._link(`t:${topic}`, topic), " ",
+        h("span.muted", {}, state === "ok" ? (hz === null ? "" : `${rate(hz)}${size ? `, ${bytes(size, "B/s")}` : ""}`) : state === "broken" ? "not connected" : "not known"),
+        h("div.muted", {}, this._nodeLink(publisher), " → ", this._nodeLink(subscriber)))),
+      !pairs.length && h("p.muted", {}, "Nobody is connected here: the topic has only one end."),
+    ];
+  }
+
+  _topicRow(topic) {
+    const flow = h("span.muted");
+    this.live.push((system) => {
+      const text = rate(system.topics[topic]?.hz);
+      if (flow.textContent !== text) fill(flow, text);
+    });
+    return h("span", {}, this._link(`t:${topic}`, topic), " ", flow);
+  }
+
+  _nodeLink(node) {
+    return this._link(`n:${node}`, node);
+  }
+
+  _link(id, text) {
+    return h("button.link.mono", { onclick: () => this.on.choose(id) }, text);
+  }
+
+  _list(title, items, draw) {
+    return items.length > 0 && h("section", {}, h("h3", {}, `${title} `, h("span.muted", {}, items.length)), rows(items, (item) => h("li", {}, draw(item))));
+  }
+}
+
+function rows(items, draw) {
+  const more = items.length - MOST_ROWS;
+  return h("ul", {}, items.slice(0, MOST_ROWS).map(draw), more > 0 && h("li.muted", {}, `and ${more} more`));
+}

@@ -1,0 +1,290 @@
+// Nodes and topics, and what flows between them, as rqt_graph shows them.
+
+import { command, empty, fill, h, save } from "../lib/dom.js";
+import { plural } from "../lib/format.js";
+import { HIDING, MODES, around, build, dot, matching } from "../lib/graph/model.js";
+import { Picture } from "../lib/graph/picture.js";
+import { Sheet } from "../lib/graph/sheet.js";
+
+const DEPTHS = [[-1, "groups if many"], [0, "no groups"], [1, "groups: 1 level"], [2, "groups: 2 levels"], [3, "groups: 3 levels"]];
+const HIDDEN = ["debug", "tf", "leaf", "dead"];
+
+export default {
+  title: "Graph",
+  description: "nodes and topics, and what flows between them",
+  order: 10,
+  mount: (place) => new GraphPanel(place),
+};
+
+class GraphPanel {
+  constructor(place) {
+    this.place = place;
+    const { settings } = place;
+    this.mode = MODES.some(([name]) => name === settings.mode) ? settings.mode : "active";
+    this.hide = new Set(Array.isArray(settings.hide) ? settings.hide : HIDDEN);
+    this.depth = DEPTHS.some(([depth]) => depth === settings.depth) ? settings.depth : -1;
+    this.toggled = new Set(Array.isArray(settings.toggled) ? settings.toggled.map(String) : []);
+    this.rates = settings.rates !== false;
+    this.chosen = null; // {id, kind: "box" | "edge"}
+    this.wanted = typeof settings.selected === "string" ? settings.selected : "";
+    this.found = [];
+    this._style();
+    this._build();
+    this.picture = new Picture(this.canvas, place.body, {
+      choose: (found) => this._choose(found),
+      fold: (group) => this._fold(group),
+      arranged: () => this._arranged(),
+    });
+    this.stream = place.robot.stream("system", {}, {
+      data: (system) => this._take(system),
+      problem: (text) => this._problem(text),
+    });
+    this._empty();
+  }
+
+  // Another panel wants something shown: {selected: "/node" or "/topic"}.
+  accept({ selected }) {
+    this.wanted = String(selected || "");
+    this._update();
+  }
+
+  unmount() {
+    this.stream.close();
+    this.sheet.close();
+    this.picture.close();
+  }
+
+  _style() {
+    const href = new URL("./graph.css", import.meta.url).href;
+    if (!document.querySelector(`link[href="${href}"]`)) document.head.append(h("link", { rel: "stylesheet", href }));
+  }
+
+  _build() {
+    const { body, tools } = this.place;
+    const choice = (key, values, label) => h("select", { "aria-label": label, title: label, onchange: (event) => {
+      this[key] = typeof values[0][0] === "number" ? Number(event.target.value) : event.target.value;
+      this._changed();
+    } }, values.map(([value, text]) => h("option", { value, selected: value === this[key] }, text)));
+    const hiding = HIDING.map(([name, text, title]) => h("label.check", { title }, h("input", {
+      type: "checkbox", checked: this.hide.has(name), dataset: { hide: name },
+      onchange: (event) => {
+        if (event.target.checked) this.hide.add(name);
+        else this.hide.delete(name);
+        this._changed();
+      },
+    }), text));
+    this.hiding = hiding;
+    const rates = h("label.check", { title: "messages and bytes per second on the edges" }, h("input", {
+      type: "checkbox", checked: this.rates, onchange: (event) => {
+        this.rates = event.target.checked;
+        this._changed();
+      },
+    }), "rates");
+    this.search = h("input", {
+      type: "search", placeholder: "search ( / )", size: 14, "aria-label": "search", spellcheck: false,
+      title: "parts of names, or a type; Enter goes to the next one",
+      oninput: () => this._searched(true), onkeydown: (event) => this._searchKey(event),
+    });
+    this.count = h("span.muted");
+    const menu = h("details.menu", { onkeydown: (event) => {
+      if (event.key !== "Escape") return;
+      menu.open = false;
+      menu.firstChild.focus();
+      event.stopPropagation();
+    }, onfocusout: (event) => {
+      if (event.relatedTarget && !menu.contains(event.relatedTarget)) menu.open = false;
+    } }, h("summary", { title: "what is left out, groups, files" }, "Options"), h("div.choices", {},
+      h("b", {}, "Hide"), hiding, h("b", {}, "Show"), rates, choice("depth", DEPTHS, "groups of namespaces"),
+      h("b", {}, "Save"), h("span", {},
+        h("button", { title: "save the picture", onclick: () => save("graph.svg", this.picture.svg(), "image/svg+xml") }, "SVG"), " ",
+        h("button", { title: "save the graph in the dot language of Graphviz", onclick: () => save("graph.dot", dot(this.model), "text/vnd.graphviz") }, "DOT"))));
+    tools.append(choice("mode", MODES, "what is shown"), menu, this.search, this.count);
+    this.canvas = h("canvas", { tabIndex: 0, role: "application", "aria-label": "graph" });
+    this.said = h("span.said", { role: "status" });
+    this.note = h("div.note");
+    this.nothing = h("div.nothing");
+    const view = (text, title, onclick) => h("button", { title, "aria-label": title, onclick }, text);
+    this.canvas.addEventListener("pointerdown", () => { menu.open = false; });
+    this.stage = h("div.stage", {}, this.canvas, this.nothing, this.said, this.note, h("div.zoom", {},
+      view("+", "larger (+)", () => this.picture.camera.zoom(1.4)), view("−", "smaller (-)", () => this.picture.camera.zoom(1 / 1.4)),
+      view("⤢", "show all (f)", () => this.picture.fit())));
+    const side = h("aside.sheet", { hidden: true, "aria-label": "details" });
+    this.sheet = new Sheet(side, this.place, {
+      choose: (id) => this._go(id), close: () => this._choose(null), unfold: (group) => this._fold(group),
+    });
+    body.graph = this; // for tests, and the curious
+    body.classList.add("graph");
+    body.append(this.stage, side);
+    body.addEventListener("keydown", (event) => this._key(event));
+  }
+
+  _save() {
+    this.place.save({ mode: this.mode, hide: [...this.hide], depth: this.depth, toggled: [...this.toggled], rates: this.rates });
+  }
+
+  _changed() {
+    this._save();
+    this._update();
+  }
+
+  _take(system) {
+    this.system = system;
+    this._update();
+  }
+
+  _problem(text) {
+    if (text === this.trouble) return; // each push says that all is well
+    this.trouble = text;
+    this.place.problem(text && this.system ? `what is shown may be old: ${text}` : "");
+    if (!this.system) this._empty();
+  }
+
+  _update() {
+    if (!this.system) return;
+    this.model = build(this.system, { mode: this.mode, hide: [...this.hide], depth: this.depth, toggled: [...this.toggled] });
+    this.picture.show(this.model, this.rates);
+    if (this.wanted) {
+      const name = this.wanted;
+      this.wanted = "";
+      if (name in this.system.nodes) this._go(`n:${name}`);
+      else if (name in this.system.topics) this._go(`t:${name}`);
+    }
+    this._follow();
+    this._searched(false);
+    this._empty();
+    this._describe();
+  }
+
+  // What was chosen may have changed, or gone.
+  _follow() {
+    if (!this.chosen) return;
+    const { id, kind } = this.chosen;
+    const of = (kind === "box" ? this.model.boxes : this.model.edges).find((each) => each.id === id);
+    if (of) this.sheet.shown = { [kind]: of };
+    this.sheet.refresh(this.system);
+  }
+
+  _arranged() {
+    if (this.pending) this.picture.centre(this.pending);
+    this.pending = null;
+  }
+
+  _describe() {
+    const { boxes, edges, cut } = this.model;
+    const of = (kind) => boxes.filter((box) => box.kind === kind).length;
+    const silent = boxes.filter((box) => box.silent).length;
+    const lacking = edges.flatMap(({ links }) => links).filter(({ state }) => state === "broken");
+    const broken = new Set(lacking.map((link) => `${link.topic} ${link.publisher} ${link.subscriber}`)).size;
+    const parts = [plural(of("node"), "node"), this.mode !== "nodes" && plural(of("topic"), "topic"), of("group") && `${of("group")} folded`,
+      cut && `${cut} more are left out`].filter(Boolean);
+    const bad = [silent && `${silent} silent`, broken && `${broken} broken`].filter(Boolean);
+    const text = parts.join(" · ");
+    if (this.note.textContent !== [text, ...bad].join("")) fill(this.note, text, bad.map((each) => h("b.bad", {}, each)));
+    this.canvas.setAttribute("aria-label", `graph: ${[...parts, ...bad].join(", ")}. Arrow keys move, Enter chooses`);
+  }
+
+  _empty() {
+    const any = this.model?.boxes.length;
+    this.nothing.hidden = Boolean(any);
+    if (any) return;
+    const what = !this.system ? this.trouble || "wait" : this.model.all ? "hidden" : "none";
+    if (what === this.why) return;
+    this.why = what;
+    fill(this.nothing, what === "wait" ? empty("Looking at the robot …")
+      : what === "hidden" ? empty("Everything is hidden", "Only tools and debug topics run here.", h("button", { onclick: () => this._showAll() }, "Show them"))
+        : what === "none" ? empty("No nodes run yet", "Start some, in a terminal:", command("pyros1 launch minimal_nodes minimal_simulator.launch"))
+          : empty("No robot yet", this.trouble, command("pyros1 core")));
+  }
+
+  _showAll() {
+    this.hide.clear();
+    for (const label of this.hiding) label.querySelector("input").checked = false;
+    this._changed();
+  }
+
+  _choose(found) {
+    const [kind, of] = found?.box ? ["box", found.box] : found?.edge ? ["edge", found.edge] : [null, null];
+    this.chosen = of && { id: of.id, kind };
+    this.sheet.show(of && { [kind]: of }, this.system);
+    if (kind === "box") this.picture.reveal(of.id);
+    fill(this.said, of ? `${of.kind || "connection"} ${of.name || ""}` : "");
+    this._light();
+  }
+
+  // Choose something by its id, also if it is folded or hidden just now.
+  _go(id) {
+    const home = this.model.boxes.find(({ inside }) => inside?.some((each) => each.id === id));
+    if (home) {
+      this._fold(home.name);
+      this.pending = [id];
+    }
+    const box = this.model.boxes.find((each) => each.id === id) || { id, kind: id.startsWith("n:") ? "node" : "topic", name: id.slice(2) };
+    this._choose({ box });
+    const near = around(this.model, id);
+    if (!home) this.picture.centre(near.size > 12 ? [id] : near);
+  }
+
+  _fold(group) {
+    if (!this.toggled.delete(group)) this.toggled.add(group);
+    if (this.chosen?.id === `g:${group}`) this._choose(null);
+    this._changed();
+  }
+
+  // What was found, or what was chosen with its neighbours, stays; the rest is dimmed.
+  _light() {
+    const id = this.chosen?.id;
+    const edges = this.model?.edges || [];
+    if (this.matches) {
+      const boxes = this.matches;
+      this.picture.light(id, { boxes, edges: new Set(edges.filter(({ from, to }) => boxes.has(from) && boxes.has(to)).map((edge) => edge.id)) });
+    } else if (this.chosen?.kind === "box" && this.model.boxes.some((box) => box.id === id)) {
+      const own = edges.filter(({ from, to }) => from === id || to === id);
+      this.picture.light(id, { boxes: around(this.model, id), edges: new Set(own.map((edge) => edge.id)) });
+    } else if (this.chosen?.kind === "edge") {
+      const [from, to] = id.split(" ");
+      this.picture.light(id, { boxes: new Set([from, to]), edges: new Set([id]) });
+    } else this.picture.light(null, null);
+  }
+
+  _searched(move) {
+    this.matches = this.model && matching(this.model, this.search.value);
+    this.found = this.matches ? [...this.matches] : [];
+    if (move) this.next = 0;
+    fill(this.count, this.matches ? `${this.found.length} found` : "");
+    if (move && this.found.length) this.picture.centre(this.found);
+    this._light();
+  }
+
+  _searchKey(event) {
+    if (event.key === "Enter" && this.found.length) {
+      const id = this.found[this.next % this.found.length];
+      const box = this.model.boxes.find((each) => each.id === id);
+      this.next += 1;
+      if (box.inside && !box.name.toLowerCase().includes(this.search.value.trim().toLowerCase())) {
+        this.next = 0;
+        this._fold(box.name); // what was found is in it
+      } else {
+        this._choose({ box });
+        this.picture.centre([id]);
+      }
+    } else if (event.key === "Escape") {
+      this.search.value = "";
+      this._searched(true);
+      this.picture.fit();
+      this.canvas.focus();
+    } else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  _key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches("input, select, textarea")) return;
+    if (event.key === "/") this.search.focus();
+    else if (event.key === "Escape" && this.chosen) {
+      this._choose(null);
+      this.canvas.focus();
+    } else if (event.key === "f") this.picture.fit();
+    else return;
+    event.preventDefault();
+  }
+}

@@ -1,0 +1,64 @@
+"""What `wtf` finds, about one topic or node."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from pyros1.doctor.finding import ERROR, Finding
+from pyros1.master.server import Master
+from pyros1.msgs.std_msgs.msg import Float64, String
+from pyros1.net.master_client import MasterClient
+from pyros1.web import calls
+from pyros1.web.calls.doctor import about, without
+from pyros1.web.robot import Robot
+from pyros1.web.wire import RequestError
+
+LINKS = Finding(
+    "missing-link", ERROR, "nodes should be connected", "cure", ("/a->/b (/t)", "/a->/c (/other)", "/ab: x")
+)
+TYPES = Finding("type-mismatch", ERROR, "the nodes of topic /t do not agree: a, b", "cure", ("publisher /a: x",))
+CLOCK = Finding("no-clock", ERROR, "/use_sim_time is true, but no node publishes /clock", "cure")
+
+
+def test_only_what_names_it_and_only_whole_names() -> None:
+    assert about([LINKS, TYPES], "/t") == [Finding(*_but(LINKS, "/a->/b (/t)")), TYPES]
+    assert about([LINKS], "/a")[0].items == ("/a->/b (/t)", "/a->/c (/other)")
+    assert about([LINKS, TYPES], "/nobody") == []
+    assert about([CLOCK], "/t") == [CLOCK]
+
+
+def test_what_is_hidden_is_not_told() -> None:
+    assert without([LINKS], {"/other"})[0].items == ("/a->/b (/t)", "/ab: x")
+    assert without([TYPES], {"/t"}) == []
+    assert without([Finding(*_but(LINKS, "/a->/b (/t)"))], {"/t"}) == []
+    assert without([CLOCK], {"/t"}) == [CLOCK]
+
+
+def _but(finding: Finding, *items: str) -> tuple[Any, ...]:
+    return (finding.kind, finding.severity, finding.text, finding.cure, items)
+
+
+def test_a_broken_topic_and_a_dead_node(
+    make_robot: Callable[..., Robot], master: Master, make_node: Callable[..., Any], free_port: int
+) -> None:
+    robot = make_robot(topics=("/chat", "/quiet"))
+    talker, listener = make_node("talker"), make_node("listener", log_level="fatal")
+    for topic in ("chat", "hidden"):
+        talker.advertise(topic, String)
+        listener.subscribe(topic, Float64, lambda message: None)
+    client = MasterClient("/gone", master.uri)
+    client.register_publisher("/quiet", "std_msgs/String", f"http://localhost:{free_port}/")
+    client.close()
+    (found,) = calls.run(robot, "doctor.topic", {"topic": "/chat"})
+    assert found["kind"] == "type-mismatch"
+    assert found["items"] == ["publisher /talker: std_msgs/String", "subscriber /listener: std_msgs/Float64"]
+    assert [each["kind"] for each in calls.run(robot, "doctor.topic", {"topic": "/quiet"})] == ["dead-node"]
+    assert [each["kind"] for each in calls.run(robot, "doctor.node", {"node": "/gone"})] == ["dead-node"]
+    assert [each["text"] for each in calls.run(robot, "doctor.node", {"node": "/talker"})] == [found["text"]]
+    with pytest.raises(RequestError, match="--topics"):
+        calls.run(robot, "doctor.topic", {"topic": "/hidden"})
+    with pytest.raises(RequestError, match="knows no node /nobody"):
+        calls.run(robot, "doctor.node", {"node": "/nobody"})

@@ -1,0 +1,76 @@
+// Layouts: everything gets a place, and nothing lies on anything else.
+
+import assert from "node:assert/strict";
+import test from "node:test";
+
+const page = new URL("../../../src/pyros1/web/page/", import.meta.url);
+const { MOST_FOR_DAGRE, POINTS, layout, sampled } = await import(new URL("lib/graph/layout.js", page));
+
+const room = [1200, 700];
+
+// Nodes with topics to the next nodes; groups: number of namespaces, 0 for none.
+function system(nodes, topics, groups) {
+  const group = (index) => (groups ? `/robot${index % groups}` : "");
+  const boxes = Array.from({ length: nodes }, (_, index) => ({ id: `n:${index}`, width: 120, height: 32, group: group(index) }));
+  const edges = [];
+  for (let index = 0; index < topics; index += 1) {
+    boxes.push({ id: `t:${index}`, width: 150, height: 26, group: group(index % nodes) });
+    edges.push({ id: `a${index}`, from: `n:${index % nodes}`, to: `t:${index}`, width: 100, height: 14 });
+    edges.push({ id: `b${index}`, from: `t:${index}`, to: `n:${(index * 7 + (groups || 1)) % nodes}`, width: 100, height: 14 });
+  }
+  const frames = [...new Set(boxes.map((box) => box.group).filter(Boolean))];
+  return { boxes, edges, groups: frames.map((name) => ({ name, parent: "" })), down: false, room };
+}
+
+function check(what) {
+  const found = layout(what);
+  assert.equal(Object.keys(found.boxes).length, what.boxes.length);
+  for (const { id } of what.edges) {
+    assert.equal(found.edges[id].points.length, POINTS * 2);
+    assert.ok(found.edges[id].points.every(Number.isFinite), id);
+  }
+  const places = what.boxes.map(({ id, width, height }) => [...found.boxes[id], width, height]);
+  places.forEach(([x, y, width, height], one) => {
+    assert.ok(x - width / 2 >= -1 && y - height / 2 >= -1 && x + width / 2 <= found.width + 1 && y + height / 2 <= found.height + 1);
+    for (const [a, b, c, d] of places.slice(one + 1)) {
+      assert.ok(Math.abs(x - a) * 2 >= width + c - 1 || Math.abs(y - b) * 2 >= height + d - 1, "boxes overlap");
+    }
+  });
+  return found;
+}
+
+test("small, with groups and without", () => {
+  check(system(5, 8, 0));
+  const { frames } = check(system(8, 12, 2));
+  assert.deepEqual(Object.keys(frames).sort(), ["/robot0", "/robot1"]);
+});
+
+test("boxes of a group are within its frame, and frames do not overlap", () => {
+  for (const what of [system(8, 12, 2), system(60, 300, 6)]) {
+    const { boxes, frames } = check(what);
+    for (const { id, width, group } of what.boxes) {
+      const [x, , wide] = frames[group];
+      assert.ok(Math.abs(boxes[id][0] - x) + width / 2 <= wide / 2 + 1);
+    }
+  }
+});
+
+test("200 nodes and 1,000 topics have about the shape of the room", () => {
+  for (const groups of [0, 20]) {
+    const what = system(200, 1000, groups);
+    assert.ok(what.boxes.length + what.edges.length > MOST_FOR_DAGRE);
+    const { width, height } = check(what);
+    assert.ok(width / height < 5 && height / width < 2, `${width} x ${height}`);
+  }
+});
+
+test("nothing, one box, and an edge to itself", () => {
+  assert.deepEqual(layout({ boxes: [], edges: [], groups: [], down: false, room }).boxes, {});
+  const loop = { boxes: [{ id: "n:a", width: 80, height: 30, group: "" }], edges: [{ id: "e", from: "n:a", to: "n:a", width: 0, height: 0 }], groups: [], down: true, room };
+  check(loop);
+});
+
+test("points at equal distances", () => {
+  assert.deepEqual(sampled([0, 0, 10, 0, 10, 10], 5), [0, 0, 5, 0, 10, 0, 10, 5, 10, 10]);
+  assert.deepEqual(sampled([3, 3, 3, 3], 2), [3, 3, 3, 3]);
+});

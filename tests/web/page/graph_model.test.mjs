@@ -1,0 +1,158 @@
+// What the graph shows of a system. Run by tests/web/test_page_modules.py, or with: node --test tests/web/page
+
+import assert from "node:assert/strict";
+import test from "node:test";
+
+const page = new URL("../../../src/pyros1/web/page/", import.meta.url);
+const { MOST_BOXES, build, dot, flowOf, isDebugNode, matching, around, stateOf } = await import(new URL("lib/graph/model.js", page));
+
+const topic = (publishers, subscribers, more = {}) => ({ type: "std_msgs/String", publishers, subscribers, ...more });
+
+// A publisher, two subscribers of which one is not connected, a tool, a topic with one end, tf and rosout.
+const SYSTEM = {
+  nodes: { "/talker": "http://a:1/", "/listener": "http://a:2/", "/other": "http://a:3/", "/rosout": "http://a:4/", "/rostopic_77_1700000000000": "http://a:5/" },
+  silent: [],
+  topics: {
+    "/chat": topic(["/talker"], ["/listener", "/other"], { hz: 10, bytes: 200 }),
+    "/alone": topic(["/talker"], []),
+    "/two": topic(["/talker", "/other"], []),
+    "/heard": topic(["/talker"], ["/rostopic_77_1700000000000"]),
+    "/tf": topic(["/talker"], ["/listener"]),
+    "/rosout": topic(["/talker", "/listener"], ["/rosout"]),
+  },
+  services: {},
+  edges: [
+    ["/chat", "/talker", "/listener", 10], ["/tf", "/talker", "/listener", 50], ["/heard", "/talker", "/rostopic_77_1700000000000", null],
+    ["/rosout", "/talker", "/rosout", 0.1], ["/chat", "/talker", "http://elsewhere:1/", 3],
+  ],
+  missing: [["/chat", "/talker", "/other"]],
+};
+const NOTHING = { mode: "all", hide: [], depth: 0, toggled: [] };
+const names = (model, kind) => model.boxes.filter((box) => box.kind === kind).map(({ name }) => name).sort();
+const edge = (model, from, to) => model.edges.find((each) => each.from === from && each.to === to);
+
+test("all: every topic with its ends", () => {
+  const model = build(SYSTEM, NOTHING);
+  assert.deepEqual(names(model, "topic"), ["/alone", "/chat", "/heard", "/rosout", "/tf", "/two"]);
+  assert.equal(names(model, "node").length, 5);
+  assert.ok(edge(model, "n:/talker", "t:/alone"));
+});
+
+test("active: only topics between two nodes that are shown", () => {
+  assert.deepEqual(names(build(SYSTEM, { ...NOTHING, mode: "active" }), "topic"), ["/chat", "/heard", "/rosout", "/tf"]);
+  assert.deepEqual(names(build(SYSTEM, { ...NOTHING, mode: "active", hide: ["debug"] }), "topic"), ["/chat", "/tf"]);
+});
+
+test("nodes only: an edge for all topics between two nodes", () => {
+  const model = build(SYSTEM, { ...NOTHING, mode: "nodes" });
+  assert.deepEqual(names(model, "topic"), []);
+  assert.deepEqual(edge(model, "n:/talker", "n:/listener").links.map((link) => link.topic), ["/chat", "/tf"]);
+  assert.deepEqual(flowOf(edge(model, "n:/talker", "n:/listener")).hz, 60);
+});
+
+test("what can be hidden", () => {
+  const shown = (hide) => names(build(SYSTEM, { ...NOTHING, hide }), "topic");
+  assert.deepEqual(shown(["debug"]), ["/alone", "/chat", "/heard", "/tf", "/two"]);
+  assert.deepEqual(shown(["tf"]), ["/alone", "/chat", "/heard", "/rosout", "/two"]);
+  assert.deepEqual(shown(["leaf"]), ["/chat", "/heard", "/rosout", "/tf", "/two"]);
+  assert.deepEqual(shown(["dead"]), ["/chat", "/heard", "/rosout", "/tf"]);
+  assert.deepEqual(shown(["debug", "leaf"]), ["/chat", "/tf", "/two"]);
+  assert.deepEqual(names(build(SYSTEM, { ...NOTHING, hide: ["debug"] }), "node"), ["/listener", "/other", "/talker"]);
+});
+
+test("the nodes of tools are known by their names, those of people are not", () => {
+  for (const name of ["/rosout", "/rqt_gui_py_node_12", "/rosbag_12_1700000000000", "/pyros1_web_3_1700000000000"]) assert.ok(isDebugNode(name), name);
+  for (const name of ["/talker", "/talker_12_1700000000000", "/robot/rosout_filter", "/rosie_1", "/play_12_1700000000000"]) assert.ok(!isDebugNode(name), name);
+});
+
+test("a connection that is missing makes its edges broken, and says which", () => {
+  const model = build(SYSTEM, { ...NOTHING, mode: "active", hide: ["debug"] });
+  assert.equal(stateOf(edge(model, "t:/chat", "n:/other")), "broken");
+  assert.equal(stateOf(edge(model, "t:/chat", "n:/listener")), "ok");
+  assert.deepEqual(edge(model, "t:/chat", "n:/other").links.map(({ publisher }) => publisher), ["/talker"]);
+});
+
+test("of a node that does not answer nobody knows the connections", () => {
+  const model = build({ ...SYSTEM, silent: ["/other"], missing: [] }, { ...NOTHING, mode: "active" });
+  assert.equal(stateOf(edge(model, "t:/chat", "n:/other")), "unknown");
+  assert.ok(model.boxes.find(({ id }) => id === "n:/other").silent);
+});
+
+test("a publisher's edge carries each message once, whatever the number of subscribers", () => {
+  const edges = [["/chat", "/talker", "/listener", 10], ["/chat", "/talker", "/other", 8]];
+  const model = build({ ...SYSTEM, edges, missing: [] }, { ...NOTHING, mode: "active" });
+  assert.deepEqual(flowOf(edge(model, "n:/talker", "t:/chat")), { hz: 10, bytes: 200 });
+  assert.deepEqual(flowOf(edge(model, "t:/chat", "n:/other")), { hz: 8, bytes: 160 });
+  assert.deepEqual(flowOf(edge(build(SYSTEM, NOTHING), "n:/talker", "t:/alone")), { hz: null, bytes: null });
+});
+
+// Two robots with two nodes each, and one node outside.
+const ROBOTS = {
+  nodes: Object.fromEntries(["/a/one", "/a/two", "/b/one", "/b/two", "/outside"].map((name) => [name, "http://x:1/"])),
+  silent: [], services: {}, missing: [],
+  topics: { "/a/inner": topic(["/a/one"], ["/a/two"]), "/b/inner": topic(["/b/one"], ["/b/two"]), "/shared": topic(["/a/one"], ["/b/one"]) },
+  edges: [["/a/inner", "/a/one", "/a/two", 1], ["/b/inner", "/b/one", "/b/two", 1], ["/shared", "/a/one", "/b/one", 1]],
+};
+
+test("groups are namespaces, names in them are short, and lone ones stay outside", () => {
+  const model = build(ROBOTS, { ...NOTHING, depth: 1 });
+  assert.deepEqual(model.groups.map(({ name, parent }) => [name, parent]), [["/a", ""], ["/b", ""]]);
+  assert.equal(model.boxes.find(({ id }) => id === "n:/a/one").label, "one");
+  assert.equal(model.boxes.find(({ id }) => id === "n:/outside").group, "");
+});
+
+test("a folded group is one box, with the edges that leave it", () => {
+  const model = build(ROBOTS, { ...NOTHING, depth: 1, toggled: ["/a"] });
+  const [box] = model.boxes.filter(({ kind }) => kind === "group");
+  assert.deepEqual([box.name, box.inside.length, box.nodes], ["/a", 3, 2]);
+  assert.ok(edge(model, "g:/a", "t:/shared"));
+  assert.equal(model.edges.filter(({ from, to }) => from === to).length, 0);
+  assert.deepEqual([...matching(model, "/a/two")], ["g:/a"], "a search looks into it");
+});
+
+function large(count) {
+  const nodes = Object.fromEntries(Array.from({ length: count }, (_, index) => [`/r${index % 10}/n${index}`, "http://x:1/"]));
+  return { nodes, silent: [], services: {}, missing: [], topics: {}, edges: [] };
+}
+
+test("many boxes begin folded, a few do not, and a toggled group is open", () => {
+  const choice = { ...NOTHING, depth: -1 };
+  assert.equal(build(large(100), choice).boxes.length, 100);
+  assert.equal(build(large(200), choice).boxes.length, 10);
+  assert.equal(build(large(200), { ...choice, toggled: ["/r3"] }).boxes.length, 29);
+});
+
+test("too many boxes are cut, with their number", () => {
+  const model = build(large(MOST_BOXES + 7), NOTHING);
+  assert.deepEqual([model.boxes.length, model.cut], [MOST_BOXES, 7]);
+});
+
+test("names from the robot need not be names: nothing breaks", () => {
+  const wild = 'x"</svg>\\\n__proto__';
+  const model = build({ ...SYSTEM, nodes: { [wild]: "", "/__proto__": "" }, silent: [wild], topics: { [wild]: topic([wild], [wild]) }, edges: [[wild, wild, wild, 1]], missing: [] }, { ...NOTHING, depth: 2 });
+  assert.equal(model.edges.length, 2);
+  assert.ok(dot(model).includes('x\\"</svg>\\\\'));
+});
+
+test("search finds parts of names, and types as a whole", () => {
+  const model = build(SYSTEM, NOTHING);
+  assert.deepEqual([...matching(model, "TALK")], ["n:/talker"]);
+  assert.equal(matching(model, "std_msgs/String").size, 6);
+  assert.equal(matching(model, "  "), null);
+  assert.deepEqual([...around(model, "t:/tf")].sort(), ["n:/listener", "n:/talker", "t:/tf"]);
+});
+
+test("dot has the form of `pyros1 graph --dot`", () => {
+  const model = build({ ...SYSTEM, silent: ["/other"] }, { ...NOTHING, mode: "nodes", hide: ["debug", "tf"] });
+  assert.equal(dot(model), `digraph system {
+  rankdir=LR;
+  "/listener";
+  "/other" [style=dashed];
+  "/talker";
+  "/talker" -> "/listener" [label="/chat"];
+  "/talker" -> "/other" [label="/chat", color=red, style=dashed];
+}
+`);
+  const grouped = dot(build(ROBOTS, { ...NOTHING, mode: "active", depth: 1 }));
+  assert.ok(grouped.includes('  subgraph "cluster /a" {\n    label="/a";\n    "/a/one";\n    "/a/two";\n    "t:/a/inner" [label="/a/inner", shape=box];\n  }\n'));
+});

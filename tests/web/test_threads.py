@@ -1,0 +1,64 @@
+"""Threads for work that may take long."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+from concurrent.futures import CancelledError, wait
+
+import pytest
+
+from pyros1.web.threads import Threads
+
+PATIENCE = 20.0
+
+
+def test_results_and_errors() -> None:
+    threads = Threads(2, "test")
+    assert threads.submit(pow, 2, 10).result(PATIENCE) == 1024
+    with pytest.raises(ZeroDivisionError):
+        threads.submit(lambda: 1 / 0).result(PATIENCE)
+    threads.shutdown()
+
+
+def test_no_more_at_once_than_there_may_be() -> None:
+    threads = Threads(3, "test")
+    together = threading.Barrier(3)
+    first = [threads.submit(together.wait, PATIENCE) for _ in range(3)]
+    wait(first, PATIENCE)
+    running, most, lock = 0, 0, threading.Lock()
+
+    def count() -> None:
+        nonlocal running, most
+        with lock:
+            running += 1
+            most = max(most, running)
+        with lock:
+            running -= 1
+
+    wait([threads.submit(count) for _ in range(200)], PATIENCE)
+    assert 1 <= most <= 3
+    threads.shutdown()
+
+
+def test_what_has_not_begun_is_left_out_at_the_end() -> None:
+    threads = Threads(1, "test")
+    begun, go_on = threading.Event(), threading.Event()
+    first = threads.submit(lambda: (begun.set(), go_on.wait(PATIENCE)))
+    assert begun.wait(PATIENCE)
+    second = threads.submit(pow, 2, 2)
+    threads.shutdown(wait=False, cancel_futures=True)
+    with pytest.raises(CancelledError):
+        second.result(PATIENCE)
+    with pytest.raises(RuntimeError, match="ends"):
+        threads.submit(pow, 2, 2)
+    go_on.set()
+    assert first.result(PATIENCE)
+    threads.shutdown()
+
+
+def test_a_program_ends_though_work_goes_on() -> None:
+    code = "import time; from pyros1.web.threads import Threads; Threads(1, 'x').submit(time.sleep, 1000); print('end')"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    assert done.stdout == "end\n"
