@@ -15,9 +15,6 @@ from numpy.typing import NDArray
 
 MOST_EXACT = 500_000
 """Most messages whose own times are asked for in one look."""
-MOST_CHUNKS = 200
-"""Most chunks of which they are asked for; that takes up to 0.3 s."""
-
 Times = Callable[[int], Iterable[tuple[int, "NDArray[np.int64]"]]]
 """Returns, for the number of a chunk, pairs of a row and the times of its messages in nanoseconds."""
 
@@ -46,7 +43,7 @@ class Density:
         self._starts, self._ends, self._totals = (np.asarray(each, np.int64) for each in (starts, ends, totals))
 
     def look(
-        self, begin: int, end: int, columns: int, rows: Sequence[int], times: Times
+        self, begin: int, end: int, columns: int, rows: Sequence[int], times: Times, most_chunks: int = 200
     ) -> tuple[NDArray[np.float32], bool]:
         """Return how many messages are in each column.
 
@@ -56,6 +53,7 @@ class Density:
             columns: their number.
             rows: the rows to count.
             times: asked for times of single messages.
+            most_chunks: most chunks of which it is asked.
 
         Returns:
             An array of shape (rows, columns), and whether all messages are at most one column from their place.
@@ -70,7 +68,7 @@ class Density:
         last = np.floor((self._ends - begin) / size).astype(np.int64)
         seen = (last >= 0) & (first < columns) & (self._totals > 0)
         wide = np.flatnonzero(seen & (last > first + 1))
-        exact = self._chosen(wide)
+        exact = self._chosen(wide)[:most_chunks]
         entries = np.flatnonzero(seen[self._chunk] & (place[self._row] >= 0))
         entries = entries[~np.isin(self._chunk[entries], exact)]
         self._spread(grid, place[self._row[entries]], first, last, entries)
@@ -85,7 +83,7 @@ class Density:
     def _chosen(self, wide: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return those of some chunks whose times are asked for: the small ones, as many as the limit allows."""
         order = wide[np.argsort(self._totals[wide], kind="stable")]
-        return order[np.cumsum(self._totals[order]) <= MOST_EXACT][:MOST_CHUNKS]
+        return order[np.cumsum(self._totals[order]) <= MOST_EXACT]
 
     def _spread(
         self,

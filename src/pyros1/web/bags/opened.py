@@ -32,6 +32,10 @@ _HELD = 64 << 20
 _HELD_TIMES = 4_000_000
 """Most times of messages that are kept, 8 bytes each."""
 _MOST_DAMAGES = 5
+_MOST_READ = 200
+"""Most chunks whose index is read in one look; that takes up to 0.3 s."""
+_MOST_UNPACKED = 20
+"""The same for bags without an index, whose chunks are unpacked for it."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +162,9 @@ class OpenBag:
         """Return where messages are; see `Density.look`. Times are in seconds since the bag's beginning."""
         first = self.nanoseconds(begin)
         last = max(first + columns, self.nanoseconds(end))
-        return self._density.look(first, last, columns, [self._rows[name] for name in topics], self._times_of)
+        rows = [self._rows[name] for name in topics]
+        most = _MOST_UNPACKED if self.bag.reader.scanned else _MOST_READ
+        return self._density.look(first, last, columns, rows, self._times_of, most)
 
     def at(self, time: float, topics: Collection[str]) -> dict[str, BagMessage]:
         """Return the last message of each topic at or before a time in seconds since the bag's beginning."""
