@@ -1,4 +1,4 @@
-"""Threads for work that may take long. Unlike those of `concurrent.futures`, they do not hold up the end of the program."""
+"""Threads for work that may take long. Those of `concurrent.futures` would hold up the end of the program."""
 
 from __future__ import annotations
 
