@@ -157,7 +157,6 @@ def test_recording_with_a_click(page: Browser, make_node: Callable[..., Any], ba
     assert publisher.wait_for_subscribers(timeout=PATIENCE)
     for number in range(30):
         publisher.publish(number)
-    page.run("document.querySelector('.recording details') ?? null")
     page.wait("/[1-9]\\d* messages/.test(document.querySelector('.recording .line').textContent)")
     page.click(".recording button", "Stop")
     page.wait_for_text("Recorded")

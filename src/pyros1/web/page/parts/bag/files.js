@@ -37,8 +37,8 @@ export class Files {
   _draw() {
     const { folder, up, folders, files, more } = this.listing;
     const shown = files.filter(({ name }) => name.toLowerCase().includes(this.filter.toLowerCase()));
-    const list = h("div.entries", { role: "list" });
-    const entry = (kind, name, note, act) => h(`button.entry.${kind}`, { role: "listitem", title: name, onclick: act }, h("i.sign", {}, kind === "file" ? "▤" : "▸"), h("span.title", {}, name), note);
+    const list = h("div.entries");
+    const entry = (kind, name, note, act) => h(`button.entry.${kind}`, { type: "button", title: name, onclick: act }, h("i.sign", {}, kind === "file" ? "▤" : "▸"), h("span.title", {}, name), note);
     fill(list,
       up !== null && entry("folder", "..", null, () => this.go(up)),
       folders.map(({ name, path }) => entry("folder", name, null, () => this.go(path))),
