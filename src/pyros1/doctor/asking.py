@@ -91,7 +91,7 @@ def clock_offset(caller_id: str, host: str, port: int) -> float | None:
 
 
 def ask_publisher(caller_id: str, uri: str, topic: str) -> Offer:
-    """Ask a publisher for type and md5sum, with the connection header of a subscriber that accepts any type."""
+    """Ask a publisher for type, md5sum and definition, with the header of a subscriber that accepts any type."""
     api = XmlRpcClient(uri, timeout=NODE_TIMEOUT)
     try:
         answer = api.call("requestTopic", caller_id, topic, [["TCPROS"]])
@@ -102,7 +102,7 @@ def ask_publisher(caller_id: str, uri: str, topic: str) -> Offer:
         header = _greet(str(protocol[1]), int(protocol[2]), greeting)
         if "error" in header:
             return Offer(failure=Failure(OTHER, f"it refuses the connection: {header['error']}"))
-        return Offer(header.get("type", "*"), header.get("md5sum", "*"))
+        return Offer(header.get("type", "*"), header.get("md5sum", "*"), None, header.get("message_definition", ""))
     except (Error, OSError, ValueError, TypeError) as error:
         return Offer(failure=failure_of(error))
     finally:

@@ -111,11 +111,13 @@ class Offer(NamedTuple):
     Attributes:
         type, md5sum: the type and its checksum; ``*`` means any.
         failure: why it did not report them; None if it did.
+        definition: full text of the type's definition, if a publisher gave it.
     """
 
     type: str = "*"
     md5sum: str = "*"
     failure: Failure | None = None
+    definition: str = ""
 
 
 @dataclass

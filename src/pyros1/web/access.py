@@ -54,6 +54,17 @@ class Access:
         parts = urlsplit(origin)
         return parts.scheme in ("http", "https") and parts.netloc.lower() == (host or "").lower()
 
+    @property
+    def lets_viewers_in_from_anywhere(self) -> bool:
+        """Whether viewers such as Foxglove may come from pages of other sites.
+
+        They are web applications of their own (https://app.foxglove.dev, a Lichtblick on another port, ``file://`` in
+        their desktop forms), so their Origin is never ours. With the right token they may come in, for the token is
+        what only the person with the link can have given them. A server without a token has nothing else that tells
+        such a page from any other, so it lets none in.
+        """
+        return bool(self.token)
+
     def has_token(self, path: str) -> bool:
         """Return whether the query of a path has the token."""
         try:

@@ -1,4 +1,4 @@
-"""The server: the page's files, and a WebSocket for each page, on one port.
+"""The server: the page's files, a WebSocket for each page, and those of other viewers, on one port.
 
 See https://www.rfc-editor.org/rfc/rfc6455. Everything that can take time runs in threads, so that a slow page, node or
 master delays nobody else.
@@ -10,7 +10,7 @@ import asyncio
 import contextlib
 import json
 import logging
-from collections.abc import AsyncIterator, Coroutine
+from collections.abc import AsyncIterator, Coroutine, Sequence
 from concurrent.futures import Executor
 from http import HTTPStatus
 from time import monotonic
@@ -26,6 +26,9 @@ from websockets.typing import Subprotocol
 from pyros1.web import wire
 from pyros1.web.access import Access
 from pyros1.web.assets import SECURITY, Assets
+from pyros1.web.foxglove import PROTOCOLS as FOXGLOVE
+from pyros1.web.foxglove.connection import Viewer
+from pyros1.web.foxglove.shared import Shared
 from pyros1.web.robot import Robot
 from pyros1.web.session import Session
 from pyros1.web.threads import Threads
@@ -57,6 +60,7 @@ class WebServer:
         self._assets = Assets()
         self._pushes = Threads(_THREADS, "web: pushes")
         self._calls = Threads(_THREADS, "web: calls")
+        self._viewers = Shared(robot)
         self._pages = 0
 
     @contextlib.asynccontextmanager
@@ -79,7 +83,7 @@ class WebServer:
                 host,
                 port,
                 process_request=self._answer,
-                select_subprotocol=lambda _, offered: PROTOCOL if PROTOCOL in offered else None,
+                select_subprotocol=_choose_protocol,
                 max_size=wire.MAX_REQUEST * 4,
                 max_queue=16,
                 compression=None,
@@ -98,11 +102,16 @@ class WebServer:
         if not self._access.is_our_name(host):
             return _plain(HTTPStatus.FORBIDDEN, "This server has another name. Use the link that it printed.\n")
         path = urlsplit(request.path).path
-        return self._admit(request) if path == SOCKET else self._file(path, request.headers.get("If-None-Match"))
+        if path == SOCKET or (path == "/" and _wants_socket(request)):
+            return self._admit(request)
+        return self._file(path, request.headers.get("If-None-Match"))
 
     def _admit(self, request: Request) -> Response | None:
         """Let a page's WebSocket begin, or say why not."""
-        if not self._access.is_our_page(request.headers.get("Origin"), request.headers.get("Host")):
+        origin, host = request.headers.get("Origin"), request.headers.get("Host")
+        if not self._access.is_our_page(origin, host) and not (
+            _offers_foxglove(request) and self._access.lets_viewers_in_from_anywhere
+        ):
             return _plain(HTTPStatus.FORBIDDEN, "Another site's page may not come in.\n")
         if not self._access.has_token(request.path):
             return _plain(HTTPStatus.UNAUTHORIZED, "The link has a token. Use the link that the server printed.\n")
@@ -126,7 +135,10 @@ class WebServer:
     async def _page(self, socket: ServerConnection) -> None:
         self._pages += 1
         try:
-            await _Page(socket, self._robot, self._pushes, self._calls).run()
+            if socket.subprotocol in FOXGLOVE:
+                await Viewer(socket, self._viewers, self._pushes, self._calls).run()
+            else:
+                await _Page(socket, self._robot, self._pushes, self._calls).run()
         finally:
             self._pages -= 1
 
@@ -209,6 +221,22 @@ class _Page:
             self._waking = True
             with contextlib.suppress(RuntimeError):  # the loop has ended
                 self._loop.call_soon_threadsafe(self._awake.set)
+
+
+def _wants_socket(request: Request) -> bool:
+    return "websocket" in request.headers.get("Upgrade", "").lower()
+
+
+def _offers_foxglove(request: Request) -> bool:
+    """Return whether it is of a viewer that speaks Foxglove's protocol and not ours."""
+    offered = [
+        name.strip() for header in request.headers.get_all("Sec-WebSocket-Protocol") for name in header.split(",")
+    ]
+    return PROTOCOL not in offered and not {*FOXGLOVE}.isdisjoint(offered)
+
+
+def _choose_protocol(_: ServerConnection, offered: Sequence[Subprotocol]) -> Subprotocol | None:
+    return next((Subprotocol(name) for name in (PROTOCOL, *FOXGLOVE) if name in offered), None)
 
 
 def _plain(status: HTTPStatus, text: str) -> Response:

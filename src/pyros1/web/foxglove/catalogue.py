@@ -1,0 +1,230 @@
+"""The channels and services of all viewers: what the master lists, with definitions.
+
+Only the master is asked, so looking costs the robot's nodes nothing. A node is asked once for what the master does not
+know: the type of a service, and the definition of a message type that is not installed here.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable, Hashable, Mapping
+from functools import partial
+from itertools import count, islice
+from time import monotonic
+from typing import NamedTuple
+
+from pyros1.doctor.asking import ask_publisher
+from pyros1.doctor.together import together
+from pyros1.graph import Graph, SystemState, probe_service
+from pyros1.ground.errors import Error, MessageError
+from pyros1.ground.shown import foreign
+from pyros1.msgs import from_definition, load_message, load_service
+from pyros1.web.foxglove.offers import ANY, Channel, Nodes, Offers, Service, Table
+from pyros1.web.wire import RequestError
+
+_PATIENCE = 1.0
+"""Seconds that a node has to answer a question."""
+_AT_ONCE = 64
+"""Most questions to nodes at the same time."""
+_ASK_AGAIN = 10.0
+"""Seconds until a question that was not answered is asked again."""
+_SPARE_IDS = 10_000
+_MOST_LESSONS = 1_000
+
+
+class _Definition(NamedTuple):
+    type: str
+    md5sum: str
+    text: str
+
+
+class Catalogue:
+    """What the robot offers.
+
+    Args:
+        graph: questions to the master.
+        may_see: tells whether viewers may see a topic or service.
+        clock: seconds.
+    """
+
+    def __init__(self, graph: Graph, may_see: Callable[[str], bool], clock: Callable[[], float] = monotonic) -> None:
+        self._graph = graph
+        self._may_see = may_see
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._asking = threading.Lock()
+        self._made = float("-inf")
+        self._offers = Offers()
+        self._ids: dict[Hashable, int] = {}
+        self._numbers = count(1)
+        self._of_topics: dict[str, _Definition] = {}  # definitions that publishers gave, where they are not ours
+        self._of_services: dict[str, tuple[list[str], str]] = {}  # nodes and type
+        self._open: dict[str, Callable[[], _Definition | str]] = {}
+        self._unanswered: dict[str, float] = {}
+        self._failure = ""  # of the last question to the master
+        self._lessons: deque[tuple[str, dict[str, str]]] = deque(maxlen=_MOST_LESSONS)
+        self._problems: dict[str, str] = {}
+
+    def look(self, max_age: float) -> Offers:
+        """Return what there is.
+
+        Args:
+            max_age: seconds; what was found within them is good enough. 0 waits for what another thread is asking.
+
+        Raises:
+            RequestError: the master does not answer.
+        """
+        if self._lock.acquire(blocking=max_age <= 0):  # while one asks, others take what was found last
+            try:
+                if self._lessons or self._clock() - self._made >= max_age:
+                    self._make()
+            finally:
+                self._lock.release()
+        if self._failure:
+            raise RequestError(self._failure)
+        return self._offers
+
+    def ask(self) -> None:
+        """Ask nodes for definitions that are missing; takes about a second if they do not answer."""
+        with self._asking:
+            with self._lock:
+                questions = dict(islice(self._open.items(), _AT_ONCE))
+            answers = together(questions, _PATIENCE)
+            with self._lock:
+                for name, answer in answers.items():
+                    if isinstance(answer, Exception):
+                        self._unanswered[name] = self._clock() + _ASK_AGAIN
+                        self._problems[name] = f"{name}: {answer}"
+                        continue
+                    self._problems.pop(name, None)
+                    if isinstance(answer, str):
+                        self._of_services[name] = (list(self._offers.nodes.services.get(name, ())), answer)
+                    else:
+                        self._of_topics[name] = answer
+                self._make()
+
+    def learn(self, channel: Channel, header: Mapping[str, str]) -> None:
+        """Take a publisher's connection header that says another definition than a channel. Any thread may call it."""
+        self._lessons.append((channel.topic, dict(header)))
+
+    def _learn(self, topic: str, header: Mapping[str, str]) -> None:
+        who = foreign(header.get("callerid", "a publisher"))
+        try:
+            found = _checked(header.get("type", ""), header.get("md5sum", ANY), header.get("message_definition", ""))
+        except MessageError as error:
+            self._problems[topic] = f"{topic}: the definition of {who} is unusable: {error}"
+            return
+        if self._of_topics.setdefault(topic, found) != found:
+            kind = foreign(found.type)
+            self._problems[topic] = f"{topic}: {who} publishes another {kind} than others do; its messages are left out"
+
+    def _make(self) -> None:
+        try:
+            state, types = self._graph.state(), self._graph.topic_types()
+        except Error as error:
+            self._failure, self._made = str(error), self._clock()
+            return
+        self._failure = ""
+        while self._lessons:
+            self._learn(*self._lessons.popleft())
+        self._take(state, {name: kind for name, kind in types.items() if self._may_see(name)})
+
+    def _take(self, state: SystemState, types: Mapping[str, str]) -> None:
+        tables = [self._visible(table) for table in state]
+        nodes = Nodes(*tables)
+        for known in (self._of_topics, self._unanswered, self._problems, self._of_services):
+            for name in [name for name in known if name not in types and name not in nodes.services]:
+                del known[name]
+        for name, (providers, _) in list(self._of_services.items()):
+            if nodes.services.get(name) != providers:  # another node may have another type
+                del self._of_services[name]
+        channels = {each.topic: each for name, kind in types.items() if (each := self._channel(name, kind, nodes))}
+        services = {each.name: each for each in map(self._service, nodes.services) if each}
+        if len(self._ids) > 2 * (len(channels) + len(services)) + _SPARE_IDS:
+            current = {*(each.id for each in channels.values()), *(each.id for each in services.values())}
+            self._ids = {key: number for key, number in self._ids.items() if number in current}
+        self._open = self._missing(channels, nodes)
+        self._offers = Offers(channels, services, nodes, dict(self._problems), more=bool(self._open))
+        self._made = self._clock()
+
+    def _visible(self, table: Table) -> Table:
+        return {name: nodes for name, nodes in table.items() if self._may_see(name)}
+
+    def _channel(self, topic: str, kind: str, nodes: Nodes) -> Channel | None:
+        if topic not in nodes.publishers and topic not in nodes.subscribers:
+            return None
+        definition = self._of_topics.get(topic)
+        if definition is None:
+            try:
+                cls = load_message(kind)
+            except MessageError:
+                return None
+            definition = _Definition(kind, cls._md5sum, cls._full_text)
+        return Channel(
+            self._id("topic", topic, *definition), topic, definition.type, definition.text, definition.md5sum
+        )
+
+    def _service(self, name: str) -> Service | None:
+        known = self._of_services.get(name)
+        if known is None:
+            return None
+        kind = known[1]
+        try:
+            cls = load_service(kind)
+        except MessageError:
+            self._problems[name] = f"{name}: the definition of its type {kind} is not installed here"
+            return None
+        return Service(
+            self._id("service", name, kind), name, kind, cls._request_class._full_text, cls._response_class._full_text
+        )
+
+    def _id(self, *key: Hashable) -> int:
+        if key not in self._ids:
+            self._ids[key] = next(self._numbers)
+        return self._ids[key]
+
+    def _missing(self, channels: Mapping[str, Channel], nodes: Nodes) -> dict[str, Callable[[], _Definition | str]]:
+        """Return the questions that are to be asked of nodes, by topic or service."""
+        now = self._clock()
+        asked: dict[str, Callable[[], _Definition | str]] = {}
+        for topic, publishers in nodes.publishers.items():
+            if topic not in channels and self._unanswered.get(topic, now) <= now:
+                asked[topic] = partial(self._ask_topic, topic, publishers[0])
+        for service in nodes.services:
+            if service not in self._of_services and self._unanswered.get(service, now) <= now:
+                asked[service] = partial(self._ask_service, service)
+        return asked
+
+    def _ask_topic(self, topic: str, publisher: str) -> _Definition:
+        uri = self._graph.node_uri(publisher)
+        if uri is None:
+            raise MessageError(f"its publisher {publisher} has gone")
+        offer = ask_publisher(self._graph.master.caller_id, uri, topic)
+        if offer.failure is not None:
+            raise MessageError(f"its publisher {publisher} does not tell its type: {foreign(offer.failure.text)}")
+        return _checked(offer.type, offer.md5sum, offer.definition)
+
+    def _ask_service(self, name: str) -> str:
+        uri = self._graph.service_uri(name)
+        if uri is None:
+            raise MessageError("nobody provides this service")
+        kind = probe_service(name, uri, self._graph.master.caller_id, _PATIENCE).get("type")
+        if not kind:
+            raise MessageError("its provider does not tell its type")
+        return kind
+
+
+def _checked(kind: str, md5sum: str, text: str) -> _Definition:
+    """Return a publisher's definition.
+
+    Raises:
+        MessageError: viewers cannot use it.
+    """
+    try:
+        cls = load_message(kind)
+        if md5sum == cls._md5sum:
+            return _Definition(kind, md5sum, cls._full_text)
+    except Error:
+        pass  # it is not installed here
+    return _Definition(kind, md5sum, from_definition(kind, text)._full_text)

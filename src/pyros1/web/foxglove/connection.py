@@ -1,0 +1,291 @@
+"""Drives a `Machine` over a WebSocket: one task reads, one sends messages, one looks what there is."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import socket
+from collections.abc import Callable, Coroutine
+from concurrent.futures import Executor
+from typing import Any
+
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
+from websockets.protocol import State
+
+from pyros1 import __version__
+from pyros1.ground.errors import Error
+from pyros1.web.foxglove import frames, machine, requests, work
+from pyros1.web.foxglove.frames import Frame, Level
+from pyros1.web.foxglove.machine import Action, Machine
+from pyros1.web.foxglove.offers import Channel
+from pyros1.web.foxglove.outbox import Outbox, Waiting
+from pyros1.web.foxglove.shared import Shared
+from pyros1.web.hub import Arrival
+
+_PERIOD = 1.0
+"""Seconds between two looks at what there is."""
+_TICK = 0.02
+"""Seconds between two frames with simulated time."""
+_BATCH = 64 << 10
+"""Bytes of messages that are taken from the outbox together."""
+_MOST_JOBS = 100
+"""Most service calls and files that a viewer may wait for."""
+_AT_ONCE = 4
+"""Most of them that are worked on at the same time."""
+_UNSENT = 1 << 20
+"""Bytes that the system keeps for a slow connection: what waits there grows old, and nothing newer can overtake it."""
+_MOST_STRANGERS = 1_000
+
+
+class Viewer:
+    """A viewer's connection.
+
+    Args:
+        connection: its WebSocket.
+        shared: what all viewers share.
+        pushes: runs what takes a moment, such as publishing.
+        calls: runs what takes as long as the master, or a service, likes.
+    """
+
+    def __init__(self, connection: ServerConnection, shared: Shared, pushes: Executor, calls: Executor) -> None:
+        self._connection = connection
+        self._shared = shared
+        self._robot = shared.robot
+        self._pushes = pushes
+        self._calls = calls
+        self._loop = asyncio.get_running_loop()
+        self._machine = Machine(self._robot.access.read_only)
+        self._turn = asyncio.Lock()  # of the machine and its actions
+        self._outbox = Outbox()
+        self._subscriptions: dict[int, int] = {}  # by ticket of the outbox
+        self._ends: dict[int, Callable[[], None]] = {}  # of subscriptions
+        self._publishers = work.Publishers(shared)
+        self._jobs: set[asyncio.Task[None]] = set()
+        self._room = asyncio.Semaphore(_AT_ONCE)
+        self._messages_wait = asyncio.Event()
+        self._waking = False
+        self._changed = asyncio.Event()
+        self._strangers: set[tuple[int, str, str]] = set()
+        self._told_simulated = False
+
+    async def run(self) -> None:
+        """Serve the viewer until it goes."""
+        self._keep_little_unsent()
+        tasks: list[asyncio.Task[None]] = []
+        try:
+            await self._call(self._robot.wait, _PERIOD)
+            await self._greet()
+            tasks = [asyncio.create_task(each) for each in (self._look(), self._send_messages(), self._send_time())]
+            async for frame in self._connection:
+                async with self._turn:
+                    await self._do(*self._machine.handle(frame))
+        except ConnectionClosed:
+            pass
+        finally:
+            for task in (*tasks, *self._jobs):
+                task.cancel()
+            await asyncio.gather(*tasks, *self._jobs, return_exceptions=True)
+            async with self._turn:
+                await self._push(self._end)
+
+    def _keep_little_unsent(self) -> None:
+        option = getattr(socket, "TCP_NOTSENT_LOWAT", None)
+        if option is not None:
+            with contextlib.suppress(OSError, AttributeError):
+                self._connection.transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, option, _UNSENT)
+
+    def _simulated(self) -> bool:
+        try:
+            return self._robot.node.simulated_time
+        except Error:
+            return False
+
+    async def _greet(self) -> None:
+        self._told_simulated = self._simulated()
+        name = f"pyros1 {__version__}, {self._robot.master_uri}"
+        await self._send(self._machine.hello(name, self._shared.session, self._told_simulated))
+
+    def _end(self) -> None:
+        for end in list(self._ends.values()):
+            end()
+        self._publishers.close()
+
+    # What goes out ----------------------------------------------------------------------------------------------------
+
+    async def _send(self, found: list[Frame]) -> None:
+        for frame in found:
+            await self._connection.send(frame)
+
+    async def _send_messages(self) -> None:
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                self._messages_wait.clear()
+                self._waking = False
+                while waiting := self._outbox.take(_BATCH):
+                    found = [
+                        frames.message(self._subscriptions[each.ticket], each.time, each.payload)
+                        for each in waiting
+                        if each.ticket in self._subscriptions
+                    ]
+                    if len(found) > 1 and self._connection.state is State.OPEN:
+                        # Small messages leave together: to send each would cost ten times as much.
+                        self._connection.transport.write(b"".join(map(frames.binary, found[:-1])))
+                    for last in found[-1:]:
+                        await self._connection.send(last)  # a slow viewer is waited for here
+                    await asyncio.sleep(0)  # others of this loop come in between
+                await self._messages_wait.wait()
+
+    async def _send_time(self) -> None:
+        told = -1
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                if self._told_simulated:
+                    now = self._robot.node.now()
+                    nanoseconds = now.secs * 1_000_000_000 + now.nsecs
+                    if nanoseconds != told:
+                        told = nanoseconds
+                        await self._connection.send(frames.time(nanoseconds))
+                await asyncio.sleep(_TICK if self._told_simulated else _PERIOD)
+
+    async def _look(self) -> None:
+        """Tell the viewer what there is, again and again."""
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                self._changed.clear()
+                try:
+                    if await self._look_once():
+                        continue
+                except Error as error:
+                    await self._send(self._machine.problems({"master": str(error)}))
+                with contextlib.suppress(asyncio.TimeoutError):
+                    await asyncio.wait_for(self._changed.wait(), _PERIOD)
+
+    async def _look_once(self) -> bool:
+        """Return whether to look again at once."""
+        _ = self._robot.node
+        if self._simulated() != self._told_simulated:
+            await self._greet()  # the master came after the viewer
+        catalogue = self._shared.catalogue
+        offers = await self._call(catalogue.look, _PERIOD * 0.8)
+        async with self._turn:
+            await self._do(*self._machine.offer(offers))
+        if offers.more:
+            await self._call(catalogue.ask)
+            return True
+        if self._machine.watches_parameters:
+            values = await self._call(self._shared.parameters, _PERIOD * 0.8)
+            await self._send(self._machine.parameters(values))
+        return False
+
+    # What comes in ----------------------------------------------------------------------------------------------------
+
+    async def _do(self, actions: list[Action], answer: list[Frame]) -> None:
+        for action in actions:
+            try:
+                await self._send(await self._done(action))
+            except Error as error:
+                await self._send([frames.status(Level.ERROR, str(error), _status_id(action))])
+        await self._send(answer)
+
+    async def _done(self, action: Action) -> list[Frame]:
+        """Do what a machine wants; return frames of an answer."""
+        match action:
+            case machine.Listen(subscription, channel):
+                await self._listen(subscription, channel)
+            case machine.Leave(subscription):
+                await self._push(self._ends[subscription])
+                del self._ends[subscription]
+            case machine.Announce(channel):
+                await self._push(self._publishers.announce, channel)
+            case machine.Publish(channel, payload):
+                await self._push(self._publishers.publish, channel, payload)
+            case machine.Retract(channel):
+                await self._push(self._publishers.retract, channel)
+            case machine.Call():
+                if len(self._jobs) >= _MOST_JOBS:
+                    return [frames.service_failure(action.service.id, action.call, "too many calls at once")]
+                self._begin(self._job(work.call_service, action))
+            case requests.FetchAsset():
+                if len(self._jobs) >= _MOST_JOBS:
+                    return [frames.asset_failure(action.id, "too many files at once")]
+                self._begin(self._job(work.fetch, action))
+            case requests.GetParameters():
+                return list(await self._call(work.get_parameters, self._shared, action))
+            case requests.SetParameters():
+                return list(await self._call(work.set_parameters, self._shared, action))
+            case requests.WatchParameters(names):
+                return self._machine.watch(names, await self._call(self._shared.parameters, 0.0))
+        return []
+
+    async def _listen(self, subscription: int, channel: Channel) -> None:
+        known: dict[str, str] | None = None  # the last header; each connection has one
+        keeper: str | None = None
+
+        def arrived(arrival: Arrival) -> None:
+            nonlocal known, keeper
+            header = arrival.raw._connection_header or {}
+            if header is not known:
+                if not channel.carries(header):
+                    self._learn(channel, header)
+                    return
+                known = header
+                keeper = header.get("callerid", "") if header.get("latching") == "1" else None
+            self._outbox.put(Waiting(ticket, frames.nanoseconds(arrival.time), arrival.raw._buff, keeper))
+            self._wake()
+
+        def end() -> None:
+            self._subscriptions.pop(ticket, None)
+            self._outbox.close(ticket)
+            leave()
+
+        ticket = self._outbox.open()
+        self._subscriptions[ticket] = subscription
+        try:
+            leave = await self._push(self._robot.listen, channel.topic, arrived)
+        except Error:
+            self._outbox.close(ticket)
+            self._machine.refuse(subscription)
+            raise
+        self._ends[subscription] = end
+
+    def _learn(self, channel: Channel, header: dict[str, str]) -> None:
+        """Take a publisher's header that does not fit; called with each of its messages."""
+        stranger = (channel.id, header.get("callerid", ""), header.get("md5sum", ""))
+        if stranger not in self._strangers and len(self._strangers) < _MOST_STRANGERS:
+            self._strangers.add(stranger)
+            self._shared.catalogue.learn(channel, header)
+            self._call_soon(self._changed.set)
+
+    def _begin(self, job: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(job)
+        self._jobs.add(task)
+        task.add_done_callback(self._jobs.discard)
+
+    async def _job(self, function: Callable[[Shared, Any], Frame], action: Any) -> None:
+        with contextlib.suppress(ConnectionClosed):
+            async with self._room:  # until the frame has gone: it may be large
+                await self._connection.send(await self._call(function, self._shared, action))
+
+    async def _push(self, function: Callable[..., Any], *args: Any) -> Any:
+        return await self._loop.run_in_executor(self._pushes, function, *args)
+
+    async def _call(self, function: Callable[..., Any], *args: Any) -> Any:
+        return await self._loop.run_in_executor(self._calls, function, *args)
+
+    def _wake(self) -> None:
+        if not self._waking:
+            self._waking = True
+            self._call_soon(self._messages_wait.set)
+
+    def _call_soon(self, function: Callable[[], object]) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop has ended
+            self._loop.call_soon_threadsafe(function)
+
+
+def _status_id(action: Action) -> str | None:
+    """Return a name for what is wrong, so that a viewer that publishes often is not told as often."""
+    match action:
+        case machine.Announce(channel) | machine.Publish(channel):
+            return f"publish {channel.id}"
+    return None

@@ -1,0 +1,193 @@
+"""What viewers are sent. Pure."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Iterable, Mapping, Sequence
+from enum import IntEnum
+from typing import Any
+
+from pyros1.web.foxglove.offers import Channel, Nodes, Service
+
+Frame = str | bytes
+ENCODINGS = ("ros1", "json")
+"""Of messages and requests that viewers send."""
+_MESSAGE = struct.Struct("<BIQ")
+_MAX_TIME = (1 << 64) - 1
+
+
+class Level(IntEnum):
+    """How bad a status is."""
+
+    INFO = 0
+    WARNING = 1
+    ERROR = 2
+
+
+def server_info(name: str, capabilities: Sequence[str], session: str, metadata: Mapping[str, str]) -> Frame:
+    """Return the greeting."""
+    return _dumps(
+        {
+            "op": "serverInfo",
+            "name": name,
+            "capabilities": list(capabilities),
+            "supportedEncodings": list(ENCODINGS),
+            "metadata": dict(metadata),
+            "sessionId": session,
+        }
+    )
+
+
+def status(level: Level, text: str, id: str | None = None) -> Frame:
+    """Return a message for the person at the viewer; it replaces an earlier one with the same id."""
+    return _dumps({"op": "status", "level": int(level), "message": text, **({} if id is None else {"id": id})})
+
+
+def remove_status(ids: Iterable[str]) -> Frame:
+    """Return what takes messages back."""
+    return _dumps({"op": "removeStatus", "statusIds": list(ids)})
+
+
+def advertise(channels: Iterable[Channel]) -> Frame:
+    """Return what announces channels."""
+    return _dumps(
+        {
+            "op": "advertise",
+            "channels": [
+                {
+                    "id": each.id,
+                    "topic": each.topic,
+                    "encoding": "ros1",
+                    "schemaName": each.type,
+                    "schema": each.schema,
+                    "schemaEncoding": "ros1msg",
+                }
+                for each in channels
+            ],
+        }
+    )
+
+
+def unadvertise(ids: Iterable[int]) -> Frame:
+    """Return what takes channels back."""
+    return _dumps({"op": "unadvertise", "channelIds": list(ids)})
+
+
+def advertise_services(services: Iterable[Service]) -> Frame:
+    """Return what announces services."""
+
+    def part(schema_name: str, schema: str) -> dict[str, str]:
+        return {"encoding": "ros1", "schemaName": schema_name, "schemaEncoding": "ros1msg", "schema": schema}
+
+    return _dumps(
+        {
+            "op": "advertiseServices",
+            "services": [
+                {
+                    "id": each.id,
+                    "name": each.name,
+                    "type": each.type,
+                    "request": part(f"{each.type}_Request", each.request),
+                    "response": part(f"{each.type}_Response", each.response),
+                    "requestSchema": each.request,  # viewers of 2023 and before know only these
+                    "responseSchema": each.response,
+                }
+                for each in services
+            ],
+        }
+    )
+
+
+def unadvertise_services(ids: Iterable[int]) -> Frame:
+    """Return what takes services back."""
+    return _dumps({"op": "unadvertiseServices", "serviceIds": list(ids)})
+
+
+def message(subscription: int, time: int, payload: bytes) -> bytes:
+    """Return a message.
+
+    Args:
+        subscription: the viewer's number for its subscription.
+        time: when it came, in nanoseconds.
+        payload: its bytes.
+    """
+    return _MESSAGE.pack(1, subscription, time) + payload
+
+
+def binary(frame: bytes) -> bytes:
+    """Return a WebSocket's frame around a binary one (RFC 6455, 5.2), as servers send it: whole and not masked."""
+    length = len(frame)
+    if length < 126:
+        return bytes((0x82, length)) + frame
+    if length < 1 << 16:
+        return struct.pack(">BBH", 0x82, 126, length) + frame
+    return struct.pack(">BBQ", 0x82, 127, length) + frame
+
+
+def time(now: int) -> Frame:
+    """Return the time in nanoseconds."""
+    return struct.pack("<BQ", 2, now)
+
+
+def nanoseconds(seconds: float) -> int:
+    """Return a time as frames have it."""
+    return min(max(0, int(seconds * 1e9)), _MAX_TIME)
+
+
+def parameter_values(parameters: Sequence[Mapping[str, Any]], id: str | None = None) -> Frame:
+    """Return parameters; see `pyros1.web.foxglove.parameters.entry`."""
+    return _dumps(
+        {"op": "parameterValues", "parameters": list(parameters), **({} if id is None else {"id": id})},
+    )
+
+
+def service_response(service: int, call: int, encoding: str, payload: bytes) -> Frame:
+    """Return a service's answer."""
+    name = encoding.encode()
+    return struct.pack("<BIII", 3, service, call, len(name)) + name + payload
+
+
+def service_failure(service: int, call: int, text: str) -> Frame:
+    """Return why a service gave no answer."""
+    return _dumps({"op": "serviceCallFailure", "serviceId": service, "callId": call, "message": text})
+
+
+def asset(request: int, data: bytes) -> Frame:
+    """Return a file."""
+    return struct.pack("<BIBI", 4, request, 0, 0) + data
+
+
+def asset_failure(request: int, text: str) -> Frame:
+    """Return why there is no such file."""
+    reason = text.encode(errors="replace")
+    return struct.pack("<BIBI", 4, request, 1, len(reason)) + reason
+
+
+def graph_update(before: Nodes, now: Nodes) -> Frame | None:
+    """Return what has changed in the graph since a viewer was told; None for nothing."""
+    published, subscribed, services = (
+        [(name, list(nodes)) for name, nodes in new.items() if old.get(name) != nodes]
+        for old, new in zip(before, now, strict=True)
+    )
+    # A topic that lost all its publishers but has subscribers is not removed: its list becomes empty.
+    topics = {*now[0], *now[1]}
+    for changed, old, new in ((published, before[0], now[0]), (subscribed, before[1], now[1])):
+        changed += [(name, []) for name in old if name not in new and name in topics]
+    removed_topics = sorted({*before[0], *before[1]} - topics)
+    removed_services = sorted({*before[2]} - {*now[2]})
+    if not (published or subscribed or services or removed_topics or removed_services):
+        return None
+    return _dumps(
+        {
+            "op": "connectionGraphUpdate",
+            "publishedTopics": [{"name": name, "publisherIds": nodes} for name, nodes in published],
+            "subscribedTopics": [{"name": name, "subscriberIds": nodes} for name, nodes in subscribed],
+            "advertisedServices": [{"name": name, "providerIds": nodes} for name, nodes in services],
+            "removedTopics": removed_topics,
+            "removedServices": removed_services,
+        }
+    )
+
+
+_dumps = json.JSONEncoder(ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode

@@ -1,0 +1,325 @@
+"""One viewer: what it was told and what it wants. No sockets, threads or clocks here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any
+
+from pyros1.web.foxglove import frames, parameters, payloads, requests
+from pyros1.web.foxglove.frames import Frame, Level
+from pyros1.web.foxglove.offers import NOBODY, Channel, Nodes, Offers, Service
+from pyros1.web.foxglove.parameters import Values
+from pyros1.web.foxglove.requests import ClientChannel, FrameError
+
+MOST_SUBSCRIPTIONS = 2_000
+MOST_CLIENT_CHANNELS = 200
+MOST_WATCHED = 10_000
+"""Most parameters whose changes a viewer is told."""
+_MOST_PROBLEMS = 100
+_FRAME = 200
+"""Most channels or services of one frame: their definitions make it long."""
+_READ_ONLY = "this server is read-only (--read-only)"
+
+
+@dataclass(frozen=True)
+class Listen:
+    """Begin a subscription."""
+
+    subscription: int
+    channel: Channel
+
+
+@dataclass(frozen=True)
+class Leave:
+    """End a subscription."""
+
+    subscription: int
+
+
+@dataclass(frozen=True)
+class Announce:
+    """Begin to publish."""
+
+    channel: ClientChannel
+
+
+@dataclass(frozen=True)
+class Retract:
+    """End publishing."""
+
+    channel: ClientChannel
+
+
+@dataclass(frozen=True)
+class Publish:
+    """Publish a message."""
+
+    channel: ClientChannel
+    payload: bytes
+
+
+@dataclass(frozen=True)
+class Call:
+    """Call a service."""
+
+    service: Service
+    call: int
+    encoding: str
+    payload: bytes
+
+
+Action = (
+    Listen
+    | Leave
+    | Announce
+    | Retract
+    | Publish
+    | Call
+    | requests.GetParameters
+    | requests.SetParameters
+    | requests.WatchParameters
+    | requests.FetchAsset
+)
+"""What is to be done for a viewer; requests are passed on when nothing is to be remembered of them."""
+Result = tuple[list[Action], list[Frame]]
+
+
+class Machine:
+    """A viewer.
+
+    Args:
+        read_only: whether it may not change anything.
+    """
+
+    def __init__(self, read_only: bool = False) -> None:
+        self._read_only = read_only
+        self._offers = Offers()
+        self._channels: dict[int, Channel] = {}
+        self._services: dict[int, Service] = {}
+        self._subscriptions: dict[int, int] = {}  # the viewer's number -> channel
+        self._client_channels: dict[int, ClientChannel] = {}
+        self._watched: dict[str, Any] = {}  # parameters, and their values as they were told
+        self._graph: Nodes | None = None  # as it was told, if it is wanted
+        self._problems: dict[str, str] = {}
+
+    # The viewer's beginning -------------------------------------------------------------------------------------------
+
+    def hello(self, name: str, session: str, simulated: bool) -> list[Frame]:
+        """Return the first frames.
+
+        Args:
+            name: the server's.
+            session: another one for each run of the server.
+            simulated: whether there is simulated time. With wall time, viewers use their own clock.
+        """
+        capabilities = ["parameters", "parametersSubscribe", "connectionGraph", "assets"]
+        if not self._read_only:
+            capabilities += ["clientPublish", "services"]
+        if simulated:
+            capabilities.append("time")
+        return [frames.server_info(name, capabilities, session, {"ROS_DISTRO": "noetic"}), frames.advertise([])]
+
+    # What happens -----------------------------------------------------------------------------------------------------
+
+    def offer(self, offers: Offers) -> Result:
+        """Take what there is now."""
+        self._offers = offers
+        actions: list[Action] = []
+        found: list[Frame] = []
+        channels = {each.id: each for each in offers.channels.values()}
+        gone = [number for number in self._channels if number not in channels]
+        for subscription in [each for each, number in self._subscriptions.items() if number not in channels]:
+            del self._subscriptions[subscription]
+            actions.append(Leave(subscription))
+        if gone:
+            found.append(frames.unadvertise(gone))
+        new = [each for number, each in channels.items() if number not in self._channels]
+        found += [frames.advertise(part) for part in _parts(new)]
+        self._channels = channels
+        if not self._read_only:
+            found += self._offer_services({each.id: each for each in offers.services.values()})
+        if self._graph is not None:
+            found += self._tell_graph()
+        return actions, [*found, *self.problems(offers.problems)]
+
+    def _offer_services(self, services: dict[int, Service]) -> list[Frame]:
+        gone = [number for number in self._services if number not in services]
+        new = [each for number, each in services.items() if number not in self._services]
+        self._services = services
+        taken_back = [frames.unadvertise_services(gone)] if gone else []
+        return [*taken_back, *(frames.advertise_services(part) for part in _parts(new))]
+
+    def _tell_graph(self) -> list[Frame]:
+        frame = frames.graph_update(self._graph or NOBODY, self._offers.nodes)
+        self._graph = self._offers.nodes
+        return [] if frame is None else [frame]
+
+    def problems(self, problems: Mapping[str, str]) -> list[Frame]:
+        """Take what is wrong now, as texts by any names; return frames that say what is new, and what is over."""
+        now = dict(islice(problems.items(), _MOST_PROBLEMS))
+        over = [name for name in self._problems if name not in now]
+        found = [
+            frames.status(Level.WARNING, text, name) for name, text in now.items() if self._problems.get(name) != text
+        ]
+        self._problems = now
+        return [frames.remove_status(over), *found] if over else found
+
+    @property
+    def watches_parameters(self) -> bool:
+        """Whether the viewer wants to be told of changes of parameters."""
+        return bool(self._watched)
+
+    def parameters(self, values: Values) -> list[Frame]:
+        """Take the parameters as they are now; return frames that say which have changed."""
+        changed: dict[str, Any] = {}
+        for name, old in self._watched.items():
+            new = values.get(name)
+            if new != old or type(new) is not type(old):
+                changed[name] = new
+        self._watched.update(changed)
+        if not changed:
+            return []
+        return [frames.parameter_values([parameters.entry(*each) for each in changed.items()])]
+
+    def watch(self, names: Iterable[str], values: Values) -> list[Frame]:
+        """Begin to tell of changes of parameters.
+
+        Args:
+            names: of parameters; none for all.
+            values: the present ones.
+
+        Returns:
+            Frames with the present values of parameters that were not watched yet.
+        """
+        wanted = [name for name in (tuple(names) or values.flat) if name not in self._watched]
+        room = MOST_WATCHED - len(self._watched)
+        new = {name: values.get(name) for name in wanted[:room]}
+        self._watched.update(new)
+        found: list[Frame] = []
+        if new:
+            found.append(frames.parameter_values([parameters.entry(*each) for each in new.items()]))
+        if len(wanted) > room:
+            found.append(frames.status(Level.WARNING, f"at most {MOST_WATCHED} parameters can be watched"))
+        return found
+
+    def refuse(self, subscription: int) -> None:
+        """Forget a subscription that could not be made."""
+        self._subscriptions.pop(subscription, None)
+
+    # What the viewer asks ---------------------------------------------------------------------------------------------
+
+    def handle(self, frame: str | bytes) -> Result:
+        """Take a frame; return what is to be done, and frames of an answer."""
+        try:
+            return self._handle(requests.parse(frame))
+        except FrameError as error:
+            return [], [frames.status(Level.ERROR, str(error))]
+
+    def _handle(self, request: requests.Request) -> Result:  # noqa: PLR0911 - one line per request
+        match request:
+            case requests.Subscribe(pairs):
+                return self._subscribe(pairs)
+            case requests.Unsubscribe(numbers):
+                known = [
+                    number for number in dict.fromkeys(numbers) if self._subscriptions.pop(number, None) is not None
+                ]
+                return [Leave(number) for number in known], []
+            case requests.ClientMessage(number, payload):
+                channel = self._client_channels.get(number)
+                if channel is None:
+                    raise FrameError(_READ_ONLY if self._read_only else f"you have not advertised a channel {number}")
+                return [Publish(channel, payload)], []
+            case requests.CallService():
+                return self._call(request)
+            case requests.ClientAdvertise(channels):
+                return self._advertise(channels)
+            case requests.ClientUnadvertise(numbers):
+                taken = [self._client_channels.pop(number, None) for number in dict.fromkeys(numbers)]
+                return [Retract(channel) for channel in taken if channel is not None], []
+            case requests.SetParameters() if self._read_only:
+                names = tuple(each.name for each in request.parameters)
+                again: list[Action] = [requests.GetParameters(names, request.id)] if names else []
+                return again, [frames.status(Level.ERROR, _READ_ONLY)]
+            case requests.UnwatchParameters(watched):
+                for name in watched or tuple(self._watched):
+                    self._watched.pop(name, None)
+                return [], []
+            case requests.WatchGraph():
+                self._graph = self._graph or NOBODY
+                return [], self._tell_graph()
+            case requests.UnwatchGraph():
+                self._graph = None
+                return [], []
+        return [request], []
+
+    def _subscribe(self, pairs: Iterable[tuple[int, int]]) -> Result:
+        actions: list[Action] = []
+        problems: list[str] = []
+        taken = {*self._subscriptions.values()}
+        for subscription, number in pairs:
+            channel = self._channels.get(number)
+            if subscription in self._subscriptions:
+                problems.append(f"you have a subscription {subscription}")
+            elif channel is None:
+                problems.append(f"there is no channel {number}")
+            elif number in taken:
+                problems.append(f"you have a subscription of {channel.topic}")
+            elif len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
+                problems.append(f"a viewer has at most {MOST_SUBSCRIPTIONS} subscriptions")
+            else:
+                self._subscriptions[subscription] = number
+                taken.add(number)
+                actions.append(Listen(subscription, channel))
+        return actions, _warnings(problems)
+
+    def _advertise(self, channels: Iterable[ClientChannel]) -> Result:
+        if self._read_only:
+            raise FrameError(_READ_ONLY)
+        actions: list[Action] = []
+        problems: list[str] = []
+        for channel in channels:
+            try:
+                payloads.check_encoding(channel.encoding)
+            except FrameError as error:
+                problems.append(f"{channel.topic}: {error}")
+                continue
+            if channel.id in self._client_channels:
+                problems.append(f"you have a channel {channel.id}")
+            elif len(self._client_channels) >= MOST_CLIENT_CHANNELS:
+                problems.append(f"a viewer has at most {MOST_CLIENT_CHANNELS} channels")
+            else:
+                known = self._offers.channels.get(channel.topic)
+                if known is not None and known.type != payloads.type_name(channel):
+                    problems.append(f"{channel.topic} carries {known.type}, so nobody may listen to {channel.type}")
+                self._client_channels[channel.id] = channel
+                actions.append(Announce(channel))
+        return actions, _warnings(problems)
+
+    def _call(self, request: requests.CallService) -> Result:
+        service = self._services.get(request.service)
+        reason = ""
+        if self._read_only:
+            reason = _READ_ONLY
+        elif service is None:
+            reason = f"there is no service {request.service}"
+        else:
+            try:
+                payloads.check_encoding(request.encoding)
+            except FrameError as error:
+                reason = str(error)
+        if service is None or reason:
+            return [], [frames.service_failure(request.service, request.call, reason)]
+        return [Call(service, request.call, request.encoding, request.payload)], []
+
+
+def _parts(items: list[Any]) -> Iterable[list[Any]]:
+    return (items[start : start + _FRAME] for start in range(0, len(items), _FRAME))
+
+
+def _warnings(problems: list[str]) -> list[Frame]:
+    if not problems:
+        return []
+    more = f" (and {len(problems) - 1} more such problems)" if len(problems) > 1 else ""
+    return [frames.status(Level.WARNING, problems[0][:500] + more)]

@@ -1,0 +1,81 @@
+"""What the robot offers, as viewers are told of it. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+Table = Mapping[str, list[str]]
+"""Names of topics or services, and of their nodes."""
+ANY = "*"
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A topic with a type.
+
+    Attributes:
+        id: never given to another topic, type or definition.
+        type: its message type, ``package/Type``.
+        schema: the definition of this type and of all that it uses.
+        md5sum: the type's checksum; ``*`` if the publisher gave none.
+    """
+
+    id: int
+    topic: str
+    type: str
+    schema: str
+    md5sum: str
+
+    def carries(self, header: Mapping[str, str]) -> bool:
+        """Return whether messages with a connection header are of this channel's type."""
+        md5sum = header.get("md5sum", ANY)
+        return md5sum == self.md5sum or ANY in (md5sum, self.md5sum)
+
+
+@dataclass(frozen=True)
+class Service:
+    """A service.
+
+    Attributes:
+        id: never given to another name or type.
+        type: its type, ``package/Type``.
+        request, response: the definitions of both messages, and of all types that they use.
+    """
+
+    id: int
+    name: str
+    type: str
+    request: str
+    response: str
+
+
+class Nodes(NamedTuple):
+    """Who publishes and subscribes to topics, and who provides services."""
+
+    publishers: Table
+    subscribers: Table
+    services: Table
+
+
+NOBODY = Nodes({}, {}, {})
+
+
+@dataclass(frozen=True)
+class Offers:
+    """What there is.
+
+    Attributes:
+        channels: by topic.
+        services: by name.
+        nodes: the graph.
+        problems: what is wrong with topics and services: text for a person, by a name for the problem.
+        more: whether definitions are still to be asked for.
+    """
+
+    channels: Mapping[str, Channel] = field(default_factory=dict)
+    services: Mapping[str, Service] = field(default_factory=dict)
+    nodes: Nodes = NOBODY
+    problems: Mapping[str, str] = field(default_factory=dict)
+    more: bool = False

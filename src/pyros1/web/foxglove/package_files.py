@@ -1,0 +1,97 @@
+"""Files of ROS packages by ``package://`` URIs: meshes and textures of robots. Nothing else can be reached."""
+
+from __future__ import annotations
+
+import os
+import stat
+import threading
+from collections.abc import Callable
+from urllib.parse import unquote, urlsplit
+
+from pyros1.finding.packages import PackageIndex
+from pyros1.ground.errors import Error
+
+MAX_SIZE = 64 << 20
+"""Bytes of the largest file that is read."""
+_LONGEST = 2_000
+_FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Windows has neither
+
+
+class FileError(Error):
+    """A URI leads to no file that may be read."""
+
+
+class PackageFiles:
+    """The files of the packages.
+
+    Args:
+        make_index: makes an index of the packages; it is made again when a package is not found, as it may be new.
+        max_size: bytes.
+    """
+
+    def __init__(
+        self, make_index: Callable[[], PackageIndex] = lambda: PackageIndex(os.environ), max_size: int = MAX_SIZE
+    ) -> None:
+        self._make_index = make_index
+        self._max_size = max_size
+        self._lock = threading.Lock()
+        self._index: PackageIndex | None = None
+
+    def read(self, uri: str) -> bytes:
+        """Return a file's bytes.
+
+        Args:
+            uri: ``package://NAME/PATH``. The path may contain neither ``..`` nor lead out by a link.
+
+        Raises:
+            FileError: there is no such file, or it may not be read.
+        """
+        package, parts = _split(uri)
+        folder = os.path.realpath(self._folder(package))
+        path = os.path.realpath(os.path.join(folder, *parts))
+        if os.path.commonpath([folder, path]) != folder:
+            raise FileError(f"{uri} leads out of its package")
+        return self._read(uri, path)
+
+    def _folder(self, package: str) -> str:
+        with self._lock:
+            if self._index is not None:
+                try:
+                    return self._index.find_folder(package)
+                except Error:
+                    pass
+            self._index = self._make_index()
+            try:
+                return self._index.find_folder(package)
+            except Error:
+                raise FileError(f"there is no package {package} here") from None
+
+    def _read(self, uri: str, path: str) -> bytes:
+        try:
+            # Links were resolved before; one that came in the meantime is not followed, and a pipe is not waited for.
+            with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _FLAGS)) as file:
+                facts = os.fstat(file.fileno())
+                if not stat.S_ISREG(facts.st_mode):
+                    raise FileError(f"{uri} is not a file")
+                if facts.st_size > self._max_size:
+                    raise FileError(f"{uri} has {facts.st_size} bytes; the limit is {self._max_size}")
+                return file.read(self._max_size)
+        except OSError as error:
+            raise FileError(f"{uri} cannot be read: {error.strerror}") from None
+
+
+def _split(uri: str) -> tuple[str, list[str]]:
+    if len(uri) > _LONGEST:
+        raise FileError(f"a URI has at most {_LONGEST} characters")
+    try:
+        uri.encode()
+        parts = urlsplit(uri)
+    except ValueError:
+        raise FileError("this is no URI") from None
+    if parts.scheme != "package" or not parts.netloc:
+        raise FileError("only URIs of the form package://NAME/PATH are read")
+    names = [name for name in unquote(parts.path).split("/") if name not in ("", ".")]
+    # A name of a package may become a path in a search for it.
+    if not names or any(name in ("", ".", "..") or set(name) & set("\\\0/:") for name in (parts.netloc, *names)):
+        raise FileError("this leads to no file of a package")
+    return parts.netloc, names

@@ -1,0 +1,132 @@
+"""Parameters as viewers know them. Pure."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import math
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from pyros1.web.foxglove.requests import FrameError, SetParameter
+
+MOST_VALUES = 100_000
+"""Most parameters that viewers are told of."""
+
+
+class Values:
+    """All parameters that viewers may see.
+
+    Args:
+        tree: of the master.
+        may_see: tells whether viewers may see a parameter.
+
+    Attributes:
+        flat: full name -> value.
+    """
+
+    def __init__(self, tree: Mapping[str, Any], may_see: Callable[[str], bool] = lambda name: True) -> None:
+        self.flat: dict[str, Any] = {}
+        self._tree: dict[str, Any] = {}
+        waiting: list[tuple[str, Any]] = [("", tree)]
+        while waiting and len(self.flat) < MOST_VALUES:
+            name, value = waiting.pop()
+            if isinstance(value, Mapping) and (value or not name):
+                waiting += [(f"{name}/{key}", inner) for key, inner in value.items()]
+            elif may_see(name):
+                self._add(name, value)
+        self.flat = dict(sorted(self.flat.items()))
+
+    def _add(self, name: str, value: Any) -> None:
+        self.flat[name] = value
+        *folders, leaf = name[1:].split("/")
+        branch = self._tree
+        for folder in folders:
+            branch = branch.setdefault(folder, {})
+        branch[leaf] = value
+
+    def get(self, name: str) -> Any:
+        """Return a parameter's value, the tree of a namespace, or None if there is neither."""
+        found: Any = self._tree
+        for part in filter(None, name.split("/")):
+            if not isinstance(found, dict) or part not in found:
+                return None
+            found = found[part]
+        return found
+
+
+def entry(name: str, value: Any) -> dict[str, Any]:
+    """Return a parameter as frames have it.
+
+    Args:
+        value: its value; None if it is not set.
+    """
+    if value is None:
+        return {"name": name}
+    if isinstance(value, (bytes, bytearray)):
+        return {"name": name, "value": base64.b64encode(value).decode("ascii"), "type": "byte_array"}
+    found = {"name": name, "value": _plain(value)}
+    if _is_float(value):
+        found["type"] = "float64"  # else nobody could tell 3.0 from 3
+    elif isinstance(value, (list, tuple)) and value and all(map(_is_float, value)):
+        found["type"] = "float64_array"
+    return found
+
+
+def entries(values: Values, names: Iterable[str]) -> list[dict[str, Any]]:
+    """Return some parameters, or with no names all, as frames have them."""
+    wanted = list(dict.fromkeys(names))
+    if not wanted:
+        return [entry(name, value) for name, value in values.flat.items()]
+    return [entry(name, values.get(name)) for name in wanted]
+
+
+def value_to_set(parameter: SetParameter) -> Any:
+    """Return the value that a viewer wants to set.
+
+    Raises:
+        FrameError: it is not of the type that the viewer gave.
+    """
+    value = parameter.value
+    number = _to_float
+    match parameter.type, value:
+        case "byte_array", str():
+            try:
+                return base64.b64decode(value, validate=True)
+            except (binascii.Error, ValueError):
+                raise FrameError(f"the value of {parameter.name[:200]} is not base64") from None
+        case "float64", int() | float() if not isinstance(value, bool):
+            return number(parameter.name, value)
+        case "float64_array", list() if all(
+            isinstance(each, (int, float)) and not isinstance(each, bool) for each in value
+        ):
+            return [number(parameter.name, each) for each in value]
+        case (("byte_array" | "float64" | "float64_array"), _):
+            raise FrameError(f"the value of {parameter.name[:200]} is no {parameter.type}")
+        case "", _:
+            return value
+    raise FrameError(f"parameters have no type {parameter.type[:100]!r}")
+
+
+def _to_float(name: str, value: float) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        raise FrameError(f"the value of {name[:200]} is too large") from None
+
+
+def _is_float(value: Any) -> bool:
+    return isinstance(value, float) and math.isfinite(value)
+
+
+def _plain(value: Any) -> Any:
+    """Return a value that is JSON."""
+    if isinstance(value, dict):
+        return {str(key): _plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(inner) for inner in value]
+    if isinstance(value, (bytes, bytearray)):
+        return base64.b64encode(value).decode("ascii")
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    return value if isinstance(value, (str, int)) or value is None else str(value)

@@ -1,0 +1,101 @@
+"""Messages in the encodings that viewers may use. Pure but for the definitions."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from pyros1.ground.errors import MessageError, UnknownTypeError
+from pyros1.ground.timing import Time
+from pyros1.msgs import Message, from_definition, load_message
+from pyros1.msgs.json_form import from_json, to_json
+from pyros1.web.foxglove.frames import ENCODINGS
+from pyros1.web.foxglove.requests import ClientChannel, FrameError
+
+
+def type_name(channel: ClientChannel) -> str:
+    """Return the name of a viewer's type as ROS 1 writes it."""
+    return channel.type.replace("/msg/", "/", 1)
+
+
+def message_class(channel: ClientChannel) -> type[Message]:
+    """Return the class of the messages of a viewer's channel: of its own definition if the type is not installed here.
+
+    Raises:
+        MessageError: there is no definition, or it is wrong.
+    """
+    name = type_name(channel)
+    try:
+        return load_message(name)
+    except UnknownTypeError:
+        if not channel.schema:
+            raise
+        return from_definition(name, channel.schema)
+
+
+def check_encoding(encoding: str) -> None:
+    """Check that viewers may use an encoding.
+
+    Raises:
+        FrameError: they may not.
+    """
+    if encoding not in ENCODINGS:
+        raise FrameError(f"messages are encoded as {' or '.join(ENCODINGS)}, not as {encoding[:100]!r}")
+
+
+def decode(cls: type[Message], encoding: str, payload: bytes, now: Time) -> Message:
+    """Return the message in a payload.
+
+    Args:
+        now: the time that the word ``now`` stands for in JSON.
+
+    Raises:
+        MessageError: the payload is not such a message.
+    """
+    if encoding == "ros1":
+        found: Message = cls._decode(payload, 0, len(payload))
+        return found
+    try:
+        value = json.loads(payload)
+    except (ValueError, RecursionError):
+        raise MessageError("the message is not JSON") from None
+    try:
+        return from_json(cls, value, now)
+    except MessageError:
+        changed = _with_our_times(value)
+        if changed == value:
+            raise
+        return from_json(cls, changed, now)
+
+
+def encode(message: Message, encoding: str) -> bytes:
+    """Return a message's payload.
+
+    Raises:
+        MessageError: a value does not fit its field.
+    """
+    if encoding == "ros1":
+        return bytes(type(message)._encode(message))
+    return json.dumps(_with_their_times(to_json(message)), allow_nan=False, separators=(",", ":")).encode()
+
+
+def _with_their_times(value: Any) -> Any:
+    """Return a value in which times have the names of viewers' fields."""
+    if isinstance(value, list):
+        return [_with_their_times(each) for each in value]
+    if not isinstance(value, dict):
+        return value
+    if {*value} == {"secs", "nsecs"}:
+        return {"sec": value["secs"], "nsec": value["nsecs"]}
+    return {name: _with_their_times(each) for name, each in value.items()}
+
+
+def _with_our_times(value: Any) -> Any:
+    """Return a value in which times have the names of ROS 1's fields: viewers write sec and nsec."""
+    if isinstance(value, list):
+        return [_with_our_times(each) for each in value]
+    if not isinstance(value, dict):
+        return value
+    if {*value} in ({"sec", "nsec"}, {"sec", "nanosec"}):
+        return {"secs": value["sec"], "nsecs": value.get("nsec", value.get("nanosec"))}
+    return {name: _with_our_times(each) for name, each in value.items()}

@@ -1,0 +1,300 @@
+"""What a viewer sends, parsed. Pure."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from pyros1.ground.errors import Error
+
+MAX_TEXT = 1 << 20
+"""Most characters of a text frame."""
+_MAX_ID = 1 << 32
+_SHOWN = 100
+
+
+class FrameError(Error):
+    """What a viewer sent breaks the protocol. The viewer is told the text in a status message."""
+
+
+@dataclass(frozen=True)
+class Subscribe:
+    """Send the messages of some channels: pairs of the viewer's subscription and the channel."""
+
+    pairs: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True)
+class Unsubscribe:
+    """End subscriptions."""
+
+    subscriptions: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class ClientChannel:
+    """A topic on which a viewer publishes.
+
+    Attributes:
+        id: the viewer's number for it.
+        topic: as the viewer wrote it.
+        encoding: of its messages, for example ``ros1``.
+        type: name of the message type.
+        schema: its definition; empty if the viewer gave none.
+    """
+
+    id: int
+    topic: str
+    encoding: str
+    type: str
+    schema: str
+
+
+@dataclass(frozen=True)
+class ClientAdvertise:
+    """Publish on more topics."""
+
+    channels: tuple[ClientChannel, ...]
+
+
+@dataclass(frozen=True)
+class ClientUnadvertise:
+    """Publish on some topics no more."""
+
+    channels: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class ClientMessage:
+    """Publish a message."""
+
+    channel: int
+    payload: bytes
+
+
+@dataclass(frozen=True)
+class CallService:
+    """Call a service."""
+
+    service: int
+    call: int
+    encoding: str
+    payload: bytes
+
+
+@dataclass(frozen=True)
+class GetParameters:
+    """Send the values of parameters; without names, of all."""
+
+    names: tuple[str, ...]
+    id: str | None
+
+
+@dataclass(frozen=True)
+class SetParameter:
+    """A parameter's new value.
+
+    Attributes:
+        value: the value as JSON, ``None`` if the parameter is to be deleted.
+        type: ``byte_array``, ``float64``, ``float64_array`` or empty.
+    """
+
+    name: str
+    value: Any
+    type: str
+
+
+@dataclass(frozen=True)
+class SetParameters:
+    """Set parameters."""
+
+    parameters: tuple[SetParameter, ...]
+    id: str | None
+
+
+@dataclass(frozen=True)
+class WatchParameters:
+    """Tell when parameters change; without names, all that are there now."""
+
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class UnwatchParameters:
+    """Tell no more when parameters change; without names, of none."""
+
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class WatchGraph:
+    """Tell who publishes, subscribes and provides."""
+
+
+@dataclass(frozen=True)
+class UnwatchGraph:
+    """Tell no more who publishes, subscribes and provides."""
+
+
+@dataclass(frozen=True)
+class FetchAsset:
+    """Send a file."""
+
+    uri: str
+    id: int
+
+
+Request = (
+    Subscribe
+    | Unsubscribe
+    | ClientAdvertise
+    | ClientUnadvertise
+    | ClientMessage
+    | CallService
+    | GetParameters
+    | SetParameters
+    | WatchParameters
+    | UnwatchParameters
+    | WatchGraph
+    | UnwatchGraph
+    | FetchAsset
+)
+
+
+def parse(frame: str | bytes) -> Request:
+    """Return the request in a frame.
+
+    Raises:
+        FrameError: it is none.
+    """
+    return _parse_text(frame) if isinstance(frame, str) else _parse_bytes(frame)
+
+
+def _parse_bytes(frame: bytes) -> Request:
+    match frame[:1]:
+        case b"\x01" if len(frame) >= 5:
+            return ClientMessage(int.from_bytes(frame[1:5], "little"), frame[5:])
+        case b"\x02" if len(frame) >= 13:
+            service, call, length = struct.unpack_from("<III", frame, 1)
+            if length > len(frame) - 13:
+                raise FrameError("a service call is cut off")
+            try:
+                encoding = frame[13 : 13 + length].decode()
+            except UnicodeDecodeError:
+                raise FrameError("the encoding of a service call is no text") from None
+            return CallService(service, call, encoding, frame[13 + length :])
+        case b"\x01" | b"\x02":
+            raise FrameError("a binary frame is cut off")
+    raise FrameError(f"there is no binary frame {frame[:1].hex() or 'without an opcode'}")
+
+
+def _parse_text(text: str) -> Request:
+    if len(text) > MAX_TEXT:
+        raise FrameError(f"a text frame has at most {MAX_TEXT} characters")
+    try:
+        value = json.loads(text)
+    except (ValueError, RecursionError):
+        raise FrameError("a text frame is JSON") from None
+    if not isinstance(value, dict) or not isinstance(value.get("op"), str):
+        raise FrameError("a text frame is a JSON object with the text op")
+    parser = _PARSERS.get(value["op"])
+    if parser is None:
+        raise FrameError(f"there is no op {value['op'][:_SHOWN]!r}")
+    return parser(value)
+
+
+def _subscribe(value: dict[str, Any]) -> Request:
+    return Subscribe(tuple((_id(each, "id"), _id(each, "channelId")) for each in _objects(value, "subscriptions")))
+
+
+def _advertise(value: dict[str, Any]) -> Request:
+    return ClientAdvertise(
+        tuple(
+            ClientChannel(
+                _id(each, "id"),
+                _text(each, "topic"),
+                _text(each, "encoding"),
+                _text(each, "schemaName"),
+                _text(each, "schema", ""),
+            )
+            for each in _objects(value, "channels")
+        )
+    )
+
+
+def _set_parameters(value: dict[str, Any]) -> Request:
+    found = (
+        SetParameter(_text(each, "name"), each.get("value"), _text(each, "type", ""))
+        for each in _objects(value, "parameters")
+    )
+    return SetParameters(tuple(found), _request_id(value))
+
+
+_PARSERS: dict[str, Callable[[dict[str, Any]], Request]] = {
+    "subscribe": _subscribe,
+    "unsubscribe": lambda value: Unsubscribe(_ids(value, "subscriptionIds")),
+    "advertise": _advertise,
+    "unadvertise": lambda value: ClientUnadvertise(_ids(value, "channelIds")),
+    "getParameters": lambda value: GetParameters(_texts(value, "parameterNames"), _request_id(value)),
+    "setParameters": _set_parameters,
+    "subscribeParameterUpdates": lambda value: WatchParameters(_texts(value, "parameterNames")),
+    "unsubscribeParameterUpdates": lambda value: UnwatchParameters(_texts(value, "parameterNames")),
+    "subscribeConnectionGraph": lambda value: WatchGraph(),
+    "unsubscribeConnectionGraph": lambda value: UnwatchGraph(),
+    "fetchAsset": lambda value: FetchAsset(_text(value, "uri"), _id(value, "requestId")),
+}
+
+
+def _list(value: dict[str, Any], name: str) -> list[Any]:
+    found = value.get(name)
+    if not isinstance(found, list):
+        raise FrameError(f"{name} is a list")
+    return found
+
+
+def _objects(value: dict[str, Any], name: str) -> list[dict[str, Any]]:
+    found = _list(value, name)
+    if not all(isinstance(each, dict) for each in found):
+        raise FrameError(f"{name} is a list of objects")
+    return found
+
+
+def _texts(value: dict[str, Any], name: str) -> tuple[str, ...]:
+    found = _list(value, name)
+    if not all(isinstance(each, str) for each in found):
+        raise FrameError(f"{name} is a list of texts")
+    return tuple(found)
+
+
+def _ids(value: dict[str, Any], name: str) -> tuple[int, ...]:
+    found = _list(value, name)
+    return tuple(_number(each, name) for each in found)
+
+
+def _id(value: dict[str, Any], name: str) -> int:
+    return _number(value.get(name), name)
+
+
+def _number(value: Any, name: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < _MAX_ID:
+        raise FrameError(f"{name} is a number from 0 to {_MAX_ID - 1}")
+    return value
+
+
+def _text(value: dict[str, Any], name: str, default: str | None = None) -> str:
+    found = value.get(name)
+    if found is None and default is not None:
+        return default
+    if not isinstance(found, str):
+        raise FrameError(f"{name} is a text")
+    return found
+
+
+def _request_id(value: dict[str, Any]) -> str | None:
+    found = value.get("id")
+    if found is not None and not isinstance(found, str):
+        raise FrameError("id is a text")
+    return found

@@ -1,0 +1,57 @@
+"""What all viewers share, so that many cost the master no more than one."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+from time import monotonic
+
+from pyros1.ground.errors import ParameterNotSetError
+from pyros1.web.foxglove.catalogue import Catalogue
+from pyros1.web.foxglove.package_files import PackageFiles
+from pyros1.web.foxglove.parameters import Values
+from pyros1.web.robot import Robot
+
+
+class Shared:
+    """What all viewers share.
+
+    Attributes:
+        robot: what they look at.
+        catalogue: its channels and services.
+        files: of its packages.
+        session: name of this run of the server.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self.catalogue = Catalogue(robot.graph, robot.access.may_see)
+        self.files = PackageFiles()
+        self.session = secrets.token_hex(8)
+        self._lock = threading.Lock()
+        self._values = Values({})
+        self._made = float("-inf")
+
+    def parameters(self, max_age: float) -> Values:
+        """Return the parameters.
+
+        Args:
+            max_age: seconds; values that were asked for within them are good enough, and while another thread asks,
+                the last ones. 0: they are asked for now.
+
+        Raises:
+            MasterUnreachableError: the master does not answer.
+        """
+        if not self._lock.acquire(blocking=max_age <= 0):
+            return self._values
+        try:
+            if monotonic() - self._made >= max_age:
+                try:
+                    tree = self.robot.master.get_param("/")
+                except ParameterNotSetError:
+                    tree = {}
+                self._values = Values(tree if isinstance(tree, dict) else {}, self.robot.access.may_see)
+                self._made = monotonic()
+            return self._values
+        finally:
+            self._lock.release()

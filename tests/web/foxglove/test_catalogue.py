@@ -1,0 +1,128 @@
+"""Channels and services as a running system has them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from pyros1.master.server import Master
+from pyros1.msgs import AnyMsg, from_definition
+from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.node.topic_type import topic_type
+from pyros1.web.foxglove.catalogue import Catalogue
+from pyros1.web.foxglove.offers import Offers
+from pyros1.web.robot import Robot
+from pyros1.web.wire import RequestError
+from pyros1.wire.handshake import TopicType
+
+PAIR = "float64 a\nfloat64 b\n"
+Make = Callable[..., Any]
+
+
+def catalogue(robot: Robot, may_see: Callable[[str], bool] = lambda name: True) -> Catalogue:
+    return Catalogue(robot.graph, may_see)
+
+
+def advertise_pair(node: Any, topic: str, text: str = PAIR) -> Any:
+    cls = from_definition("my_msgs/Pair", text)
+    return node.advertise(topic, AnyMsg, raw_type=topic_type(cls))
+
+
+def everything(one: Catalogue) -> Offers:
+    while True:
+        found = one.look(0.0)
+        if not found.more:
+            return found
+        one.ask()
+
+
+def test_topics_and_services(robot: Robot, make_node: Make) -> None:
+    node = make_node("talker")
+    publisher = node.advertise("a", Float64)
+    node.subscribe("b", "sensor_msgs/Image", print)
+    node.advertise_service("add", "rospy_tutorials/AddTwoInts", lambda request: 0)
+    one = catalogue(robot)
+    found = everything(one)
+    a, b = found.channels["/a"], found.channels["/b"]
+    assert (a.type, a.schema, a.md5sum) == ("std_msgs/Float64", Float64._full_text, Float64._md5sum)
+    assert "MSG: std_msgs/Header" in b.schema
+    add = found.services["/add"]
+    assert (add.type, add.request.split(), add.response.split()) == (
+        "rospy_tutorials/AddTwoInts",
+        ["int64", "a", "int64", "b"],
+        ["int64", "sum"],
+    )
+    assert found.nodes.publishers["/a"] == ["/talker"]
+    assert not found.problems
+    publisher.unregister()
+    assert "/a" not in one.look(0.0).channels
+    node.advertise("a", Float64)
+    again = one.look(0.0)
+    assert again.channels["/a"] == a  # with the same number, as it is the same
+    assert one.look(100.0) is again
+
+
+def test_a_type_that_only_its_publisher_knows(robot: Robot, make_node: Make) -> None:
+    node = make_node("talker")
+    advertise_pair(node, "pair")
+    one = catalogue(robot)
+    assert "/pair" not in one.look(0.0).channels
+    found = everything(one).channels["/pair"]
+    assert (found.type, found.schema) == ("my_msgs/Pair", PAIR)
+    assert found.carries({"md5sum": from_definition("my_msgs/Pair", PAIR)._md5sum})
+
+
+def test_a_type_that_nobody_tells_is_a_problem(robot: Robot, make_node: Make) -> None:
+    node = make_node("talker")
+    node.advertise("strange", AnyMsg, raw_type=TopicType("my_msgs/Strange", "0" * 32, "what is this"))
+    found = everything(catalogue(robot))
+    assert "/strange" not in found.channels
+    assert "my_msgs/Strange" in found.problems["/strange"]
+
+
+def test_another_version_of_an_installed_type(robot: Robot, make_node: Make) -> None:
+    node = make_node("talker")
+    node.advertise("a", Float64)
+    one = catalogue(robot)
+    ours = one.look(0.0).channels["/a"]
+    text = "float64 data\nfloat64 more\n"
+    header = {
+        "type": "std_msgs/Float64",
+        "md5sum": from_definition("std_msgs/Float64", text)._md5sum,
+        "message_definition": text,
+        "callerid": "/old",
+    }
+    assert not ours.carries(header)
+    one.learn(ours, header)
+    theirs = one.look(100.0).channels["/a"]
+    assert theirs.carries(header)
+    assert (theirs.schema, theirs.id != ours.id) == (text, True)
+    one.learn(theirs, {**header, "md5sum": Float64._md5sum, "message_definition": "float64 data", "callerid": "/new"})
+    assert one.look(100.0).channels["/a"] == theirs
+    assert "/new publishes another" in one.look(100.0).problems["/a"]
+    one.learn(theirs, {"type": "std_msgs/Float64", "md5sum": "1" * 32, "message_definition": "nonsense"})
+    assert "unusable" in one.look(0.0).problems["/a"]
+
+
+def test_only_what_may_be_seen(robot: Robot, make_node: Make) -> None:
+    node = make_node("talker")
+    for name in ("/open/a", "/secret/b"):
+        node.advertise(name, Float64)
+        node.advertise_service(name, "std_srvs/Trigger", lambda request: (True, ""))
+    found = everything(catalogue(robot, lambda name: name.startswith("/open")))
+    assert ([*found.channels], [*found.services]) == (["/open/a"], ["/open/a"])
+    assert [[*table] for table in found.nodes] == [["/open/a"], [], ["/open/a"]]
+
+
+def test_without_a_master_what_was_known_is_not_given_out_as_true(
+    robot: Robot, make_node: Make, master: Master
+) -> None:
+    make_node("talker").advertise("a", Float64)
+    one = catalogue(robot)
+    assert "/a" in one.look(0.0).channels
+    master.stop()
+    for max_age in (0.0, 100.0):
+        with pytest.raises(RequestError, match="master"):
+            one.look(max_age)

@@ -1,0 +1,110 @@
+"""What waits for a slow viewer."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pyros1.web.foxglove.outbox import Outbox, Waiting
+
+ALL = 1 << 40
+
+
+def message(ticket: int, number: int, size: int = 1000, keeper: str | None = None) -> Waiting:
+    return Waiting(ticket, number, bytes(size), keeper)
+
+
+def numbers(box: Outbox) -> list[int]:
+    return [each.time for each in box.take(ALL)]
+
+
+def test_nothing_is_dropped_while_there_is_room() -> None:
+    box = Outbox()
+    ticket = box.open()
+    for number in range(500):
+        box.put(message(ticket, number))
+    assert numbers(box) == [*range(500)]
+    assert (box.size, box.dropped) == (0, 0)
+
+
+def test_the_oldest_of_a_channel_are_dropped_first() -> None:
+    box = Outbox(channel_room=5_000)
+    busy, quiet = box.open(), box.open()
+    box.put(message(quiet, -1))
+    for number in range(100):
+        box.put(message(busy, number))
+    found = box.take(ALL)
+    assert [each.time for each in found if each.ticket == quiet] == [-1]
+    assert [each.time for each in found if each.ticket == busy] == [96, 97, 98, 99]
+    assert box.dropped == 96
+
+
+def test_of_messages_that_are_larger_than_the_room_the_newest_stays() -> None:
+    box = Outbox(channel_room=5_000)
+    ticket = box.open()
+    for number in range(5):
+        box.put(message(ticket, number, 10_000_000))
+    assert numbers(box) == [4]
+
+
+def test_the_newest_latched_message_of_each_publisher_is_kept() -> None:
+    box = Outbox(channel_room=5_000)
+    ticket = box.open()
+    box.put(message(ticket, -3, keeper="/map"))
+    box.put(message(ticket, -2, keeper="/other"))
+    box.put(message(ticket, -1, keeper="/map"))
+    for number in range(100):
+        box.put(message(ticket, number))
+    found = numbers(box)
+    assert found[:2] == [-2, -1]
+    assert found[2:] == [*range(100 - len(found[2:]), 100)]
+    box.put(message(ticket, 1, keeper="/map"))
+    assert numbers(box) == [1]
+
+
+def test_channels_take_turns() -> None:
+    box = Outbox()
+    busy, quiet = box.open(), box.open()
+    for number in range(50):
+        box.put(message(busy, number))
+    box.put(message(quiet, 0))
+    assert [each.ticket for each in box.take(3_000)] == [busy, quiet, busy]
+
+
+def test_a_channel_that_is_closed_is_forgotten() -> None:
+    box = Outbox()
+    first, second = box.open(), box.open()
+    for ticket in (first, second):
+        box.put(message(ticket, ticket))
+    box.close(first)
+    box.close(first)
+    box.put(message(first, 9))
+    assert [each.ticket for each in box.take(ALL)] == [second]
+    assert box.size == 0
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 4), st.integers(0, 8_000), st.sampled_from([None, "/a", "/b", "/c"]))),
+    st.integers(0, 20),
+)
+def test_what_waits_is_bounded_in_order_and_ends_with_the_newest(
+    puts: list[tuple[int, int, str | None]], often: int
+) -> None:
+    box = Outbox(room=20_000, channel_room=3_000)
+    tickets = [box.open() for _ in range(5)]
+    seen: dict[int, int] = {}
+
+    def take(most: int) -> None:
+        for each in box.take(most):
+            assert seen.get(each.ticket, -1) < each.time
+            seen[each.ticket] = each.time
+
+    for number, (which, size, keeper) in enumerate(puts):
+        box.put(message(tickets[which], number, size, keeper))
+        assert box.size <= 20_000
+        if often and number % often == 0:
+            take(2_000)
+    take(ALL)
+    assert box.size == 0
+    if puts:
+        assert seen[tickets[puts[-1][0]]] == len(puts) - 1

@@ -1,0 +1,101 @@
+"""Files of packages, and what attackers ask for."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from pyros1.finding.packages import PackageIndex
+from pyros1.web.foxglove.package_files import FileError, PackageFiles
+
+
+@pytest.fixture
+def arm(tmp_path: Path) -> Path:
+    """A package ``arm``, with a secret file beside it."""
+    folder = tmp_path / "src" / "arm"
+    (folder / "meshes").mkdir(parents=True)
+    (folder / "package.xml").write_text("<package><name>arm</name></package>")
+    (folder / "meshes" / "upper arm.stl").write_bytes(b"solid")
+    (tmp_path / "secret").write_text("secret")
+    return folder
+
+
+@pytest.fixture
+def files(tmp_path: Path, arm: Path) -> PackageFiles:
+    """The files of ``arm``."""
+    environ = {"ROS_PACKAGE_PATH": str(tmp_path / "src")}
+    return PackageFiles(lambda: PackageIndex(environ, installs=()), max_size=1000)
+
+
+def test_a_mesh(files: PackageFiles) -> None:
+    assert files.read("package://arm/meshes/upper%20arm.stl") == b"solid"
+    assert files.read("package://arm//meshes/./upper arm.stl") == b"solid"
+
+
+def test_links_within_a_package(files: PackageFiles, arm: Path) -> None:
+    (arm / "link.stl").symlink_to(arm / "meshes" / "upper arm.stl")
+    assert files.read("package://arm/link.stl") == b"solid"
+
+
+@pytest.mark.parametrize(
+    "uri",
+    [
+        "",
+        "arm/meshes",
+        "file:///etc/passwd",
+        "http://localhost/",
+        "package://",
+        "package:///etc/passwd",
+        "package://arm",
+        "package://arm/",
+        "package://arm/meshes",
+        "package://arm/none.stl",
+        "package://arm/../secret",
+        "package://arm/../../secret",
+        "package://arm/%2e%2e/%2e%2e/secret",
+        "package://arm/meshes/..%2f..%2f..%2fsecret",
+        "package://arm/..\\..\\secret",
+        "package://../secret",
+        "package://./secret",
+        "package://arm/%00",
+        "package://arm/meshes/upper%20arm.stl%00.png",
+        "package://[/x",
+        "package://arm/" + "a" * 5000,
+        "package://arm/" + "a" * 500,
+        "package://none/x",
+        "package://arm/\ud800",
+    ],
+    ids=range(24),
+)
+def test_nothing_else_is_read(files: PackageFiles, uri: str) -> None:
+    with pytest.raises(FileError):
+        files.read(uri)
+
+
+def test_links_that_lead_out_are_not_followed(files: PackageFiles, arm: Path, tmp_path: Path) -> None:
+    (arm / "out").symlink_to(tmp_path / "secret")
+    (arm / "up").symlink_to(tmp_path)
+    for uri in ("package://arm/out", "package://arm/up/secret"):
+        with pytest.raises(FileError, match="leads out"):
+            files.read(uri)
+
+
+def test_large_files_and_pipes(files: PackageFiles, arm: Path) -> None:
+    (arm / "large").write_bytes(bytes(1001))
+    with pytest.raises(FileError, match="1001 bytes; the limit is 1000"):
+        files.read("package://arm/large")
+    os.mkfifo(arm / "pipe")
+    with pytest.raises(FileError, match="not a file"):
+        files.read("package://arm/pipe")
+
+
+def test_a_package_that_comes_later(files: PackageFiles, tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="no package leg"):
+        files.read("package://leg/x")
+    leg = tmp_path / "src" / "leg"
+    leg.mkdir()
+    (leg / "package.xml").write_text("<package><name>leg</name></package>")
+    (leg / "x").write_bytes(b"1")
+    assert files.read("package://leg/x") == b"1"
