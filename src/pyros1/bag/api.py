@@ -62,6 +62,8 @@ class Bag:
         OSError: the file cannot be opened.
     """
 
+    reader_class: type[BagReader] = BagReader
+
     def __init__(
         self,
         path: str | os.PathLike[str] | IO[bytes],
@@ -70,7 +72,7 @@ class Bag:
         progress: Callable[[int], object] | None = None,
         chunk_limit: int | None = None,
     ) -> None:
-        self.reader = BagReader(path, unindexed=unindexed, progress=progress, chunk_limit=chunk_limit)
+        self.reader = self.reader_class(path, unindexed=unindexed, progress=progress, chunk_limit=chunk_limit)
         self._classes = DefinitionCache()
         self._known: dict[int, type[Message]] = {}
 

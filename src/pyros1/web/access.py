@@ -30,6 +30,7 @@ class Access:
         read_only: whether pages may not change anything.
         origins: other sites whose pages may come in if they have the token, such as ``http://localhost:8000``.
         topics: patterns such as ``/camera/*`` of topics, services and parameters that pages may see; empty for all.
+        bags: folders whose bags pages may see, and into which they may record; and single bags.
     """
 
     token: str = field(default_factory=lambda: secrets.token_urlsafe(16), repr=False)
@@ -38,6 +39,7 @@ class Access:
     read_only: bool = False
     topics: tuple[str, ...] = ()
     origins: Collection[str] = ()
+    bags: tuple[str, ...] = ()
 
     def is_our_name(self, host: str | None) -> bool:
         """Return whether a Host header names this server."""

@@ -13,6 +13,8 @@ from pyros1.msgs import AnyMsg, load_message
 from pyros1.net.master_client import MasterClient
 from pyros1.node import Node
 from pyros1.web.access import Access
+from pyros1.web.bags.library import Library
+from pyros1.web.bags.shelf import Shelf
 from pyros1.web.console import Console
 from pyros1.web.hub import Hub
 from pyros1.web.publishing import Publishing
@@ -45,6 +47,7 @@ class Robot:
         self.graph: Graph = _CachedGraph(self.master)
         self.system = System(self.graph)
         self.console = Console()
+        self.bags = Library(Shelf(access.bags), access.may_see)
         self.trouble = "looking for the master"
         self._make_node = make_node
         self._node: Node | None = None
@@ -103,6 +106,7 @@ class Robot:
         self.master.close()
         if self._thread.is_alive():
             self._thread.join(5)
+        self.bags.close()
         self._hub.close()
         self.publishing.close()
         if self._node is not None:

@@ -179,6 +179,11 @@ class Player:
                 left, until = waiting, perf_counter() + _GIVE_UP
             self._control.wait(_PATIENCE)
 
+    def close(self) -> None:
+        """End the publishers; without this, they end with the node."""
+        for publisher in (*self._publishers.values(), self._clock):
+            publisher.unregister()
+
     # Playing ----------------------------------------------------------------------------------------------------------
 
     def read_ahead(self) -> None:

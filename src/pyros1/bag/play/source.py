@@ -41,7 +41,7 @@ class Bags:
     """Open bags. Also a context manager that closes them.
 
     Args:
-        paths: the files.
+        paths: the files, or readers of them, which stay open when this is closed.
         topics: the topics to play; None: all.
 
     Raises:
@@ -49,12 +49,15 @@ class Bags:
         OSError: one of them cannot be read.
     """
 
-    def __init__(self, paths: Sequence[str], topics: Collection[str] | None = None) -> None:
+    def __init__(self, paths: Sequence[str | BagReader], topics: Collection[str] | None = None) -> None:
         self.readers: list[BagReader] = []
+        self._own: list[BagReader] = []
         self._chosen: list[set[int] | None] = []
         try:
             for path in paths:
-                self.readers.append(BagReader(path))
+                if isinstance(path, str):
+                    self._own.append(BagReader(path))
+                self.readers.append(self._own[-1] if isinstance(path, str) else path)
         except BaseException:
             self.close()
             raise
@@ -116,7 +119,7 @@ class Bags:
 
     def close(self) -> None:
         """Close the files."""
-        for reader in self.readers:
+        for reader in self._own:
             reader.close()
 
     def __enter__(self) -> Bags:

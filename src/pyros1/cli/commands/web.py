@@ -24,6 +24,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Serve the page until a signal comes; or open a panel of a server that runs."""
     if not 0 <= options.port <= 65535:
         raise UsageError(f"the port must be from 0 to 65535, not {options.port}")
+    options.files = []
     panel, settings = _wanted(invocation, options, args)
     try:
         import websockets  # noqa: F401, PLC0415 - of the extra
@@ -65,6 +66,7 @@ def _serve(invocation: Invocation, options: Any, uri: str, started: Callable[[st
         read_only=options.read_only,
         topics=tuple(options.topics),
         origins=frozenset(origin.lower().rstrip("/") for origin in options.origins),
+        bags=(*(options.bags or [os.getcwd()]), *options.files),
         **more,
     )
     robot = Robot(uri, access, _node_maker(invocation, uri))
@@ -89,6 +91,10 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
     panels = Assets().panels
     if panel not in panels:
         raise UsageError(f"there is no panel {panel!r}; there are {', '.join(panels)}")
+    if panel == "bag":
+        options.files = [os.path.abspath(word) for word in words]
+        clock = {"clock": True} if options.clock else {}
+        return panel, {"files": options.files, **clock} if words else clock
     if panel == "image" and len(words) == 1:
         return panel, {"topic": invocation.resolve(words[0])}
     if panel != "plot":
@@ -148,20 +154,29 @@ COMMAND = Command(
             metavar="PATTERN",
             help="show only topics, services and parameters that match, for example '/camera/*'; may be repeated",
         ),
+        Option(
+            "--bags",
+            action="append",
+            default=[],
+            metavar="FOLDER",
+            help="folder whose bags pages may open, and into which they may record (the current one); may be repeated",
+        ),
         Flag("--open", dest="open", help="open the page in this machine's browser; so does naming a panel"),
         Option("-p", "--period", type="float", metavar="SECONDS", help="of a plot: seconds to show"),
         Flag("-P", "--start-paused", dest="paused", help="of a plot: begin paused"),
+        Flag("--clock", help="of a bag: publish the clock when it is played"),
         # rqt and its plugins take these; the page has nothing to clear or discover
         Flag("-e", "--empty", hidden=True),
         Flag("--clear-config", dest="clear_config", hidden=True),
         Flag("--force-discover", dest="force_discover", hidden=True),
         Argument("panel", optional=True, help="the panel to open: graph, console, plot ..."),
-        Argument("argument", optional=True, many=True, help="what it shows: curves of a plot, the topic of an image"),
+        Argument("argument", optional=True, many=True, help="what it shows: curves, the topic of an image, bags"),
         usage="[options] [PANEL [ARGUMENT ...]]",
         description="Graph, console, plots, messages, parameters and services, live. Needs pyros1[web].",
         examples=[
             ("--open", "the robot in this machine's browser"),
             ("plot /velocity/data,/force_cmd/data", "a plot, from a server that runs or a new one"),
+            ("bag run.bag", "what is in a bag; it can be played from there"),
             ("--host 0.0.0.0 --read-only", "for other machines, to look only"),
         ],
         run=run,
@@ -169,6 +184,7 @@ COMMAND = Command(
     group="look",
     also={
         "rqt": ("--open",),
+        "rqt_bag": ("bag",),
         "rqt_console": ("console",),
         "rqt_graph": ("graph",),
         "rqt_image_view": ("image",),

@@ -15,7 +15,9 @@ from pyros1.web.wire import RequestError
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_FILES = frozenset({"actions", "doctor", "forms", "nodes", "page", "params", "reconfigure", "services", "topics"})
+_FILES = frozenset(
+    {"actions", "doctor", "forms", "nodes", "page", "params", "reconfigure", "services", "topics", "bags"}
+)
 
 
 def run(robot: Robot, name: str, args: Mapping[str, Any]) -> Any:

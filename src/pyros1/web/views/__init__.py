@@ -16,6 +16,13 @@ _HOMES = {
     "params": "ParamsView",
     "reconfigure": "ReconfigureView",
     "action": "ActionView",
+    "bag_file": "BagFileView",
+    "bag_timeline": "BagTimelineView",
+    "bag_cursor": "BagCursorView",
+    "bag_pictures": "BagPicturesView",
+    "bag_plot": "BagPlotView",
+    "bag_play": "BagPlayView",
+    "bag_recording": "BagRecordingView",
     "frames": "FramesView",
     "image": "ImageView",
 }

@@ -35,6 +35,12 @@ export const MADE_IN = {
       { split: "column", sizes: [1, 1], parts: [{ panel: "services" }, { panel: "console" }] },
     ],
   },
+  Bag: {
+    split: "column", sizes: [3, 2], parts: [
+      { panel: "bag" },
+      { split: "row", sizes: [1, 1], parts: [{ panel: "topics" }, { panel: "console" }] },
+    ],
+  },
 };
 
 // The button in the bar, and the sheet that it opens. host: {tree() -> the arrangement now, show(name, tree)}.

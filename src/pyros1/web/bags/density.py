@@ -1,0 +1,106 @@
+"""Where a bag has messages: counts per column of a timeline, from the index of its chunks. Pure.
+
+The index says of each chunk when it begins and ends, and how many messages of each topic it has. That is good enough
+if a chunk lies in one column or two: no message is shown further than a column away. Of longer chunks the times of
+their messages are asked for, if they are few; else these are spread evenly.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+MOST_EXACT = 500_000
+"""Most messages whose own times are asked for in one look."""
+Times = Callable[[int], Iterable[tuple[int, "NDArray[np.int64]"]]]
+"""Returns, for the number of a chunk, pairs of a row and the times of its messages in nanoseconds."""
+
+
+class Density:
+    """The index of a bag.
+
+    Args:
+        chunks: for each chunk its first and last time in nanoseconds, and the number of messages by row.
+    """
+
+    def __init__(self, chunks: Iterable[tuple[int, int, Iterable[tuple[int, int]]]]) -> None:
+        numbers, rows, counts = array("q"), array("q"), array("q")
+        starts, ends, totals = array("q"), array("q"), array("q")
+        for number, (start, end, by_row) in enumerate(chunks):
+            starts.append(start)
+            ends.append(end)
+            total = 0
+            for row, count in by_row:
+                numbers.append(number)
+                rows.append(row)
+                counts.append(count)
+                total += count
+            totals.append(total)
+        self._chunk, self._row, self._count = (np.asarray(each, np.int64) for each in (numbers, rows, counts))
+        self._starts, self._ends, self._totals = (np.asarray(each, np.int64) for each in (starts, ends, totals))
+
+    def look(
+        self, begin: int, end: int, columns: int, rows: Sequence[int], times: Times, most_chunks: int = 200
+    ) -> tuple[NDArray[np.float32], bool]:
+        """Return how many messages are in each column.
+
+        Args:
+            begin: time at the left edge, in nanoseconds.
+            end: time at the right edge, later than `begin`.
+            columns: their number.
+            rows: the rows to count.
+            times: asked for times of single messages.
+            most_chunks: most chunks of which it is asked.
+
+        Returns:
+            An array of shape (rows, columns), and whether all messages are at most one column from their place.
+        """
+        grid = np.zeros((len(rows), columns + 1), np.float64)
+        place = np.full(int(max(self._row, default=0)) + 1, -1, np.int64)
+        for index, row in enumerate(rows):
+            if 0 <= row < len(place):
+                place[row] = index
+        size = (end - begin) / columns
+        first = np.floor((self._starts - begin) / size).astype(np.int64)
+        last = np.floor((self._ends - begin) / size).astype(np.int64)
+        seen = (last >= 0) & (first < columns) & (self._totals > 0)
+        wide = np.flatnonzero(seen & (last > first + 1))
+        exact = self._chosen(wide)[:most_chunks]
+        entries = np.flatnonzero(seen[self._chunk] & (place[self._row] >= 0))
+        entries = entries[~np.isin(self._chunk[entries], exact)]
+        self._spread(grid, place[self._row[entries]], first, last, entries)
+        counted = grid[:, :columns]
+        for number in exact:
+            for row, stamps in times(int(number)):
+                if row < len(place) and place[row] >= 0:
+                    at = ((stamps - begin) / size).astype(np.int64)[(stamps >= begin) & (stamps < end)]
+                    counted[place[row]] += np.bincount(np.minimum(at, columns - 1), minlength=columns)
+        return counted.astype(np.float32), len(exact) == len(wide)
+
+    def _chosen(self, wide: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return those of some chunks whose times are asked for: the small ones, as many as the limit allows."""
+        order = wide[np.argsort(self._totals[wide], kind="stable")]
+        return order[np.cumsum(self._totals[order]) <= MOST_EXACT]
+
+    def _spread(
+        self,
+        grid: NDArray[np.float64],
+        lanes: NDArray[np.int64],
+        first: NDArray[np.int64],
+        last: NDArray[np.int64],
+        entries: NDArray[np.int64],
+    ) -> None:
+        """Add each entry's messages, an equal share to each of its columns: what begins there, less what ends."""
+        columns = grid.shape[1] - 1
+        from_, to = first[self._chunk[entries]], last[self._chunk[entries]]
+        share = self._count[entries] / (to - from_ + 1)
+        flat = grid.reshape(-1)
+        left, right = np.maximum(from_, 0), np.minimum(to, columns - 1) + 1
+        flat += np.bincount(lanes * (columns + 1) + left, share, flat.size)
+        flat -= np.bincount(lanes * (columns + 1) + right, share, flat.size)
+        np.cumsum(grid, axis=1, out=grid)
+        np.round(grid, 6, out=grid)
+        np.maximum(grid, 0, out=grid)

@@ -1,0 +1,132 @@
+"""The bags that are open, each once, and what is recorded now."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pyros1.web.bags.shelf import Shelf
+from pyros1.web.wire import RequestError
+
+if TYPE_CHECKING:
+    from pyros1.web.bags.opened import OpenBag
+    from pyros1.web.bags.recording import Recording
+
+MOST_OPEN = 16
+"""Most bags that are open at the same time."""
+MOST_JOBS = 3
+"""Most bags that are read through at the same time, for plots; more wait."""
+
+
+class _Place:
+    def __init__(self) -> None:
+        self.users = 0
+        self.bag: OpenBag | None = None
+        self.opening = threading.Lock()
+
+
+class Library:
+    """The bags.
+
+    Args:
+        shelf: the folders that pages may see.
+        may_see: whether pages may see a topic.
+
+    Attributes:
+        jobs: what a thread that reads a whole bag holds.
+        recording: what is recorded now, or was last; None if nothing was.
+    """
+
+    def __init__(self, shelf: Shelf, may_see: Callable[[str], bool]) -> None:
+        self.shelf = shelf
+        self.jobs = threading.BoundedSemaphore(MOST_JOBS)
+        self.recording: Recording | None = None
+        self._may_see = may_see
+        self._lock = threading.Lock()
+        self._places: dict[Path, _Place] = {}
+
+    def open(self, text: str, progress: Callable[[int], object]) -> OpenBag:
+        """Open a bag, or return it if it is open. It stays open until as many calls of `release`.
+
+        Args:
+            text: its path.
+            progress: called with the bytes that are read, while a bag without an index is scanned; it may raise.
+
+        Raises:
+            RequestError: pages may not see it, or too many bags are open.
+            BagError: it cannot be read.
+        """
+        path = self.shelf.file(text)
+        with self._lock:
+            place = self._places.get(path)
+            if place is None:
+                if len(self._places) >= MOST_OPEN:
+                    raise RequestError(f"{MOST_OPEN} bags are open: close one of them first")
+                place = self._places[path] = _Place()
+            place.users += 1
+        try:
+            with place.opening:
+                if place.bag is None:
+                    from pyros1.web.bags.opened import OpenBag  # noqa: PLC0415 - few pages open bags
+
+                    place.bag = OpenBag(str(path), self._may_see, progress)
+                return place.bag
+        except BaseException:
+            self._leave(path)
+            raise
+
+    def borrow(self, text: str) -> OpenBag:
+        """Return a bag that is open; it stays open until `release`.
+
+        Raises:
+            RequestError: it is not open.
+        """
+        path = self.shelf.file(text)
+        with self._lock:
+            place = self._places.get(path)
+            if place is None or place.bag is None:
+                raise RequestError("this bag is not open")
+            place.users += 1
+            return place.bag
+
+    def release(self, bag: OpenBag) -> None:
+        """Close a bag when all who have opened or borrowed it have released it."""
+        self._leave(Path(bag.bag.path))
+
+    def record(self, begin: Callable[[], Recording]) -> None:
+        """Begin a recording.
+
+        Args:
+            begin: makes it.
+
+        Raises:
+            RequestError: one is running.
+        """
+        with self._lock:
+            if self.recording is not None and self.recording.running:
+                raise RequestError("a recording is running: stop it first")
+            self.recording = begin()
+
+    def close(self) -> None:
+        """End the recording, and close all bags."""
+        if self.recording is not None:
+            self.recording.stop()
+        with self._lock:
+            places, self._places = list(self._places.values()), {}
+        for place in places:
+            if place.bag is not None:
+                place.bag.close()
+
+    def _leave(self, path: Path) -> None:
+        with self._lock:
+            place = self._places.get(path)
+            if place is None:
+                return
+            place.users -= 1
+            if place.users:
+                return
+            del self._places[path]
+        if place.bag is not None:
+            place.bag.close()

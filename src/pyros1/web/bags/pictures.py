@@ -1,0 +1,67 @@
+"""Small pictures of recorded images."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from typing import Any
+
+from pyros1.bag.export.extras import extra
+from pyros1.ground.errors import Error, MessageError
+
+MOST_PIXELS = 60_000_000
+"""Most pixels of an image of which a small picture is made."""
+_QUALITY = 80
+
+
+def picture(message: Any, height: int) -> tuple[bytes, int, int]:
+    """Return an image as JPEG, not higher than wanted, and its true width and height.
+
+    Args:
+        message: a sensor_msgs/Image or CompressedImage.
+        height: in pixels.
+
+    Raises:
+        MessageError: the image is damaged, too large, or its kind is not supported.
+        Error: Pillow is not installed; the text says how to install it.
+    """
+    pil = extra("PIL.Image", "images")
+    image = _compressed(pil, message, height) if message._type.endswith("CompressedImage") else _raw(pil, message)
+    true = getattr(image, "true_size", image.size)
+    factor = min(1.0, height / image.size[1])
+    size = max(1, round(image.size[0] * factor)), max(1, round(image.size[1] * factor))
+    small = image.resize(size) if size != image.size else image
+    file = BytesIO()
+    (small if small.mode in ("L", "RGB") else small.convert("RGB")).save(file, "JPEG", quality=_QUALITY)
+    return file.getvalue(), true[0], true[1]
+
+
+def _raw(pil: Any, message: Any) -> Any:
+    from pyros1.bag.export.images import pixels, to_8_bits  # noqa: PLC0415 - of numpy, for few
+
+    if message.width * message.height > MOST_PIXELS:
+        raise MessageError(f"an image of {message.width} x {message.height} pixels is too large to be shown")
+    return pil.fromarray(to_8_bits(pixels(message)))
+
+
+def _compressed(pil: Any, message: Any, height: int) -> Any:
+    from pyros1.bag.export.images import to_8_bits  # noqa: PLC0415
+    from pyros1.bag.export.pictures import compressed  # noqa: PLC0415
+
+    data, _ = compressed(message)
+    try:
+        image = pil.open(BytesIO(data), formats=("JPEG", "PNG", "BMP", "TIFF", "WEBP"))
+        true = image.size
+        if true[0] * true[1] > MOST_PIXELS:
+            raise MessageError(f"an image of {true[0]} x {true[1]} pixels is too large to be shown")
+        image.draft("RGB", (1, height))  # a JPEG file is decoded at a smaller size, which is much faster
+        image.load()
+    except Error:
+        raise
+    except Exception as error:  # noqa: BLE001 - Pillow raises many kinds for damaged files
+        raise MessageError(f"the image cannot be read: {error}") from None
+    if image.mode.startswith("I") or image.mode == "F":
+        import numpy as np  # noqa: PLC0415
+
+        image = pil.fromarray(to_8_bits(np.asarray(image)))
+    image.true_size = true
+    return image

@@ -1,0 +1,170 @@
+"""A bag that is played into the running system, with one player after the other: each seek makes a new one."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from time import monotonic
+from typing import Any
+
+from pyros1.bag.play.control import Control
+from pyros1.bag.play.player import Player, PlayOptions, Status
+from pyros1.bag.play.source import Bags
+from pyros1.ground.errors import Error
+from pyros1.ground.shown import foreign
+from pyros1.node import Node
+from pyros1.web.bags.opened import OpenBag
+
+_CONNECT = 0.3
+"""Seconds that subscribers have to connect before the first message."""
+_MOST_SHOWN = 20
+CLOCK_RATE = 100.0
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """How to play.
+
+    Attributes:
+        rate: factor of the speed.
+        loop: whether to begin again at the end.
+        paused: whether to wait.
+        clock: whether to publish /clock.
+        topics: the topics.
+    """
+
+    rate: float = 1.0
+    loop: bool = False
+    paused: bool = False
+    clock: bool = False
+    topics: frozenset[str] = frozenset()
+
+
+class Playback:
+    """A bag that is played, in a thread.
+
+    Args:
+        node: the node that publishes; it stays as it is.
+        bag: the bag, which must stay open.
+        wishes: how.
+        start: where to begin, in seconds since the bag's beginning.
+        changed: called, from the thread, when `status` says something else.
+    """
+
+    def __init__(self, node: Node, bag: OpenBag, wishes: Wishes, start: float, changed: Callable[[], object]) -> None:
+        self._node = node
+        self._bag = bag
+        self._wishes = wishes
+        self._time = start
+        self._changed = changed
+        self._lock = threading.Lock()
+        self._control: Control | None = None
+        self._again = False  # from self._time
+        self._ended = False
+        self._waiting = threading.Event()  # rung when there is something to do after the end of the bag
+        self._state = "paused" if wishes.paused else "running"
+        self._problem = ""
+        self._dropped = 0
+        self._unplayable: dict[str, str] = {}
+        self._thread = threading.Thread(target=self._run, name="web: plays", daemon=True)
+        self._thread.start()
+
+    def change(self, wishes: Wishes, start: float | None) -> None:
+        """Play in another way from now on, or from another time."""
+        with self._lock:
+            old, self._wishes = self._wishes, wishes
+            if start is not None:
+                self._time = start
+            if start is not None or replace(old, paused=wishes.paused, loop=wishes.loop) != wishes:
+                self._again = True
+                if self._control is not None:
+                    self._control.end()
+            elif self._control is not None:
+                self._control.set_paused(wishes.paused)
+            if self._again or old.paused != wishes.paused:
+                self._waiting.set()
+
+    def status(self) -> dict[str, Any]:
+        """Return how it goes; the time is in seconds since the bag's beginning."""
+        with self._lock:
+            unplayable = dict(list(self._unplayable.items())[:_MOST_SHOWN])
+            return {
+                "state": self._state,
+                "time": self._time,
+                "problem": self._problem,
+                "dropped": self._dropped,
+                "unplayable": {foreign(topic): foreign(reason) for topic, reason in unplayable.items()},
+            }
+
+    def close(self) -> None:
+        """Stop, and wait for the end."""
+        with self._lock:
+            self._ended = True
+            if self._control is not None:
+                self._control.end()
+            self._waiting.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        player: Player | None = None
+        try:
+            while not self._ended:
+                self._waiting.clear()
+                player = self._play(player)
+                with self._lock:
+                    if self._ended or self._again:
+                        continue
+                    if self._wishes.loop:
+                        self._time = 0.0
+                        continue
+                    self._state, self._time = "ended", self._bag.length
+                self._changed()
+                self._waiting.wait()  # ends with a change, or `close`
+                with self._lock:
+                    if not self._again and not self._ended:
+                        self._time = 0.0  # to go on at the end is to begin again
+        except (Error, OSError) as error:
+            with self._lock:
+                self._state, self._problem = "failed", str(error)
+            self._changed()
+        finally:
+            if player is not None:
+                player.close()
+
+    def _play(self, before: Player | None) -> Player:
+        """Play to the end of the bag, or until something changes. The player before ends when the new one is there."""
+        with self._lock:
+            wishes, start, self._again = self._wishes, self._time, False
+            control = self._control = Control(wishes.paused)
+            self._state = "paused" if wishes.paused else "running"
+        options = PlayOptions(rate=wishes.rate, start=start, clock_rate=CLOCK_RATE if wishes.clock else 0.0)
+        with Bags([self._bag.bag.reader], wishes.topics) as bags:
+            player = Player(self._node, bags, options, control, self._told)
+            try:
+                if before is not None:
+                    before.close()
+                with self._lock:
+                    self._unplayable = player.unplayable
+                player.read_ahead()
+                if before is None:
+                    self._connect(control)
+                player.run()
+            finally:
+                with self._lock:
+                    self._control = None
+                control.close()
+                self._dropped = player.dropped()
+        return player
+
+    @staticmethod
+    def _connect(control: Control) -> None:
+        until = monotonic() + _CONNECT
+        while not control.ended and (left := until - monotonic()) > 0:
+            control.wait(left)
+
+    def _told(self, status: Status) -> None:
+        with self._lock:
+            if not self._again:
+                self._time, self._state = max(0.0, status.passed), status.state.lower()
+        self._changed()

@@ -1,0 +1,64 @@
+"""Calls about bags."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pyros1.web.robot import Robot
+from pyros1.web.views.view import number, text
+from pyros1.web.wire import RequestError
+
+_MOST_TOPICS = 5_000
+_LONGEST = 1e10
+
+
+def files(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what is in a folder; see `pyros1.web.bags.shelf.Shelf.listing`. Args: folder."""
+    return robot.bags.shelf.listing(text(args, "folder", ""))
+
+
+def step(robot: Robot, args: Mapping[str, Any]) -> float | None:
+    """Return the time of the next message. Args: path, time, topics, forward. Times as in `BagCursorView`."""
+    from pyros1.web.views.bag_file import topics  # noqa: PLC0415 - few pages open bags
+
+    bag = robot.bags.borrow(text(args, "path"))
+    try:
+        time = number(args, "time", -_LONGEST, _LONGEST, 0.0)
+        return bag.step(time, bag.names(topics(args, _MOST_TOPICS)), args.get("forward") is not False)
+    finally:
+        robot.bags.release(bag)
+
+
+def record(robot: Robot, args: Mapping[str, Any]) -> None:
+    """Begin to record. Args: folder, prefix, compression, topics: their names, or null for all."""
+    from pyros1.web.bags.recording import Recording  # noqa: PLC0415
+    from pyros1.web.views.bag_file import topics  # noqa: PLC0415
+
+    chosen = None if args.get("topics") is None else topics(args, _MOST_TOPICS)
+    if chosen is not None and not chosen:
+        raise RequestError("choose a topic to record")
+    for name in chosen or ():
+        robot.check_visible(name)
+    folder = robot.bags.shelf.folder(text(args, "folder"))
+    prefix, compression = text(args, "prefix", ""), text(args, "compression", "none")
+    node = robot.node
+    robot.bags.record(lambda: Recording(node, folder, prefix, chosen, compression, robot.access.may_see))
+
+
+def stop(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
+    """End the recording, and return what it has."""
+    recording = robot.bags.recording
+    if recording is None:
+        raise RequestError("nothing is recorded")
+    recording.stop()
+    return recording.status()
+
+
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {
+    "files": files,
+    "step": step,
+    "record": record,
+    "stop": stop,
+}
+CHANGES = frozenset({"record", "stop"})

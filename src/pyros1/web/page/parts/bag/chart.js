@@ -1,0 +1,223 @@
+// Recorded numbers under the rows, over the same time.
+
+import uPlot from "../../vendor/uplot.js";
+import { Points, grid, sample } from "../../lib/curves.js";
+import { fill, h } from "../../lib/dom.js";
+import { number } from "../../lib/format.js";
+import { RIGHT } from "./timeline.js";
+
+const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9", "#c2255c", "#5c940d"];
+const MOST = 16;
+const PATIENCE = 250; // ms after the last zoom
+
+// on: {seek(time), changed(curves), problem(text)}
+export class Chart {
+  constructor(robot, on) {
+    this.robot = robot;
+    this.on = on;
+    this.curves = []; // {id, text, lines: Map(part -> Points), problem, done}
+    this.ids = 0;
+    this.legend = h("div.legend");
+    this.bar = h("progress", { max: 1, value: 0, "aria-label": "reading" });
+    this.reading = h("div.reading", { hidden: true }, this.bar, h("button.quiet", { onclick: () => this._cancel() }, "Cancel"));
+    this.area = h("div.area");
+    this.element = h("div.chart", { hidden: true }, this.legend, this.reading, this.area);
+    this.observer = new ResizeObserver(() => this._layOut());
+    this.observer.observe(this.area);
+  }
+
+  close() {
+    this.forget();
+    this.observer.disconnect();
+    this.plot?.destroy();
+    clearTimeout(this.timer);
+  }
+
+  forget() {
+    this.stream?.close();
+    this.stream = null;
+  }
+
+  show(path, view, gutter) {
+    this.forget();
+    this.path = path;
+    this.view = view;
+    this.gutter = gutter;
+    for (const curve of this.curves) Object.assign(curve, { lines: new Map(), problem: "", done: false });
+    this._ask();
+  }
+
+  add(text) {
+    if (!text || this.curves.some((curve) => curve.text === text)) return;
+    if (this.curves.length >= MOST) {
+      this.on.problem(`a plot has at most ${MOST} curves: remove one first`);
+      return;
+    }
+    this.curves.push({ id: ++this.ids, text, lines: new Map(), problem: "", done: false });
+    this._changed();
+  }
+
+  _remove(curve) {
+    this.curves = this.curves.filter((each) => each !== curve);
+    this._changed();
+  }
+
+  _changed() {
+    this.on.changed(this.curves.map(({ text }) => text));
+    this._ask();
+  }
+
+  // A zoom reads what is in sight again, in more detail; what is known is shown meanwhile.
+  setView(view, gutter) {
+    this.view = view;
+    this.gutter = gutter;
+    this._draw();
+    clearTimeout(this.timer);
+    if (this.curves.length) this.timer = setTimeout(() => this._ask(), PATIENCE);
+  }
+
+  setTime(time) {
+    this.time = time;
+    this._mark();
+  }
+
+  _ask() {
+    this.element.hidden = !this.curves.length;
+    this._layOut();
+    if (!this.path) return;
+    if (!this.curves.length) {
+      this.forget();
+      return;
+    }
+    const args = { path: this.path, begin: this.view[0], end: this.view[1], curves: this.curves.map(({ id, text }) => ({ id, text })) };
+    for (const curve of this.curves) curve.done = false;
+    if (this.stream) this.stream.change(args);
+    else {
+      this.stream = this.robot.stream("bag_plot", args, {
+        data: (data, blob) => this._take(data, blob),
+        problem: (text) => this.on.problem(text),
+      });
+    }
+  }
+
+  _cancel() {
+    this.forget();
+    this.reading.hidden = true;
+  }
+
+  _take(data, blob) {
+    const whole = data.progress >= 1;
+    this.reading.hidden = whole;
+    this.bar.value = data.progress;
+    const numbers = new Float64Array(blob.buffer, blob.offset);
+    const found = new Map();
+    let at = 0;
+    for (const { id, part, count } of data.curves) {
+      const points = new Points();
+      points.add(numbers.subarray(at, at + count), numbers.subarray(at + count, at + 2 * count));
+      at += 2 * count;
+      if (!found.has(id)) found.set(id, new Map());
+      found.get(id).set(part, points);
+    }
+    let fresh = false;
+    for (const curve of this.curves) {
+      curve.problem = data.problems[curve.id] || "";
+      const lines = found.get(curve.id) || new Map();
+      if (!whole && curve.whole) continue; // what is known is better than a part of the new
+      fresh = fresh || [...lines.keys()].join() !== [...curve.lines.keys()].join();
+      curve.lines = lines;
+      curve.whole = whole;
+    }
+    if (fresh || !this.plot) this._layOut();
+    else {
+      this.lines = this._lines();
+      this._draw();
+    }
+    this._values();
+  }
+
+  _lines() {
+    const lines = this.curves.flatMap((curve) => [...curve.lines].sort((one, other) => one[0] - other[0]).map(([part, points]) => ({ curve, points, label: part < 0 ? curve.text : `${curve.text}[${part}]` })));
+    lines.forEach((line, index) => { line.colour = COLOURS[index % COLOURS.length]; });
+    return lines;
+  }
+
+  _layOut() {
+    if (this.element.hidden) return;
+    this.plot?.destroy();
+    this.plot = null;
+    this.lines = this._lines();
+    this._drawLegend();
+    const { width, height } = this.area.getBoundingClientRect();
+    if (width < 80 || height < 60) return;
+    const style = getComputedStyle(document.documentElement);
+    const colour = (name) => style.getPropertyValue(name).trim();
+    const axis = { stroke: colour("--muted"), grid: { stroke: colour("--border"), width: 1 }, ticks: { show: false } };
+    this.plot = new uPlot({
+      width: Math.floor(width), height: Math.floor(height),
+      padding: [8, RIGHT, 4, 0],
+      legend: { show: false },
+      cursor: { drag: { x: false, y: false }, y: false },
+      scales: { x: { time: false, auto: false }, y: { range: (_, least, most) => spread(least, most) } },
+      axes: [{ ...axis, show: false }, { ...axis, size: this.gutter, values: (_, marks) => marks.map((mark) => number(mark)) }],
+      series: [{}, ...this.lines.map((line) => ({ label: line.label, stroke: line.colour, width: 1.5, spanGaps: true, points: { show: false } }))],
+    }, [new Float64Array(0), ...this.lines.map(() => [])], this.area);
+    this.mark = h("i.cursor");
+    this.plot.over.append(this.mark);
+    const seek = (event) => this.on.seek(this.plot.posToVal(event.clientX - this.plot.over.getBoundingClientRect().left, "x"));
+    this.plot.over.addEventListener("pointerdown", (event) => {
+      seek(event);
+      event.currentTarget.setPointerCapture(event.pointerId);
+      event.currentTarget.onpointermove = seek;
+      event.currentTarget.onpointerup = ({ currentTarget }) => { currentTarget.onpointermove = null; };
+    });
+    this._draw();
+  }
+
+  _draw() {
+    if (!this.plot) return;
+    const [begin, end] = this.view;
+    const places = grid(begin, end, Math.max(50, this.plot.width - this.gutter - RIGHT)); // it is measured later
+    this.plot.batch(() => {
+      this.plot.setData([places.times, ...this.lines.map((line) => sample(line.points, places))], false);
+      this.plot.setScale("x", { min: begin, max: end });
+    });
+    this._mark();
+  }
+
+  _mark() {
+    if (this.plot && this.time !== undefined) {
+      const x = this.plot.valToPos(this.time, "x");
+      this.mark.hidden = !(x >= 0 && x <= this.plot.width - this.gutter - RIGHT);
+      this.mark.style.transform = `translateX(${x}px)`;
+    }
+    this._values();
+  }
+
+  _drawLegend() {
+    fill(this.legend, this.curves.map((curve) => {
+      const lines = this.lines.filter((line) => line.curve === curve);
+      curve.mark = h("span.value.mono");
+      return h("span.chip", {}, h("span.name.mono", {}, (lines.length ? lines : [{}]).map((line) => h("i.swatch", { style: { background: line.colour || "var(--border)" } })), curve.text), curve.mark,
+        h("button.quiet", { title: "remove", "aria-label": `remove ${curve.text}`, onclick: () => this._remove(curve) }, "✕"));
+    }));
+    this._values();
+  }
+
+  // The legend has the values at the cursor: those of the last points at or before it.
+  _values() {
+    for (const curve of this.curves) {
+      if (!curve.mark) continue;
+      const values = [...curve.lines.values()].map((points) => points.values[points.indexOf((this.time ?? 0) + 1e-9) - 1]);
+      const text = curve.problem || values.slice(0, 6).map((value) => (value === undefined ? "–" : number(value))).join("  ");
+      if (curve.mark.textContent !== text) curve.mark.textContent = text;
+      curve.mark.classList.toggle("wrong", Boolean(curve.problem));
+    }
+  }
+}
+
+function spread(least, most) {
+  if (least === null || most === null || !Number.isFinite(least) || !Number.isFinite(most)) return [0, 1];
+  const room = least === most ? Math.abs(least) * 0.1 || 0.5 : (most - least) * 0.08;
+  return [least - room, most + room];
+}

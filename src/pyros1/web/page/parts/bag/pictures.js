@@ -1,0 +1,80 @@
+// Small pictures along the row of a topic with images. Only those in sight are asked for, and some are kept.
+
+import { fill, h } from "../../lib/dom.js";
+
+const HEIGHT = 46; // pixels
+const WIDE = 76; // pixels between two pictures, at least
+const KEPT = 200;
+
+export class Pictures {
+  constructor(robot, path, topic, drawn, problem) {
+    this.robot = robot;
+    this.path = path;
+    this.topic = topic;
+    this.drawn = drawn;
+    this.said = problem;
+    this.known = new Map(); // wanted time -> {time, url, problem}
+    this.asked = new Set();
+    this.problem = "";
+  }
+
+  close() {
+    this.stream?.close();
+    for (const { url } of this.known.values()) URL.revokeObjectURL(url);
+    this.known.clear();
+  }
+
+  // The times whose pictures are shown: they stay where they are while the timeline pans.
+  _times({ view: [begin, end], width, facts }) {
+    const least = (WIDE / width) * (end - begin);
+    const step = 2 ** Math.ceil(Math.log2(least));
+    const times = [];
+    for (let index = Math.floor(begin / step); index * step < end && times.length < 60; index += 1) {
+      const time = index * step;
+      if (time >= 0 && time <= facts.length) times.push(time);
+    }
+    if (begin <= 0) times.unshift(Math.min(step / 4, facts.length)); // the first image is seldom at the very beginning
+    return times;
+  }
+
+  ask(timeline) {
+    const missing = this._times(timeline).filter((time) => !this.known.has(time));
+    const text = missing.join();
+    if (!missing.length || text === this.text) return;
+    this.text = text;
+    const args = { path: this.path, topic: this.topic, times: missing.slice(0, 64), height: HEIGHT * 2 };
+    if (this.stream) this.stream.change(args);
+    else this.stream = this.robot.stream("bag_pictures", args, { data: (data, blob) => this._take(data, blob) });
+  }
+
+  _take(data, blob) {
+    const bytes = new Uint8Array(blob.buffer, blob.offset);
+    const url = bytes.length ? URL.createObjectURL(new Blob([bytes], { type: "image/jpeg" })) : "";
+    this.known.set(data.wanted, { ...data, url });
+    while (this.known.size > KEPT) {
+      const [first, { url: old }] = this.known.entries().next().value;
+      URL.revokeObjectURL(old);
+      this.known.delete(first);
+    }
+    this.problem = data.problem;
+    this.drawn();
+  }
+
+  draw(holder, timeline) {
+    const shown = [];
+    let last = null;
+    for (const time of this._times(timeline)) {
+      const found = this.known.get(time);
+      if (!found?.url || found.time === last) continue; // images that are far apart are shown once
+      last = found.time;
+      const x = timeline.x(Math.max(found.time, timeline.view[0]));
+      if (x < timeline.width - 20) shown.push({ x, url: found.url });
+    }
+    const spaced = shown.filter((each, index) => !index || each.x - shown[index - 1].x > 24);
+    const key = spaced.map(({ x, url }) => `${x.toFixed(1)} ${url}`).join() + this.problem;
+    if (holder.key === key) return;
+    holder.key = key;
+    fill(holder, spaced.map(({ x, url }) => h("img", { src: url, alt: "", draggable: false, height: HEIGHT, style: { left: `${x}px` } })),
+      !spaced.length && this.problem && h("span.wrong", {}, this.problem));
+  }
+}

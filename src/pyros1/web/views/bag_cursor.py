@@ -1,0 +1,53 @@
+"""The messages of a bag at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pyros1.ground.errors import Error
+from pyros1.ground.shown import foreign
+from pyros1.web.views.bag_file import BagView, topics
+from pyros1.web.views.message import tree
+from pyros1.web.views.view import number
+from pyros1.web.wire import Push
+
+_MOST_TOPICS = 8
+_LONGEST = 1e10
+
+
+class BagCursorView(BagView):
+    """The last message of each of some topics at or before a time, as a late subscriber of latched topics gets them.
+
+    Args (of the page):
+        path: an open bag.
+        time: in seconds since the bag's beginning.
+        topics: their names.
+
+    Pushes ``{"time", "messages": {TOPIC: {"time", "type", "publisher", "value", "problem"}}}``; see `MessageView` for
+    the value. A topic that has no message yet is not there.
+    """
+
+    def change(self, args: Mapping[str, Any]) -> None:
+        time = number(args, "time", -_LONGEST, _LONGEST, 0.0)
+        self._wanted: tuple[float, list[str]] | None = (time, self.bag.names(topics(args, _MOST_TOPICS)))
+
+    def take(self) -> Push | None:
+        wanted, self._wanted = self._wanted, None
+        if wanted is None:
+            return None
+        time, names = wanted
+        found = {}
+        for name in names:  # one by one: a topic whose messages cannot be read leaves the others as they are
+            try:
+                for topic, item in self.bag.at(time, [name]).items():
+                    found[topic] = {
+                        "time": self.bag.seconds(item.time.to_nsec()),
+                        "type": foreign(item.connection.type),
+                        "publisher": foreign(item.connection.callerid),
+                        "value": tree(item.message),
+                        "problem": "",
+                    }
+            except Error as error:
+                found[name] = {"time": None, "type": "", "publisher": "", "value": None, "problem": foreign(str(error))}
+        return Push({"time": time, "messages": found})

@@ -1,0 +1,121 @@
+"""A bag that is opened, and what is in it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from pyros1.ground.errors import Error
+from pyros1.web.views.view import View, text
+from pyros1.web.wire import Push, RequestError
+
+if TYPE_CHECKING:
+    from pyros1.web.bags.opened import OpenBag
+    from pyros1.web.robot import Robot
+
+_TELL = 0.2
+"""Seconds between two words on how far it is."""
+
+
+class _Left(Error):
+    """Nobody waits for the bag any more."""
+
+
+class BagFileView(View):
+    """A bag. It stays open while this view, or another that shows it, is there.
+
+    Args (of the page):
+        path: the file.
+
+    Pushes ``{"reading": bytes, "size": bytes}`` while a bag without an index is scanned, ``{"problem": TEXT}``, or
+    what `pyros1.web.bags.opened.OpenBag.facts` says.
+    """
+
+    def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
+        super().__init__(robot, args, wake)
+        self._path = text(args, "path")
+        self._size = robot.bags.shelf.file(self._path).stat().st_size
+        self._bag: OpenBag | None = None
+        self._news: dict[str, Any] | None = None
+        self._told = monotonic()
+        self._left = False
+        self._lock = threading.Lock()
+        threading.Thread(target=self._open, name="web: opens a bag", daemon=True).start()
+
+    def take(self) -> Push | None:
+        with self._lock:
+            news, self._news = self._news, None
+        return None if news is None else Push(news)
+
+    def close(self) -> None:
+        with self._lock:
+            self._left = True
+            bag, self._bag = self._bag, None
+        if bag is not None:
+            self.robot.bags.release(bag)
+
+    def _open(self) -> None:
+        try:
+            bag = self.robot.bags.open(self._path, self._progress)
+        except _Left:
+            return
+        except Error as error:
+            self._say({"problem": str(error)})
+            return
+        with self._lock:
+            left = self._left
+            self._bag = None if left else bag
+        if left:
+            self.robot.bags.release(bag)
+            return
+        try:
+            self._say(bag.facts())
+        except (Error, OSError, ValueError) as error:  # ValueError: closed meanwhile
+            self._say({"problem": str(error)})
+
+    def _progress(self, done: int) -> None:
+        if self._left:
+            raise _Left
+        if monotonic() - self._told > _TELL:
+            self._told = monotonic()
+            self._say({"reading": done, "size": self._size})
+
+    def _say(self, news: dict[str, Any]) -> None:
+        with self._lock:
+            self._news = news
+        self.wake()
+
+
+class BagView(View):
+    """What all views of an open bag have in common.
+
+    Args (of the page):
+        path: the file, which a `BagFileView` has opened.
+    """
+
+    def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
+        super().__init__(robot, args, wake)
+        self.path = text(args, "path")
+        self.bag = robot.bags.borrow(self.path)
+        try:
+            self.change(args)
+        except BaseException:
+            robot.bags.release(self.bag)
+            raise
+
+    def close(self) -> None:
+        self.robot.bags.release(self.bag)
+
+
+def topics(args: Mapping[str, Any], most: int) -> list[str]:
+    """Return an argument that is a list of topics.
+
+    Raises:
+        RequestError: it is none, or too long.
+    """
+    found = args.get("topics", [])
+    if not isinstance(found, list) or len(found) > most or not all(isinstance(each, str) for each in found):
+        raise RequestError(f"topics is a list of at most {most} names")
+    return found

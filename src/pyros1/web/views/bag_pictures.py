@@ -1,0 +1,64 @@
+"""Small pictures of a bag's images."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+from pyros1.ground.errors import Error
+from pyros1.ground.shown import foreign
+from pyros1.web.bags.opened import IMAGES
+from pyros1.web.bags.pictures import picture
+from pyros1.web.views.bag_file import BagView
+from pyros1.web.views.view import number, text
+from pyros1.web.wire import Push, RequestError
+
+MOST = 64
+"""Most pictures that are asked for at once."""
+HIGHEST = 720
+_LONGEST = 1e10
+
+
+class BagPicturesView(BagView):
+    """Images of a topic at some times, one after the other.
+
+    Args (of the page):
+        path: an open bag.
+        topic: of images.
+        times: in seconds since the bag's beginning; of each the last image at or before it is shown.
+        height: of the pictures, in pixels; those that are smaller stay as they are.
+
+    Pushes ``{"topic", "wanted", "time", "width", "height", "problem"}`` with the picture as JPEG; an empty one with a
+    problem, or where there is no image yet.
+    """
+
+    polled = True
+
+    def change(self, args: Mapping[str, Any]) -> None:
+        name = text(args, "topic")
+        known = self.bag.topics.get(name)
+        if known is None or known.type not in IMAGES:
+            raise RequestError(f"{foreign(name[:200])} has no images")
+        times = args.get("times", [])
+        if not isinstance(times, list) or len(times) > MOST:
+            raise RequestError(f"times is a list of at most {MOST}")
+        self._topic = name
+        self._height = int(number(args, "height", 8, HIGHEST, 60))
+        self._wanted = deque(number({"time": each}, "time", -_LONGEST, _LONGEST, 0.0) for each in times)
+        self.polled = True
+
+    def take(self) -> Push | None:
+        if not self._wanted:
+            self.polled = False  # until the next change
+            return None
+        wanted = self._wanted.popleft()
+        facts = {"topic": self._topic, "wanted": wanted, "time": None, "width": 0, "height": 0, "problem": ""}
+        try:
+            for item in self.bag.at(wanted, [self._topic]).values():
+                data, width, height = picture(item.message, self._height)
+                time = self.bag.seconds(item.time.to_nsec())
+                return Push({**facts, "time": time, "width": width, "height": height}, data)
+        except Error as error:
+            return Push({**facts, "problem": foreign(str(error))}, b"")
+        return Push(facts, b"")

@@ -1,0 +1,72 @@
+"""A bag that is played into the running system while a page shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pyros1.web.bags.opened import MOST_TOPICS
+from pyros1.web.bags.playing import Playback, Wishes
+from pyros1.web.views.bag_file import BagView, topics
+from pyros1.web.views.view import number
+from pyros1.web.wire import Push, RequestError
+
+if TYPE_CHECKING:
+    from pyros1.web.robot import Robot
+
+SLOWEST, FASTEST = 0.01, 100.0
+_LONGEST = 1e10
+
+
+class BagPlayView(BagView):
+    """Playing. It ends with this view.
+
+    Args (of the page):
+        path: an open bag.
+        rate: factor of the speed.
+        loop, paused, clock: see `pyros1.web.bags.playing.Wishes`.
+        topics: those to publish; without this, all.
+        start: where to begin, or to go on; in seconds since the bag's beginning. Without it, playing goes on where
+            it is.
+
+    Pushes what `pyros1.web.bags.playing.Playback.status` says.
+    """
+
+    period = 1 / 15
+
+    def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
+        if robot.access.read_only:
+            raise RequestError("this server is read-only (--read-only)")
+        self._node = robot.node
+        self._playback: Playback | None = None
+        self._shown: dict[str, Any] = {}
+        super().__init__(robot, args, wake)
+
+    def change(self, args: Mapping[str, Any]) -> None:
+        chosen = topics(args, MOST_TOPICS) if args.get("topics") is not None else list(self.bag.topics)
+        wishes = Wishes(
+            rate=number(args, "rate", SLOWEST, FASTEST, 1.0),
+            loop=args.get("loop") is True,
+            paused=args.get("paused") is True,
+            clock=args.get("clock") is True,
+            topics=frozenset(self.bag.names(chosen)),
+        )
+        start = None if args.get("start") is None else number(args, "start", -_LONGEST, _LONGEST, 0.0)
+        if start is not None:
+            start = min(max(0.0, start), self.bag.length)
+        if self._playback is None:
+            self._playback = Playback(self._node, self.bag, wishes, start or 0.0, self.wake)
+        else:
+            self._playback.change(wishes, start)
+
+    def take(self) -> Push | None:
+        status = self._playback.status() if self._playback is not None else {}
+        if status == self._shown:
+            return None
+        self._shown = status
+        return Push(status)
+
+    def close(self) -> None:
+        if self._playback is not None:
+            self._playback.close()
+        super().close()

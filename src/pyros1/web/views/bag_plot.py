@@ -1,0 +1,196 @@
+"""Recorded numbers over the time of a bag."""
+
+from __future__ import annotations
+
+import threading
+from array import array
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pyros1.ground.errors import Error
+from pyros1.ground.shown import foreign
+from pyros1.web.bags.envelope import Envelope
+from pyros1.web.bags.opened import OpenBag
+from pyros1.web.curves import Curve, CurveError
+from pyros1.web.views.bag_file import BagView
+from pyros1.web.views.view import number
+from pyros1.web.wire import Push, RequestError
+
+if TYPE_CHECKING:
+    from pyros1.web.robot import Robot
+
+MOST_CURVES = 16
+MOST_LINES = 64
+"""Most lines: each element of an array is one."""
+_PARTS = 800
+"""Parts of the time: of each, up to four points of a line are kept."""
+_BATCH = 200
+_TELL = 0.3
+"""Seconds between two looks at the threads' progress."""
+_LONGEST = 1e10
+
+
+class BagPlotView(BagView):
+    """Curves of recorded numbers. A thread reads the bag, and what it has is shown meanwhile.
+
+    Args (of the page):
+        path: an open bag.
+        curves: a list of ``{"id": N, "text": TEXT}``; see `pyros1.web.curves.Curve`.
+        begin, end: the times to read, in seconds since the bag's beginning.
+
+    Pushes ``{"begin", "end", "progress": 0..1, "curves": [{"id", "part", "count"}, ...], "problems": {ID: TEXT}}`` with
+    all points, as `PlotView` does. Progress is 1 when it has read all.
+    """
+
+    period = _TELL
+
+    def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
+        self._job: _Job | None = None
+        super().__init__(robot, args, wake)
+
+    def change(self, args: Mapping[str, Any]) -> None:
+        curves = _wanted(args)
+        begin = number(args, "begin", -_LONGEST, _LONGEST, 0.0)
+        end = number(args, "end", -_LONGEST, _LONGEST, self.bag.length)
+        if self._job is not None:
+            self._job.stop()
+            self._job.join()  # which may take as long as to read a chunk
+        self._job = _Job(self.bag, curves, begin, max(end, begin + 1e-6), self.robot.bags.jobs, self.wake)
+
+    def take(self) -> Push | None:
+        return self._job.take() if self._job is not None else None
+
+    def close(self) -> None:
+        if self._job is not None:
+            self._job.stop()
+            self._job.join()  # a bag may only be closed when nobody reads it
+        super().close()
+
+
+class _Job:
+    """Reads through a bag once."""
+
+    def __init__(
+        self,
+        bag: OpenBag,
+        texts: dict[int, str],
+        begin: float,
+        end: float,
+        room: threading.BoundedSemaphore,
+        wake: Callable[[], object],
+    ) -> None:
+        self._bag, self._begin, self._end, self._room, self._wake = bag, begin, end, room, wake
+        self._problems: dict[int, str] = {}
+        self._curves: dict[str, list[tuple[int, Curve]]] = {}
+        self._lines: dict[tuple[int, int], Envelope] = {}
+        self._progress = 0.0
+        self._lock = threading.Lock()
+        self._stopped = threading.Event()
+        self._taken = -1.0
+        for number_, words in texts.items():
+            try:
+                curve = Curve(words)
+                topic = curve.find(bag.find_topic)
+                if topic is None:
+                    raise CurveError("no such topic in this bag")
+                self._curves.setdefault(topic, []).append((number_, curve))
+            except Error as error:
+                self._problems[number_] = str(error)
+        self._thread = threading.Thread(target=self._run, name="web: reads a bag", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End soon."""
+        self._stopped.set()
+
+    def join(self) -> None:
+        """Wait for the end; a chunk is read to its end."""
+        self._thread.join()
+
+    def take(self) -> Push | None:
+        with self._lock:
+            if self._progress == self._taken:
+                return None
+            self._taken = self._progress
+            lines = {key: line.points() for key, line in sorted(self._lines.items())}
+            problems = dict(self._problems)
+        entries, blob = [], array("d")
+        for (number_, part), (times, values) in lines.items():
+            entries.append({"id": number_, "part": part, "count": len(times)})
+            blob.extend(times)
+            blob.extend(values)
+        data = {
+            "begin": self._begin,
+            "end": self._end,
+            "progress": self._taken,
+            "curves": entries,
+            "problems": {number_: foreign(words) for number_, words in problems.items()},
+        }
+        return Push(data, blob.tobytes())
+
+    def _run(self) -> None:
+        while not self._room.acquire(timeout=_TELL):
+            if self._stopped.is_set():
+                return
+        try:
+            if self._curves:
+                self._read()
+        except (Error, OSError) as error:
+            with self._lock:
+                self._problems.update(dict.fromkeys((n for each in self._curves.values() for n, _ in each), str(error)))
+        finally:
+            self._room.release()
+        with self._lock:
+            self._progress = 1.0
+        self._wake()
+
+    def _read(self) -> None:
+        bag, reader = self._bag, self._bag.bag.reader
+        first, last = bag.nanoseconds(self._begin), bag.nanoseconds(self._end)
+        span = max(1, min(last, bag.end) - max(first, bag.begin))
+        messages = reader.messages(reader.ids(list(self._curves)), max(0, first), last)
+        for count, stored in enumerate(messages, 1):
+            if self._stopped.is_set():
+                return
+            message = bag.bag.decode(stored)
+            for _, curve in self._curves.get(stored.connection.topic, ()):
+                curve.add(message, bag.seconds(stored.time))
+            if count % _BATCH == 0:
+                self._keep()
+                with self._lock:
+                    self._progress = min(0.999, (stored.time - max(first, bag.begin)) / span)
+                self._wake()
+        self._keep()
+
+    def _keep(self) -> None:
+        with self._lock:
+            for number_, curve in ((n, curve) for each in self._curves.values() for n, curve in each):
+                for part, (times, values) in curve.take(_BATCH).items():
+                    line = self._line(number_, part)
+                    if line is None:
+                        curve.problem = f"more than {MOST_LINES} lines: choose some elements, as in [0:3]"
+                        break
+                    for time, value in zip(times, values, strict=True):
+                        line.add(time, value)
+                if curve.problem:
+                    self._problems[number_] = curve.problem
+
+    def _line(self, number_: int, part: int) -> Envelope | None:
+        line = self._lines.get((number_, part))
+        if line is None and len(self._lines) < MOST_LINES:
+            line = self._lines[number_, part] = Envelope(self._begin, self._end, _PARTS)
+        return line
+
+
+def _wanted(args: Mapping[str, Any]) -> dict[int, str]:
+    found: dict[int, str] = {}
+    curves = args.get("curves", [])
+    if not isinstance(curves, list) or len(curves) > MOST_CURVES:
+        raise RequestError(f"curves is a list of at most {MOST_CURVES}")
+    for entry in curves:
+        match entry:
+            case {"id": int(number_), "text": str(words)} if not isinstance(number_, bool):
+                found[number_] = words[:1_000]
+            case _:
+                raise RequestError("a curve has an id and a text")
+    return found

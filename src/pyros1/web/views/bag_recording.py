@@ -1,0 +1,27 @@
+"""How the recording goes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.web.views.view import View
+from pyros1.web.wire import Push
+
+
+class BagRecordingView(View):
+    """The recording that runs, or the last one.
+
+    Pushes ``{"recording": STATUS}``; see `pyros1.web.bags.recording.Recording.status`, or null if there was none.
+    """
+
+    period = 0.5
+    polled = True
+    _shown: Any = ()
+
+    def take(self) -> Push | None:
+        recording = self.robot.bags.recording
+        status = None if recording is None else recording.status()
+        if status == self._shown:
+            return None
+        self._shown = status
+        return Push({"recording": status})
