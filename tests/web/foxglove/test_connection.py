@@ -103,9 +103,9 @@ def test_nothing_is_subscribed_to_before_a_viewer_does(serve: Start, make_node: 
         viewer.channel("/a")
         assert publisher.num_connections == 0
         viewer.subscribe("/a")
-        assert publisher.wait_for_subscribers(timeout=PATIENCE)
-        left = threading.Event()
-        publisher.watch(lambda peer: None, lambda peer: left.set())
+        joined, left = threading.Event(), threading.Event()
+        publisher.watch(lambda peer: joined.set(), lambda peer: left.set())
+        assert joined.wait(PATIENCE)
         viewer.send("unsubscribe", subscriptionIds=[1])
         assert left.wait(PATIENCE)
 
