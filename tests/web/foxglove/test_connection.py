@@ -112,11 +112,11 @@ def test_nothing_is_subscribed_to_before_a_viewer_does(serve: Start, make_node: 
 
 def test_subscriptions_end_with_the_viewer(serve: Start, make_node: Make) -> None:
     publisher = make_node("talker").advertise("a", Float64)
-    left = threading.Event()
-    publisher.watch(lambda peer: None, lambda peer: left.set())
+    joined, left = threading.Event(), threading.Event()
+    publisher.watch(lambda peer: joined.set(), lambda peer: left.set())
     with Viewer(serve(token="t")) as viewer:
         viewer.subscribe("/a")
-        assert publisher.wait_for_subscribers(timeout=PATIENCE)
+        assert joined.wait(PATIENCE)
     assert left.wait(PATIENCE)
 
 
