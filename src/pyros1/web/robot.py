@@ -18,6 +18,7 @@ from pyros1.web.bags.shelf import Shelf
 from pyros1.web.console import Console
 from pyros1.web.hub import Hub
 from pyros1.web.publishing import Publishing
+from pyros1.web.scene.world import World
 from pyros1.web.system import System
 from pyros1.web.types import Types
 from pyros1.web.wire import RequestError
@@ -47,6 +48,7 @@ class Robot:
         self.graph: Graph = _CachedGraph(self.master)
         self.system = System(self.graph)
         self.console = Console()
+        self.world = World(self.listen)
         self.bags = Library(Shelf(access.bags), access.may_see)
         self.trouble = "looking for the master"
         self._make_node = make_node
