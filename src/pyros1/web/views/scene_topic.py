@@ -27,7 +27,8 @@ class SceneTopicView(View):
         fixed: the frame in which the pose is told.
 
     Pushes the facts of `pyros1.web.scene.shapes` with "frame", "stamp" and "pose", the place of the message's frame at
-    its time, or null if that is not known; or ``{"kind": "markers", "new": [...], "gone": [...], "poses": {FRAME: POSE}}``.
+    its time, or null if that is not known; or
+    ``{"kind": "markers", "new": [...], "gone": [[NS, ID], ...], "poses": {FRAME: POSE}, "all": BOOL}``.
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
