@@ -190,6 +190,7 @@ COMMAND = Command(
         "rqt_image_view": ("image",),
         "rqt_plot": ("plot",),
         "rqt_tf_tree": ("frames",),
+        "rviz": ("scene",),
         "rxconsole": ("console",),
         "rxgraph": ("graph",),
         "rxplot": ("plot",),

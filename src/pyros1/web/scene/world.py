@@ -15,6 +15,10 @@ from pyros1.web.hub import Arrival
 Listen = Callable[[str, Callable[[Arrival], object]], Callable[[], None]]
 Pose = list[float]
 """Position x, y, z in metres, and a quaternion x, y, z, w."""
+MOST_FRAMES = 5_000
+"""Most frames that are kept; new ones beyond that are ignored."""
+_JUMP = 5.0
+"""Seconds by which the stamps of a publisher go back when a bag or a simulation begins again."""
 IDENTITY: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 
 
@@ -31,6 +35,7 @@ class World:
         self._looking = 0
         self._ends: list[Callable[[], None]] = []
         self._changed: tuple[Callable[[], object], ...] = ()
+        self._newest: dict[str, float] = {}
         self.buffer = Buffer(warn=lambda text: None)
 
     def look(self, changed: Callable[[], object]) -> Callable[[], None]:
@@ -45,6 +50,7 @@ class World:
         with self._lock:
             if not self._looking:
                 self.buffer = Buffer(warn=lambda text: None)
+                self._newest = {}
                 self._ends.append(self._listen("/tf", self._moving))
                 self._ends.append(self._listen("/tf_static", self._static))
             self._looking += 1
@@ -88,6 +94,17 @@ class World:
             return [move.x, move.y, move.z, turn.x, turn.y, turn.z, turn.w]
         return None
 
+    def _start_anew_if_time_went_back(self, transforms: Any, publisher: str) -> None:
+        stamps = [each.header.stamp.to_sec() for each in transforms]
+        if not stamps:
+            return
+        newest = self._newest.get(publisher, 0.0)
+        if max(stamps) < newest - _JUMP:
+            self.buffer.clear()  # static ones stay
+            self._newest.clear()
+        if len(self._newest) < MOST_FRAMES or publisher in self._newest:
+            self._newest[publisher] = max(*stamps, self._newest.get(publisher, 0.0))
+
     def _moving(self, arrival: Arrival) -> None:
         self._add(arrival, False)
 
@@ -101,6 +118,10 @@ class World:
         except (MessageError, AttributeError):
             return  # the panel of frames says so
         publisher = (arrival.raw._connection_header or {}).get("callerid", "")
+        if not static:
+            self._start_anew_if_time_went_back(transforms, publisher)
+        if len(self.buffer.frames()) > MOST_FRAMES:
+            transforms = [each for each in transforms if self.buffer.has_frame(each.child_frame_id.lstrip("/"))]
         self.buffer.set_transforms(transforms, publisher, static=static)
         for changed in self._changed:
             changed()

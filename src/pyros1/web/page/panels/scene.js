@@ -71,7 +71,7 @@ class Scene {
     this.buttons = new Map([["measure", "Measure"], ["goal", "Nav goal"], ["estimate", "Pose estimate"]].map(([name, text]) =>
       [name, h("button", { "aria-pressed": "false", onclick: () => this._use(name) }, text)]));
     tools.append(h("label.check", {}, "fixed", this.fixedChoice), view("orbit", "orbit"), view("top", "top"), view("side", "side"),
-      [...this.buttons.values()],
+      ...this.buttons.values(),
       h("button.quiet", { title: "save the picture", onclick: () => this._png() }, "PNG"));
     this.view = h("div.view");
     this.list = h("div.displays");
