@@ -108,6 +108,20 @@ def test_a_problem_is_told_once_and_the_view_goes_on(session: Session) -> None:
     assert shown(take(session, 3.0)[0]) == [{"stream": 1, "data": 2}]
 
 
+def test_a_fault_of_ours_is_told_and_the_view_goes_on(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    session.handle(Open(1, "counter", {}))
+    take(session, 0.0)
+    session.handle(Next(1))
+    with monkeypatch.context() as patch:
+        patch.setattr(Counter, "take", lambda self: Push(float("nan")))
+        Counter.made[0].wake()
+        (frame,) = shown(take(session, 1.0)[0])
+        assert frame["stream"] == 1
+        assert "a fault of this server" in frame["error"]
+    Counter.made[0].wake()
+    assert shown(take(session, 2.0)[0]) == [{"stream": 1, "data": 2}]
+
+
 def test_a_slow_view_delays_no_other_one(session: Session) -> None:
     for number in (1, 2):
         session.handle(Open(number, "counter", {}))

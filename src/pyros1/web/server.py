@@ -34,6 +34,7 @@ from pyros1.web.rosbridge.driver import Bridge
 from pyros1.web.rosbridge.intake import MAX_FRAME
 from pyros1.web.session import Session
 from pyros1.web.threads import Threads
+from pyros1.web.waiting import wait_for_event
 from pyros1.web.wire import RequestError
 
 PROTOCOL = Subprotocol("pyros1.v1")
@@ -94,6 +95,8 @@ class WebServer:
                 compression=None,
                 server_header=None,
                 close_timeout=2,
+                ping_interval=2,  # what a page publishes again and again ends soon after it has vanished
+                ping_timeout=4,
                 logger=quiet,
             ) as server:
                 yield server
@@ -206,8 +209,7 @@ class _Page:
             for number in numbers:
                 self._begin(self._push(number))
             wait = None if again is None else max(0.0, again - monotonic())
-            with contextlib.suppress(asyncio.TimeoutError):
-                await asyncio.wait_for(self._awake.wait(), wait)
+            await wait_for_event(self._awake, wait)
             await asyncio.sleep(_TOGETHER)
 
     async def _push(self, number: int) -> None:

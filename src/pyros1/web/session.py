@@ -122,6 +122,8 @@ class Session:
             return wire.result(call.id, calls.run(self._robot, call.name, call.args))
         except Error as error:
             return wire.failure(call.id, str(error))
+        except Exception as error:  # noqa: BLE001 - a fault of ours, of which the page shall know
+            return wire.failure(call.id, f"a fault of this server: {error!r:.500}")
 
     def close(self) -> None:
         """End all streams."""
@@ -162,17 +164,19 @@ class Session:
             if stream.view is None:
                 stream.view = stream.make(stream.args)
             push = stream.view.take()
+            frame = None if push is None else wire.push(number, push)
         except Error as error:
             problem = str(error)
-            if problem == stream.problem:
-                return None
-            stream.problem = problem
-            return wire.problem(number, problem)
-        stream.problem = ""
-        if push is None:
+        except Exception as error:  # noqa: BLE001 - a fault of ours, of which the page shall know
+            problem = f"a fault of this server: {error!r:.500}"
+        else:
+            stream.problem = ""
+            stream.awaited = frame is None
+            return frame
+        if problem == stream.problem:
             return None
-        stream.awaited = False
-        return wire.push(number, push)
+        stream.problem = problem
+        return wire.problem(number, problem)
 
     def _close(self, number: int) -> None:
         stream = self._streams.pop(number, None)

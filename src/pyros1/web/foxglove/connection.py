@@ -22,6 +22,7 @@ from pyros1.web.foxglove.offers import Channel
 from pyros1.web.foxglove.outbox import Outbox, Waiting
 from pyros1.web.foxglove.shared import Shared
 from pyros1.web.hub import Arrival
+from pyros1.web.waiting import wait_for_event
 
 _PERIOD = 1.0
 """Seconds between two looks at what there is."""
@@ -124,9 +125,9 @@ class Viewer:
                 self._waking = False
                 while waiting := self._outbox.take(_BATCH):
                     found = [
-                        frames.message(self._subscriptions[each.ticket], each.time, each.payload)
+                        frames.message(subscription, each.time, each.payload)
                         for each in waiting
-                        if each.ticket in self._subscriptions
+                        if (subscription := self._subscriptions.get(each.ticket)) is not None  # threads end some
                     ]
                     if len(found) > 1 and self._connection.state is State.OPEN:
                         # Small messages leave together: to send each would cost ten times as much.
@@ -158,8 +159,7 @@ class Viewer:
                         continue
                 except Error as error:
                     await self._send(self._machine.problems({"master": str(error)}))
-                with contextlib.suppress(asyncio.TimeoutError):
-                    await asyncio.wait_for(self._changed.wait(), _PERIOD)
+                await wait_for_event(self._changed, _PERIOD)
 
     async def _look_once(self) -> bool:
         """Return whether to look again at once."""

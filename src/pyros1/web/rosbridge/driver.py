@@ -17,6 +17,7 @@ from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.client import Client
 from pyros1.web.rosbridge.outbox import Frame
 from pyros1.web.threads import Threads
+from pyros1.web.waiting import wait_for_event
 
 _MOST_READ = 64
 """Frames that are read ahead."""
@@ -112,8 +113,7 @@ class _Driver:
                         await self._socket.send(frame)  # a slow client is waited for here, and only here
                     frames = await self._in_thread(_some, made) if len(frames) == _AT_ONCE else []
                 wait = None if again is None else max(0.0, again - monotonic())
-                with contextlib.suppress(asyncio.TimeoutError):
-                    await asyncio.wait_for(self._awake.wait(), wait)
+                await wait_for_event(self._awake, wait)
 
     def _take(self) -> tuple[list[Frame], Iterator[Frame], float | None]:
         made, again = self._client.take(monotonic())
