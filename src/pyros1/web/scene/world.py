@@ -114,14 +114,16 @@ class World:
     def _add(self, arrival: Arrival, static: bool) -> None:
         try:
             message: Any = arrival.message
-            transforms = message.transforms
-        except (MessageError, AttributeError):
-            return  # the panel of frames says so
+            self._put(message.transforms, arrival, static)
+        except (MessageError, AttributeError, TypeError):
+            return  # something else than transforms; the panel of frames says so
+        for changed in self._changed:
+            changed()
+
+    def _put(self, transforms: Any, arrival: Arrival, static: bool) -> None:
         publisher = (arrival.raw._connection_header or {}).get("callerid", "")
         if not static:
             self._start_anew_if_time_went_back(transforms, publisher)
         if len(self.buffer.frames()) > MOST_FRAMES:
             transforms = [each for each in transforms if self.buffer.has_frame(each.child_frame_id.lstrip("/"))]
         self.buffer.set_transforms(transforms, publisher, static=static)
-        for changed in self._changed:
-            changed()
