@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from pyros1.ground.errors import NodeError
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.web.hub import Arrival, Hub
 
 from ..bodies import encode
+
+
+def at_once(work: Callable[[], None]) -> None:
+    """Subscribe in the same thread."""
+    work()
 
 
 class Subscriptions:
@@ -21,12 +28,15 @@ class Subscriptions:
     def __init__(self) -> None:
         self.callbacks: dict[str, Callable[[AnyMsg], object]] = {}
         self.ended: list[str] = []
+        self.links: list[Any] = []
 
     def subscribe(self, topic: str, callback: Callable[[AnyMsg], object]) -> Any:
         self.callbacks[topic] = callback
         ended = self.ended
 
         class Subscriber:
+            links = self.links
+
             def unregister(self) -> None:
                 ended.append(topic)
 
@@ -41,6 +51,8 @@ class Subscriptions:
             "callerid": caller,
             "latching": "1" if latching else "0",
         }
+        if not any(link.header["callerid"] == caller for link in self.links):
+            self.links.append(SimpleNamespace(header={"callerid": caller}))
         self.callbacks[topic](raw)
 
 
@@ -51,7 +63,7 @@ def subscriptions() -> Subscriptions:
 
 @pytest.fixture
 def hub(subscriptions: Subscriptions) -> Hub:
-    return Hub(subscriptions.subscribe, lambda: 12.5)
+    return Hub(subscriptions.subscribe, lambda: 12.5, at_once)
 
 
 def numbers(into: list[float]) -> Callable[[Arrival], object]:
@@ -109,7 +121,7 @@ def test_no_message_is_lost_that_comes_while_one_subscribes(subscriptions: Subsc
         thread.join(10)
         return found
 
-    Hub(subscribe, lambda: 0.0).listen("/a", numbers(seen))
+    Hub(subscribe, lambda: 0.0, at_once).listen("/a", numbers(seen))
     assert seen == [7.0]
 
 
@@ -118,10 +130,44 @@ def test_a_topic_that_cannot_be_subscribed_to_is_tried_anew() -> None:
 
     def subscribe(topic: str, callback: Callable[[AnyMsg], object]) -> Any:
         attempts.append(topic)
-        raise ValueError("no")
+        raise NodeError("no")
+
+    hub = Hub(subscribe, lambda: 0.0, at_once)
+    for _ in range(2):
+        hub.listen("/a", lambda arrival: None)
+    assert attempts == ["/a", "/a"]
+
+
+def test_nobody_waits_while_the_master_is_away() -> None:
+    answer, unregistered, over = threading.Event(), threading.Event(), threading.Event()
+
+    def subscribe(topic: str, callback: Callable[[AnyMsg], object]) -> Any:
+        assert answer.wait(20)
+        over.set()
+        return SimpleNamespace(unregister=unregistered.set, links=[])
 
     hub = Hub(subscribe, lambda: 0.0)
-    for _ in range(2):
-        with pytest.raises(ValueError, match="no"):
-            hub.listen("/a", lambda arrival: None)
-    assert attempts == ["/a", "/a"]
+    end = hub.listen("/a", lambda arrival: None)
+    other = hub.listen("/b", lambda arrival: None)
+    end()
+    other()
+    hub.listen("/c", lambda arrival: None)
+    hub.close()
+    answer.set()
+    assert over.wait(20)
+    assert unregistered.wait(20)  # what nobody wants any more ends at once
+
+
+def test_of_latched_messages_the_newest_is_the_last_and_those_of_the_dead_are_forgotten(
+    hub: Hub, subscriptions: Subscriptions
+) -> None:
+    hub.listen("/a", lambda arrival: None)
+    for number, caller in [(1.0, "/one"), (2.0, "/two"), (3.0, "/one")]:
+        subscriptions.send("/a", number, latching=True, caller=caller)
+    later: list[float] = []
+    hub.listen("/a", numbers(later))
+    assert later == [2.0, 3.0]
+    subscriptions.links[:] = [link for link in subscriptions.links if link.header["callerid"] != "/one"]
+    after: list[float] = []
+    hub.listen("/a", numbers(after))
+    assert after == [2.0]

@@ -455,7 +455,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
         'show the running robot in a browser',
         'look',
         '',
-        {'rqt': ('--open',), 'rqt_bag': ('bag',), 'rqt_console': ('console',), 'rqt_graph': ('graph',), 'rqt_image_view': ('image',), 'rqt_plot': ('plot',), 'rqt_tf_tree': ('frames',), 'rxconsole': ('console',), 'rxgraph': ('graph',), 'rxplot': ('plot',)},
+        {'rqt': ('--open',), 'rqt_bag': ('bag',), 'rqt_console': ('console',), 'rqt_graph': ('graph',), 'rqt_image_view': ('image',), 'rqt_plot': ('plot',), 'rqt_tf_tree': ('frames',), 'rviz': ('scene',), 'rxconsole': ('console',), 'rxgraph': ('graph',), 'rxplot': ('plot',)},
         (),
         ('', '+'),
         {

@@ -10,11 +10,16 @@ from typing import Any, NamedTuple
 
 from pyros1.node import Node
 
+_QUEUE = 20_000
+"""Most messages of each node that wait here; no node is held back."""
 SIZE = 50_000
 """Most messages that are kept."""
 _LONGEST = 20_000
 """Most characters of a message that are kept."""
-_MOST_TOPICS = 200
+_MOST_TOPICS = 50
+_LONGEST_NAME = 500
+MOST_CHARACTERS = 50_000_000
+"""Most characters of all texts that are kept."""
 
 
 class Entry(NamedTuple):
@@ -42,12 +47,13 @@ class Console:
         self._lock = threading.Lock()
         self._entries: deque[Entry] = deque(maxlen=size)
         self._count = 0
+        self._characters = 0
         self._listeners: tuple[Callable[[], object], ...] = ()
 
     def start(self, node: Node) -> None:
         """Collect the messages of a system, until the node ends."""
         # Not /rosout_agg, where a node of the launcher collects them: it may be missing, and messages would be late.
-        node.subscribe("/rosout", "rosgraph_msgs/Log", self.take)
+        node.subscribe("/rosout", "rosgraph_msgs/Log", self.take, queue_size=_QUEUE)
 
     def take(self, message: Any) -> None:
         """Keep a rosgraph_msgs/Log message."""
@@ -56,21 +62,29 @@ class Console:
             text = f"{text[:_LONGEST]}..."
         with self._lock:
             self._count += 1
+            if len(self._entries) == self._entries.maxlen:
+                self._forget()
+            self._characters += len(text)
+            while self._characters > MOST_CHARACTERS and self._entries:
+                self._forget()
             self._entries.append(
                 Entry(
                     self._count,
                     message.header.stamp.to_sec(),
                     message.level,
-                    message.name,
+                    message.name[:_LONGEST_NAME],
                     text,
-                    message.file,
-                    message.function,
+                    message.file[:_LONGEST_NAME],
+                    message.function[:_LONGEST_NAME],
                     message.line,
-                    message.topics[:_MOST_TOPICS],
+                    [topic[:_LONGEST_NAME] for topic in message.topics[:_MOST_TOPICS]],
                 )
             )
         for listener in self._listeners:
             listener()
+
+    def _forget(self) -> None:
+        self._characters -= len(self._entries.popleft().text)
 
     def after(self, number: int, most: int) -> tuple[list[Entry], int]:
         """Return the messages behind one.

@@ -62,15 +62,22 @@ class Publishing:
             if known is not None:
                 self._publishers[key] = known
                 return known
-            while len(self._publishers) >= MOST:
-                self._publishers.pop(next(iter(self._publishers))).unregister()
-            for other in [each for each in self._publishers if each[0] == topic]:
-                self._publishers.pop(other).unregister()
-            try:
-                publisher: Any = node.advertise(topic, cls, latch=latch)
-            except TypeError as error:
-                raise RequestError(str(error)) from None
-            self._publishers[key] = publisher
+            others = [each for each in self._publishers if each[0] == topic]
+            while len(self._publishers) - len(others) >= MOST:
+                others.append(next(each for each in self._publishers if each not in others))
+            ended = [self._publishers.pop(each) for each in others]
+        for publisher in ended:
+            publisher.unregister()
+        node.master.ping()  # to advertise would wait for a master that is away
+        try:
+            publisher = node.advertise(topic, cls, latch=latch)
+        except TypeError as error:
+            raise RequestError(str(error)) from None
+        with self._lock:
+            known = self._publishers.setdefault(key, publisher)
+        if known is not publisher:
+            publisher.unregister()  # another page was quicker
+            return known
         publisher.wait_for_subscribers(timeout=_CONNECT)
         return publisher
 

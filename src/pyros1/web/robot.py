@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from time import monotonic
 from typing import Any
 
 from pyros1.graph import Graph
-from pyros1.ground.errors import Error, MasterError, MessageError, ProtocolError
+from pyros1.ground.errors import Error, MasterError, MessageError, NodeError, ProtocolError
 from pyros1.msgs import AnyMsg, load_message
 from pyros1.net.master_client import MasterClient
 from pyros1.node import Node
@@ -18,6 +19,7 @@ from pyros1.web.bags.shelf import Shelf
 from pyros1.web.console import Console
 from pyros1.web.hub import Hub
 from pyros1.web.publishing import Publishing
+from pyros1.web.scene.world import World
 from pyros1.web.system import System
 from pyros1.web.types import Types
 from pyros1.web.wire import RequestError
@@ -47,6 +49,7 @@ class Robot:
         self.graph: Graph = _CachedGraph(self.master)
         self.system = System(self.graph)
         self.console = Console()
+        self.world = World(self.listen)
         self.bags = Library(Shelf(access.bags), access.may_see)
         self.trouble = "looking for the master"
         self._make_node = make_node
@@ -101,16 +104,18 @@ class Robot:
             raise RequestError(f"{name} is not among those that this server shows (--topics)")
 
     def close(self) -> None:
-        """End all."""
+        """End all, also what waits for a master that is away. Again does no harm."""
         self._ended.set()
         self.master.close()
+        if self._node is not None:
+            self._node.shutdown()  # first: threads may wait in it
         if self._thread.is_alive():
             self._thread.join(5)
+        if self._node is not None:
+            self._node.shutdown()  # it may have come meanwhile
         self.bags.close()
         self._hub.close()
         self.publishing.close()
-        if self._node is not None:
-            self._node.shutdown()
 
     def _start(self) -> None:
         while not self._ended.is_set():
@@ -127,7 +132,8 @@ class Robot:
                 self._ended.wait(_TRY_AGAIN)
                 continue
             self._node, self.trouble = node, ""
-            self.console.start(node)
+            with suppress(NodeError):  # it has ended while the master was away
+                self.console.start(node)
             self._found.set()
             return
 

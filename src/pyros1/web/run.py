@@ -11,6 +11,9 @@ from pyros1.web.access import Access
 from pyros1.web.robot import Robot
 from pyros1.web.server import WebServer
 
+_PATIENCE = 10.0
+"""Seconds that the end may take."""
+
 
 def run_server(robot: Robot, access: Access, host: str, port: int, started: Callable[[int], object]) -> None:
     """Run until SIGINT or SIGTERM, which only the main thread gets.
@@ -43,3 +46,6 @@ async def _serve(robot: Robot, access: Access, host: str, port: int, started: Ca
         robot.start()
         started(next(iter(server.sockets)).getsockname()[1])
         await ended.wait()
+        # Before the pages are closed: what they wait for ends with the node.
+        with contextlib.suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(asyncio.to_thread(robot.close), _PATIENCE)

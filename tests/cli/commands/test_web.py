@@ -16,8 +16,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from websockets.sync.client import connect
 
 from pyros1.cli.registry import stock_names
+from pyros1.master.server import Master
 
 Start = Callable[..., "subprocess.Popen[str]"]
 
@@ -147,6 +149,29 @@ def test_other_machines_are_warned_of(start: Start) -> None:
     assert process.stdout is not None
     lines = [process.stdout.readline() for _ in range(2)]
     assert any("whoever has the link" in line for line in lines)
+
+
+def test_it_ends_while_the_master_is_away(start: Start, environ: dict[str, str]) -> None:
+    master = Master(port=0, bind_host="127.0.0.1")
+    master.start()
+    process = start("--port", "0", ROS_MASTER_URI=master.uri)
+    link = link_in(first_line(process))
+    with connect(link.replace("http", "ws", 1).replace("/?", "/ws?"), open_timeout=20) as page:
+        while True:  # until the server has found the master
+            page.send('{"call": "params.tree", "id": 1}')
+            page.send('{"open": "system", "stream": 1}')
+            if "result" in json.loads(page.recv(timeout=20)):
+                break
+        master.stop()
+        for number in range(40):  # more than there are threads
+            topic = {"topic": f"/t{number}", "type": "std_msgs/Float64", "value": {}}
+            page.send(json.dumps({"open": "message", "stream": 10 + number, "args": topic}))
+            page.send(json.dumps({"call": "topics.publish", "id": 100 + number, "args": topic}))
+        page.send('{"call": "page.about", "id": 7}')
+        while json.loads(page.recv(timeout=30)).get("id") != 7:
+            pass
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(30) == 0
 
 
 def test_names_of_the_stock_programs() -> None:

@@ -8,6 +8,7 @@ import socket
 import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
@@ -190,6 +191,7 @@ COMMAND = Command(
         "rqt_image_view": ("image",),
         "rqt_plot": ("plot",),
         "rqt_tf_tree": ("frames",),
+        "rviz": ("scene",),
         "rxconsole": ("console",),
         "rxgraph": ("graph",),
         "rxplot": ("plot",),
@@ -228,7 +230,7 @@ def _link(host: str, port: int, token: str) -> str:
     shown = socket.gethostname() if host in _EVERYWHERE else host
     if ":" in shown:
         shown = f"[{shown}]"
-    return f"http://{shown}:{port}/" + (f"?token={token}" if token else "")
+    return f"http://{shown}:{port}/" + (f"?token={quote(token, safe='')}" if token else "")
 
 
 def _show(link: str, uri: str, told: bool = False) -> None:

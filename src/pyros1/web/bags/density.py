@@ -75,7 +75,7 @@ class Density:
         counted = grid[:, :columns]
         for number in exact:
             for row, stamps in times(int(number)):
-                if row < len(place) and place[row] >= 0:
+                if 0 <= row < len(place) and place[row] >= 0:
                     at = ((stamps - begin) / size).astype(np.int64)[(stamps >= begin) & (stamps < end)]
                     counted[place[row]] += np.bincount(np.minimum(at, columns - 1), minlength=columns)
         return counted.astype(np.float32), len(exact) == len(wide)

@@ -18,6 +18,8 @@ from pyros1.web.bags.opened import OpenBag
 
 _CONNECT = 0.3
 """Seconds that subscribers have to connect before the first message."""
+_LEAST_TURN = 0.1
+"""Seconds from one beginning to the next in a loop, however short the bag is."""
 _MOST_SHOWN = 20
 CLOCK_RATE = 100.0
 
@@ -108,48 +110,60 @@ class Playback:
 
     def _run(self) -> None:
         player: Player | None = None
-        try:
-            while not self._ended:
-                self._waiting.clear()
+        while not self._ended:
+            self._waiting.clear()
+            began, problem = monotonic(), ""
+            try:
                 player = self._play(player)
-                with self._lock:
-                    if self._ended or self._again:
-                        continue
-                    if self._wishes.loop:
-                        self._time = 0.0
-                        continue
-                    self._state, self._time = "ended", self._bag.length
-                self._changed()
-                self._waiting.wait()  # ends with a change, or `close`
-                with self._lock:
-                    if not self._again and not self._ended:
-                        self._time = 0.0  # to go on at the end is to begin again
-        except (Error, OSError) as error:
+            except (Error, OSError) as error:
+                player, problem = None, str(error)
+            except Exception as error:  # noqa: BLE001 - a fault of ours, of which the page shall know
+                player, problem = None, f"a fault of this server: {error!r:.500}"
             with self._lock:
-                self._state, self._problem = "failed", str(error)
+                self._problem = problem
+                if self._ended or self._again:
+                    continue
+                loop = self._wishes.loop and not problem
+                if loop:
+                    self._time = 0.0
+                else:
+                    self._state, self._time = ("failed", self._time) if problem else ("ended", self._bag.length)
             self._changed()
-        finally:
-            if player is not None:
-                player.close()
+            if loop:
+                self._waiting.wait(max(0.0, _LEAST_TURN - (monotonic() - began)))
+                continue
+            self._waiting.wait()  # ends with a change, or `close`
+            with self._lock:
+                if not self._again and not self._ended:
+                    self._time = 0.0  # to go on at the end is to begin again
+        if player is not None:
+            player.close()
 
     def _play(self, before: Player | None) -> Player:
         """Play to the end of the bag, or until something changes. The player before ends when the new one is there."""
         with self._lock:
             wishes, start, self._again = self._wishes, self._time, False
             control = self._control = Control(wishes.paused)
+            if self._ended:
+                control.end()
             self._state = "paused" if wishes.paused else "running"
         options = PlayOptions(rate=wishes.rate, start=start, clock_rate=CLOCK_RATE if wishes.clock else 0.0)
         with Bags([self._bag.bag.reader], wishes.topics) as bags:
-            player = Player(self._node, bags, options, control, self._told)
             try:
+                player = Player(self._node, bags, options, control, self._told)
+            finally:
                 if before is not None:
                     before.close()
+            try:
                 with self._lock:
                     self._unplayable = player.unplayable
                 player.read_ahead()
                 if before is None:
                     self._connect(control)
                 player.run()
+            except BaseException:
+                player.close()
+                raise
             finally:
                 with self._lock:
                     self._control = None

@@ -72,6 +72,7 @@ def _uri(robot: Robot, name: str) -> str:
 
 
 def _call(robot: Robot, node: str, what: str, kind: str, request: dict[str, str]) -> Any:
+    robot.check_visible(f"{node}/{what}")
     with robot.node.service(f"{node}/{what}", kind) as client:
         try:
             return client.call(client.type._request_class(**request), _PATIENCE)

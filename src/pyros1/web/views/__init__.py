@@ -24,6 +24,8 @@ _HOMES = {
     "bag_play": "BagPlayView",
     "bag_recording": "BagRecordingView",
     "frames": "FramesView",
+    "scene_frames": "SceneFramesView",
+    "scene_topic": "SceneTopicView",
     "image": "ImageView",
 }
 NAMES = frozenset(_HOMES)

@@ -80,6 +80,7 @@ class ActionView(View):
                 message = arrival.message
                 with self._lock:
                     taker(message)
+                    self._problem = ""
             except MessageError as error:
                 self._problem = str(error)
             except (AttributeError, TypeError) as error:  # topics of these names, but of other types

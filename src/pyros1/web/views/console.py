@@ -28,6 +28,7 @@ class ConsoleView(View):
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
+        robot.check_visible("/rosout")
         self._last = int(number(args, "after", 0, 1 << 53, 0))
         self._end = robot.console.listen(wake)
         wake()

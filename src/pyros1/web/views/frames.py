@@ -54,12 +54,10 @@ class FramesView(View):
         publisher = (arrival.raw._connection_header or {}).get("callerid", "")
         try:
             message: Any = arrival.message
-            transforms = message.transforms
-        except (MessageError, AttributeError) as error:
+            with self._lock:
+                self._frames.add(message.transforms, publisher, static, arrival.time)
+        except (MessageError, AttributeError, TypeError) as error:
             self._problem = f"{publisher} publishes something else than transforms: {error}"
-            return
-        with self._lock:
-            self._frames.add(transforms, publisher, static, arrival.time)
 
 
 def _plain(facts: dict[str, Any]) -> dict[str, Any]:

@@ -24,9 +24,9 @@ export class Points {
     this.end += times.length;
   }
 
-  // Forget what is older than a time.
-  trim(oldest) {
-    this.start = this.indexOf(oldest);
+  // Forget what is older than a time, and the oldest of too many.
+  trim(oldest, most) {
+    this.start = Math.max(this.indexOf(oldest), this.end - most);
   }
 
   // The index of the first point at a time or later.

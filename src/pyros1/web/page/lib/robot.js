@@ -130,12 +130,14 @@ export class Robot extends EventTarget {
       stream.on.problem?.(message.error);
       return;
     }
+    // The next one comes when this one is on the screen; a hidden page gets none.
+    const next = () => requestAnimationFrame(() => this._streams.has(message.stream) && this._send({ next: message.stream }));
+    let shown;
     try {
       stream.on.problem?.("");
-      stream.on.data(message.data, blob);
+      shown = stream.on.data(message.data, blob);
     } finally {
-      // The next one comes when this one is on the screen; a hidden page gets none.
-      requestAnimationFrame(() => this._streams.has(message.stream) && this._send({ next: message.stream }));
+      Promise.resolve(shown).then(next, next); // decoding a picture takes a while
     }
   }
 }

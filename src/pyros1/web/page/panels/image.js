@@ -83,7 +83,7 @@ class Picture {
     this._showHint();
     if (!topic) return;
     this.stream = this.place.robot.stream("image", { topic }, {
-      data: (data, blob) => { if (!this.paused) this._take(data, blob); },
+      data: (data, blob) => (this.paused ? null : this._take(data, blob)),
       problem: (text) => this.place.problem(text),
     });
   }
@@ -122,11 +122,16 @@ class Picture {
 
   async _compressed(facts, data) {
     const depth = facts.format.includes("compressedDepth");
+    const turn = (this.turn = (this.turn || 0) + 1);
     let picture;
     try {
       picture = await createImageBitmap(new Blob([depth ? data.subarray(12) : data]));
     } catch {
       throw new Error(`the browser cannot show a picture of the format ${facts.format}`);
+    }
+    if (turn !== this.turn) { // a newer one has come meanwhile
+      picture.close();
+      return;
     }
     this._size(picture.width, picture.height);
     this.canvas.getContext("2d").drawImage(picture, 0, 0);

@@ -8,6 +8,7 @@ import { number } from "../lib/format.js";
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9", "#c2255c", "#5c940d"];
 const PERIODS = [2, 5, 10, 20, 60, 300];
 const KEPT = 600; // seconds
+const MOST = 6e5; // points of a line
 const LEAST_HEIGHT = 90;
 
 export default {
@@ -295,7 +296,7 @@ class Plot {
         chart.setScale("x", { min: begin, max: end });
       });
     }
-    if (!this.range) for (const line of this.lines) line.points.trim(this.now - Math.max(KEPT, this.period));
+    for (const line of this.lines) line.points.trim(Math.min(begin, this.now) - KEPT, MOST);
     this._drawValues();
   }
 

@@ -24,6 +24,7 @@ export class Publisher {
   }
 
   close() {
+    this.closed = true;
     this.robot.removeEventListener("state", this.onState);
     this._stop();
   }
@@ -56,8 +57,11 @@ export class Publisher {
   }
 
   async _start() {
+    if (this.starting) return;
+    this.starting = true;
     try {
       const args = await this._args();
+      if (this.closed) return;
       this.stream = this.robot.stream("publish", args, {
         data: ({ sent, subscribers, problem }) => (problem ? this.outcome.fail(problem) : this.outcome.say(`${sent} sent; ${plural(subscribers, "subscriber")}`)),
         problem: (text) => text && this.outcome.fail(text),
@@ -66,6 +70,8 @@ export class Publisher {
       fill(this.repeat, "Stop");
     } catch (error) {
       this.outcome.fail(error.message);
+    } finally {
+      this.starting = false;
     }
   }
 

@@ -1,0 +1,29 @@
+// Colours of numbers.
+
+// Red, green and blue from 0 to 1 of a place from 0 (violet) to 1 (red) in a rainbow, as rviz colours clouds.
+export function rainbow(place, out, at) {
+  const turn = (1 - Math.min(1, Math.max(0, place))) * 5;
+  const index = Math.floor(turn);
+  const part = turn - index;
+  const up = part;
+  const down = 1 - part;
+  const [red, green, blue] = [
+    [1, up, 0], [down, 1, 0], [0, 1, up], [0, down, 1], [up, 0, 1], [1, 0, down],
+  ][Math.min(5, index)];
+  out[at] = red;
+  out[at + 1] = green;
+  out[at + 2] = blue;
+}
+
+// The least and the greatest of some numbers, without those that are not finite.
+export function bounds(values) {
+  let least = Infinity;
+  let most = -Infinity;
+  for (let index = 0; index < values.length; index += 1) {
+    const value = values[index];
+    if (!Number.isFinite(value)) continue;
+    if (value < least) least = value;
+    if (value > most) most = value;
+  }
+  return least <= most ? [least, most] : [0, 1];
+}

@@ -1,0 +1,124 @@
+// The stage of a 3D scene: camera, light, grid, and a picture only when something has changed. z is up, as in ROS.
+
+import * as THREE from "../../vendor/three/three.module.min.js";
+import { OrbitControls } from "../../vendor/three/OrbitControls.js";
+import { h } from "../dom.js";
+
+const VIEWS = {
+  orbit: { position: [-6, -6, 5], up: [0, 0, 1] },
+  top: { position: [0, 0, 14], up: [1, 0, 0] },
+  side: { position: [0, -14, 0.5], up: [0, 0, 1] },
+  front: { position: [14, 0, 0.5], up: [0, 0, 1] },
+};
+
+export class Stage {
+  constructor(place) {
+    this.scene = new THREE.Scene();
+    this.camera = new THREE.PerspectiveCamera(50, 1, 0.01, 5000);
+    this.canvas = h("canvas", { tabIndex: 0, "aria-label": "3D scene" });
+    place.append(this.canvas);
+    this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true });
+    this.renderer.setPixelRatio(Math.min(2, devicePixelRatio || 1));
+    this.controls = new OrbitControls(this.camera, this.canvas);
+    this.controls.enableDamping = false;
+    this.controls.addEventListener("change", () => this.draw());
+    const sun = new THREE.DirectionalLight(0xffffff, 1.8);
+    sun.position.set(3, -5, 8);
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x777788, 1.6), sun);
+    this.grid = new THREE.Group();
+    this.scene.add(this.grid);
+    this.frames = 0;
+    this.before = []; // called before each picture
+    this.view("orbit");
+    this.colours();
+    this.observer = new ResizeObserver(() => this.resize());
+    this.observer.observe(place);
+    this.place = place;
+    this.resize();
+  }
+
+  close() {
+    this.closed = true;
+    this.observer.disconnect();
+    this.controls.dispose();
+    this.scene.traverse((each) => dispose(each));
+    this.renderer.dispose();
+  }
+
+  view(name, target = [0, 0, 0]) {
+    const { position, up } = VIEWS[name] || VIEWS.orbit;
+    this.camera.up.set(...up);
+    this.controls.target.set(...target);
+    this.camera.position.set(target[0] + position[0], target[1] + position[1], target[2] + position[2]);
+    this.controls.update();
+    this.draw();
+  }
+
+  // Colours follow the page's.
+  colours() {
+    const style = getComputedStyle(document.documentElement);
+    const colour = (name) => new THREE.Color(style.getPropertyValue(name).trim() || "#888888");
+    this.renderer.setClearColor(colour("--page"));
+    for (const each of [...this.grid.children]) {
+      this.grid.remove(each);
+      dispose(each);
+    }
+    const lines = new THREE.GridHelper(20, 20, colour("--muted"), colour("--border"));
+    lines.rotateX(Math.PI / 2);
+    this.grid.add(lines);
+    this.draw();
+  }
+
+  resize() {
+    const { clientWidth, clientHeight } = this.place;
+    if (!clientWidth || !clientHeight) return;
+    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.camera.aspect = clientWidth / clientHeight;
+    this.camera.updateProjectionMatrix();
+    this.draw();
+  }
+
+  // Draw soon, once.
+  draw() {
+    if (this.due || this.closed) return;
+    this.due = requestAnimationFrame(() => {
+      this.due = 0;
+      if (this.closed) return;
+      for (const each of this.before) each();
+      this.renderer.render(this.scene, this.camera);
+      this.frames += 1;
+    });
+  }
+
+  // The point of the ground (z = 0) under a place of the canvas in pixels; null if there is none.
+  ground(x, y) {
+    const ray = new THREE.Raycaster();
+    const box = this.canvas.getBoundingClientRect();
+    ray.setFromCamera(new THREE.Vector2(2 * x / box.width - 1, 1 - 2 * y / box.height), this.camera);
+    return ray.ray.intersectPlane(new THREE.Plane(new THREE.Vector3(0, 0, 1), 0), new THREE.Vector3());
+  }
+
+  png() {
+    this.renderer.render(this.scene, this.camera);
+    return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png"));
+  }
+}
+
+// Free what a part of the scene holds on the graphics card.
+export function dispose(object) {
+  object.traverse((each) => {
+    each.geometry?.dispose();
+    for (const material of [each.material].flat()) {
+      material?.map?.dispose();
+      material?.dispose();
+    }
+  });
+}
+
+// Put an object at a pose: [x, y, z, qx, qy, qz, qw].
+export function put(object, pose) {
+  object.position.set(pose[0], pose[1], pose[2]);
+  object.quaternion.set(pose[3], pose[4], pose[5], pose[6]);
+  if (object.quaternion.lengthSq() < 1e-12) object.quaternion.identity();
+  else object.quaternion.normalize();
+}

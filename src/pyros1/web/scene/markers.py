@@ -1,0 +1,101 @@
+"""Markers that a topic has added and not deleted (https://wiki.ros.org/rviz/DisplayTypes/Marker). Pure.
+
+Unlike other messages, markers add up: each has a namespace and a number, takes the place of the one that had these, and
+stays until it is deleted or its lifetime has passed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+MOST_MARKERS = 20_000
+"""Most markers of a topic; the oldest leave first."""
+MOST_POINTS = 200_000
+_ADD, _DELETE, _DELETE_ALL = 0, 2, 3
+
+Key = tuple[str, int]
+
+
+class Markers:
+    """The markers of a topic, and what has changed since somebody looked."""
+
+    def __init__(self) -> None:
+        self._markers: dict[Key, tuple[int, Any, float]] = {}  # version, marker, when it ends
+        self._version = 0
+        self._gone: dict[Key, int] = {}
+
+    def add(self, markers: Any, now: float) -> None:
+        """Take visualization_msgs/Marker messages at a time in seconds."""
+        for marker in markers:
+            self._version += 1
+            if marker.action == _DELETE_ALL:
+                for key in [key for key in self._markers if not marker.ns or key[0] == marker.ns]:
+                    self._remove(key)
+            elif marker.action == _DELETE:
+                self._remove((marker.ns, marker.id))
+            elif marker.action == _ADD:
+                self._put(marker, now)
+
+    def changes(self, seen: int, now: float) -> tuple[int, list[dict[str, Any]], list[list[Any]]]:
+        """Return what has changed.
+
+        Args:
+            seen: the version up to which all is known; 0 for nothing.
+            now: the time in seconds.
+
+        Returns:
+            The version now, the markers that are new or different, and the namespaces and numbers of those that left.
+        """
+        for key in [key for key, (_, _, ends) in self._markers.items() if ends <= now]:
+            self._version += 1
+            self._remove(key)
+        new = [as_json(marker) for version, marker, _ in self._markers.values() if version > seen]
+        gone = [list(key) for key, version in self._gone.items() if version > seen]
+        return self._version, new, gone
+
+    def _put(self, marker: Any, now: float) -> None:
+        key = (marker.ns, marker.id)
+        lifetime = marker.lifetime.to_sec()
+        self._markers.pop(key, None)
+        self._gone.pop(key, None)
+        if len(self._markers) >= MOST_MARKERS:
+            self._remove(next(iter(self._markers)))
+        self._markers[key] = (self._version, marker, now + lifetime if lifetime > 0 else math.inf)
+
+    def _remove(self, key: Key) -> None:
+        if self._markers.pop(key, None) is not None:
+            self._gone.pop(key, None)
+            if len(self._gone) >= MOST_MARKERS:
+                del self._gone[next(iter(self._gone))]
+            self._gone[key] = self._version
+
+
+def as_json(marker: Any) -> dict[str, Any]:
+    """Return a marker for JSON."""
+    place, turn, size = marker.pose.position, marker.pose.orientation, marker.scale
+    return {
+        "ns": marker.ns,
+        "id": marker.id,
+        "type": marker.type,
+        "frame": marker.header.frame_id.lstrip("/"),
+        "locked": bool(marker.frame_locked),
+        "pose": _numbers(place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w),
+        "scale": _numbers(size.x, size.y, size.z),
+        "color": _colour(marker.color),
+        "points": [_numbers(point.x, point.y, point.z) for point in marker.points[:MOST_POINTS]],
+        "colors": [_colour(colour) for colour in marker.colors[:MOST_POINTS]],
+        "text": marker.text[:1000],
+        "mesh": marker.mesh_resource[:1000],
+        "materials": bool(marker.mesh_use_embedded_materials),
+    }
+
+
+def _numbers(*values: float) -> list[float]:
+    return [value if math.isfinite(value) else 0.0 for value in values]
+
+
+def _colour(colour: Any) -> list[float]:
+    return [
+        min(1.0, max(0.0, value)) if math.isfinite(value) else 0.0 for value in (colour.r, colour.g, colour.b, colour.a)
+    ]

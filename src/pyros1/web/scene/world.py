@@ -1,0 +1,129 @@
+"""Frames over time for the scenes of all pages: one buffer, which fills while somebody looks."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.ground.errors import MessageError
+from pyros1.ground.timing import Time
+from pyros1.tf.buffer import Buffer
+from pyros1.tf.errors import TransformException
+from pyros1.web.hub import Arrival
+
+Listen = Callable[[str, Callable[[Arrival], object]], Callable[[], None]]
+Pose = list[float]
+"""Position x, y, z in metres, and a quaternion x, y, z, w."""
+MOST_FRAMES = 5_000
+"""Most frames that are kept; new ones beyond that are ignored."""
+_JUMP = 5.0
+"""Seconds by which the stamps of a publisher go back when a bag or a simulation begins again."""
+IDENTITY: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+
+
+class World:
+    """The frames of a robot.
+
+    Args:
+        listen: see `pyros1.web.robot.Robot.listen`.
+    """
+
+    def __init__(self, listen: Listen) -> None:
+        self._listen = listen
+        self._lock = threading.Lock()
+        self._looking = 0
+        self._ends: list[Callable[[], None]] = []
+        self._changed: tuple[Callable[[], object], ...] = ()
+        self._newest: dict[str, float] = {}
+        self.buffer = Buffer(warn=lambda text: None)
+
+    def look(self, changed: Callable[[], object]) -> Callable[[], None]:
+        """Fill the buffer as long as somebody looks.
+
+        Args:
+            changed: called after each change, in a thread of the node.
+
+        Returns:
+            A function that ends the look.
+        """
+        with self._lock:
+            if not self._looking:
+                self.buffer = Buffer(warn=lambda text: None)
+                self._newest = {}
+                self._ends.append(self._listen("/tf", self._moving))
+                self._ends.append(self._listen("/tf_static", self._static))
+            self._looking += 1
+            self._changed = (*self._changed, changed)
+        ended = False
+
+        def end() -> None:
+            nonlocal ended
+            with self._lock:
+                if ended:
+                    return
+                ended = True
+                self._changed = tuple(each for each in self._changed if each is not changed)
+                self._looking -= 1
+                ends, self._ends = (self._ends, []) if not self._looking else ([], self._ends)
+            for each in ends:
+                each()
+
+        return end
+
+    def pose(self, fixed: str, frame: str, stamp: Time | None = None) -> Pose | None:
+        """Return the place of a frame.
+
+        Args:
+            fixed: the frame in which the place is told.
+            frame: the frame whose place it is.
+            stamp: the time; the latest if None, or if the buffer does not reach so far.
+
+        Returns:
+            The pose; None if there is no connection between the frames.
+        """
+        fixed, frame = fixed.lstrip("/"), frame.lstrip("/")
+        if fixed == frame:
+            return list(IDENTITY)
+        for time in (stamp, None) if stamp else (None,):
+            try:
+                found = self.buffer.lookup_transform(fixed, frame, time)
+            except TransformException:
+                continue
+            move, turn = found.transform.translation, found.transform.rotation
+            return [move.x, move.y, move.z, turn.x, turn.y, turn.z, turn.w]
+        return None
+
+    def _start_anew_if_time_went_back(self, transforms: Any, publisher: str) -> None:
+        stamps = [each.header.stamp.to_sec() for each in transforms]
+        if not stamps:
+            return
+        newest = self._newest.get(publisher, 0.0)
+        if max(stamps) < newest - _JUMP:
+            self.buffer.clear()  # static ones stay
+            self._newest.clear()
+        if len(self._newest) < MOST_FRAMES or publisher in self._newest:
+            self._newest[publisher] = max(*stamps, self._newest.get(publisher, 0.0))
+
+    def _moving(self, arrival: Arrival) -> None:
+        self._add(arrival, False)
+
+    def _static(self, arrival: Arrival) -> None:
+        self._add(arrival, True)
+
+    def _add(self, arrival: Arrival, static: bool) -> None:
+        try:
+            message: Any = arrival.message
+            self._put(message.transforms, arrival, static)
+        except (MessageError, AttributeError, TypeError):
+            return  # something else than transforms; the panel of frames says so
+        for changed in self._changed:
+            changed()
+
+    def _put(self, transforms: Any, arrival: Arrival, static: bool) -> None:
+        publisher = (arrival.raw._connection_header or {}).get("callerid", "")
+        if not static:
+            self._start_anew_if_time_went_back(transforms, publisher)
+        if len(self.buffer.frames()) > MOST_FRAMES:
+            transforms = [each for each in transforms if self.buffer.has_frame(each.child_frame_id.lstrip("/"))]
+        self.buffer.set_transforms(transforms, publisher, static=static)

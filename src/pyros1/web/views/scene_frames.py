@@ -1,0 +1,53 @@
+"""Where all frames are, for a 3D scene."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pyros1.web.views.view import View, text
+from pyros1.web.wire import Push
+
+if TYPE_CHECKING:
+    from pyros1.web.robot import Robot
+
+_MOST_FRAMES = 2_000
+
+
+class SceneFramesView(View):
+    """The poses of all frames in one of them.
+
+    Args (of the page):
+        fixed: the frame in which poses are told; empty for the root of the first tree.
+
+    Pushes ``{"fixed": NAME, "names": [...], "parents": [...], "lost": [...]}`` with seven float64 for each name: x, y,
+    z in metres, and a quaternion x, y, z, w. Lost are frames without a connection to the fixed one.
+    """
+
+    def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
+        super().__init__(robot, args, wake)
+        self._fixed = text(args, "fixed", "").lstrip("/")
+        self._end = robot.world.look(wake)
+
+    def take(self) -> Push | None:
+        world = self.robot.world
+        states = world.buffer.states()[:_MOST_FRAMES]
+        parents = {state.name: state.parent or "" for state in states}
+        fixed = self._fixed or next((name for name, parent in parents.items() if not parent), "")
+        names, lost, numbers = [], [], array("d")
+        for name in parents:
+            pose = world.pose(fixed, name)
+            if pose is None:
+                lost.append(name)
+            else:
+                names.append(name)
+                numbers.extend(pose)
+        facts = {"fixed": fixed, "names": names, "parents": [parents[name] for name in names], "lost": lost}
+        return Push(facts, numbers.tobytes())
+
+    def change(self, args: Mapping[str, Any]) -> None:
+        self._fixed = text(args, "fixed", "").lstrip("/")
+
+    def close(self) -> None:
+        self._end()

@@ -1,0 +1,113 @@
+"""Frames over time for the scenes of all pages."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from pyros1 import Time
+from pyros1.msgs.geometry_msgs.msg import TransformStamped
+from pyros1.web.scene import world as module
+from pyros1.web.scene.world import IDENTITY, World
+
+
+class Topics:
+    """Stands for the robot: transforms are sent by the test."""
+
+    def __init__(self) -> None:
+        self.listeners: dict[str, Callable[[Any], object]] = {}
+
+    def listen(self, topic: str, listener: Callable[[Any], object]) -> Callable[[], None]:
+        assert topic not in self.listeners
+        self.listeners[topic] = listener
+        return lambda: self.listeners.__delitem__(topic)
+
+    def send(self, *transforms: TransformStamped, static: bool = False, publisher: str = "/p") -> None:
+        class Raw:
+            _connection_header = {"callerid": publisher}
+
+        class Message:
+            pass
+
+        class Arrival:
+            raw = Raw()
+            message = Message()
+
+        Arrival.message.transforms = list(transforms)  # type: ignore[attr-defined]
+        self.listeners["/tf_static" if static else "/tf"](Arrival())
+
+
+def transform(parent: str, child: str, x: float, stamp: float = 1.0, yaw: float = 0.0) -> TransformStamped:
+    message = TransformStamped(child_frame_id=child)
+    message.header.frame_id, message.header.stamp = parent, Time.from_sec(stamp)
+    message.transform.translation.x = x
+    message.transform.rotation.z, message.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+    return message
+
+
+@pytest.fixture
+def topics() -> Topics:
+    return Topics()
+
+
+@pytest.fixture
+def world(topics: Topics) -> World:
+    return World(topics.listen)
+
+
+def test_poses(topics: Topics, world: World) -> None:
+    heard: list[int] = []
+    end = world.look(lambda: heard.append(1))
+    topics.send(transform("map", "base", 2.0, yaw=math.pi / 2))
+    topics.send(transform("base", "laser", 1.0), static=True)
+    pose = world.pose("map", "laser")
+    assert pose is not None
+    assert pose[:3] == pytest.approx([2.0, 1.0, 0.0])
+    assert world.pose("/map", "/map") == IDENTITY
+    assert world.pose("map", "elsewhere") is None
+    assert len(heard) == 2
+    end()
+
+
+def test_a_time_that_is_not_in_the_buffer_gives_the_latest(topics: Topics, world: World) -> None:
+    world.look(lambda: None)
+    topics.send(transform("map", "base", 1.0, stamp=1.0))
+    topics.send(transform("map", "base", 3.0, stamp=2.0))
+    assert [world.pose("map", "base", Time.from_sec(at))[0] for at in (1.5, 9.0)] == [2.0, 3.0]  # type: ignore[index]
+
+
+def test_it_listens_only_while_somebody_looks(topics: Topics, world: World) -> None:
+    ends = [world.look(lambda: None) for _ in range(2)]
+    topics.send(transform("map", "base", 1.0))
+    ends[0]()
+    ends[0]()
+    assert topics.listeners
+    ends[1]()
+    assert not topics.listeners
+    world.look(lambda: None)
+    assert world.pose("map", "base") is None  # what was known may be old
+
+
+def test_a_bag_that_begins_again(topics: Topics, world: World) -> None:
+    world.look(lambda: None)
+    topics.send(transform("base", "laser", 1.0), static=True)
+    topics.send(transform("map", "base", 1.0, stamp=100.0))
+    topics.send(transform("map", "base", 7.0, stamp=10.0))
+    pose = world.pose("map", "laser")
+    assert pose is not None
+    assert pose[0] == 8.0
+    topics.send(transform("world", "map", 0.0, stamp=0.5), publisher="/another")  # with a clock of its own
+    assert world.pose("map", "base") is not None
+
+
+def test_the_number_of_frames_is_bounded(topics: Topics, world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MOST_FRAMES", 10)
+    world.look(lambda: None)
+    for number in range(30):
+        topics.send(transform("map", f"f{number}", float(number)))
+    assert len(world.buffer.frames()) <= 12
+    topics.send(transform("map", "f0", 5.0, stamp=2.0))
+    assert world.pose("map", "f0", None)[0] == 5.0  # type: ignore[index]
