@@ -317,3 +317,117 @@ def test_the_end_of_a_forked_process_leaves_the_node_alone(environ: dict[str, st
         *("hook of child", "child: 0", "hook of child", "child: -15", "hook of child", "child: 0"),
         *("parent hears here", "hook of parent"),
     ]
+
+
+TOGETHER = """
+results = []
+def begin():
+    rospy.init_node("together", disable_signals=True)
+    results.append((rospy.get_name(), rospy.get_node_uri()))
+threads = [threading.Thread(target=begin) for _ in range(8)]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+assert len(results) == 8 and len(set(results)) == 1, results
+rospy.wait_for_service("~get_loggers", 10)
+assert not rospy.is_shutdown()
+"""
+
+
+def test_threads_that_start_the_node_together_get_one(environ: dict[str, str]) -> None:
+    said = run(HEAD + TOGETHER, environ)
+    assert said == ""
+
+
+LOCKS = """
+import faulthandler
+faulthandler.dump_traceback_later(20, exit=True)
+rospy.init_node("locks")
+lock, inside, ask = threading.Lock(), threading.Event(), threading.Event()
+def callback(message):
+    inside.set()
+    with lock:
+        pass
+publisher = rospy.Publisher("t", Float64, queue_size=1)
+for _ in range(10):
+    with lock:  # a program's own, for which its callback waits
+        subscriber = rospy.Subscriber("t", Float64, callback)
+        until(publisher.get_num_connections)
+        publisher.publish(1)
+        assert inside.wait(10)
+        subscriber.unregister()
+    inside.clear()
+def work():
+    ask.wait()
+    rospy.signal_shutdown("the work is done")
+worker = threading.Thread(target=work)
+worker.start()
+def hook():
+    ask.set()
+    worker.join()
+    print("joined")
+rospy.on_shutdown(hook)
+rospy.signal_shutdown("enough")
+print(rospy.is_shutdown())
+"""
+
+
+def test_locks_of_the_program_hold_up_nothing(environ: dict[str, str]) -> None:
+    """Each of these waits once took as long as the deadline of the whole test, or longer."""
+    assert run(HEAD + LOCKS, environ) == "joined\nTrue\n"
+
+
+CHURN = """
+import sys
+sys.setswitchinterval(1e-6)
+once, wrong = rospy.Publisher("once", Float64, latch=True, queue_size=1), []
+early = [rospy.Subscriber("once", Float64, lambda _, i=i: early[i].unregister()) for i in range(20)]  # made too early
+rospy.init_node("churn")
+once.publish(1)
+ended = threading.Event()
+def attempt(action):
+    while not ended.is_set():
+        try:
+            action()
+        except rospy.ROSException as error:
+            if "unregistered() handle" not in str(error):
+                wrong.append(repr(error))
+        except Exception as error:
+            wrong.append(repr(error))
+pubs = [rospy.Publisher("t", Float64, queue_size=1)] * 3
+def change():
+    pubs.append(rospy.Publisher("t", Float64, queue_size=1))
+    pubs.pop(0).unregister()
+def both():
+    subscriber = rospy.Subscriber("t", Float64, lambda *_: None, [object()])
+    threads = [threading.Thread(target=subscriber.unregister) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+def look():
+    manager = rospy.topics.get_topic_manager()
+    manager.get_pub_sub_stats(), manager.get_publications(), manager.get_pub_sub_info()
+def of_all():
+    impl = pubs[0].impl
+    return impl and impl.get_num_connections()
+actions = [lambda: pubs[0].publish(1.0)] * 2 + [change, both, look, of_all]
+threads = [threading.Thread(target=attempt, args=(action,)) for action in actions]
+for thread in threads:
+    thread.start()
+time.sleep(float(sys.argv[1]))
+ended.set()
+for thread in threads:
+    thread.join(20)
+assert not wrong, set(wrong)
+until(lambda: all(subscriber.impl is None for subscriber in early))
+manager = rospy.topics.get_topic_manager()
+until(lambda: not [name for name in ("/once", "/t") if manager.get_subscriber_impl(name)])
+_, _, (published, subscribed, _) = rospy.get_master().getSystemState()
+assert "/once" not in [name for name, _ in subscribed] and "/t" not in [name for name, _ in subscribed], subscribed
+"""
+
+
+def test_topics_that_come_and_go_in_many_threads(environ: dict[str, str]) -> None:
+    run(HEAD + CHURN, environ, "0.7")

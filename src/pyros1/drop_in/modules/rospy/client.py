@@ -16,6 +16,7 @@ from pyros1.ground import names
 from pyros1.ground.errors import (
     Error,
     MasterError,
+    NodeError,
     NodeShutdownError,
     ParameterNotSetError,
     ProtocolError,
@@ -97,44 +98,45 @@ def init_node(
         raise ValueError("namespaces are not allowed in node names")
     line = list(sys.argv if argv is None else argv)
     arguments = (name, line, anonymous, log_level, disable_rostime, disable_signals)
-    if PROCESS.node is not None:
-        if PROCESS.arguments != arguments:
-            raise ROSException(
-                f"rospy.init_node() has already been called with different arguments: {PROCESS.arguments}"
-            )
-        return
     from rospy.impl import rosout
 
-    if not names.is_legal_base_name(name):
-        text = f"'{name}' is not a legal ROS base name. This may cause problems with other ROS tools."
-        warnings.warn(text, stacklevel=2)
-    level = INFO if log_level is None else log_level
-    rosout.python_level(level)  # KeyError: there is no such level
-    if not disable_signals and not hasattr(sys, "ps1"):
-        register_signals()
+    with PROCESS.start_lock:  # other threads wait for the one node
+        if PROCESS.node is not None:
+            if PROCESS.arguments != arguments:
+                raise ROSException(
+                    f"rospy.init_node() has already been called with different arguments: {PROCESS.arguments}"
+                )
+            return
+        if not names.is_legal_base_name(name):
+            text = f"'{name}' is not a legal ROS base name. This may cause problems with other ROS tools."
+            warnings.warn(text, stacklevel=2)
+        level = INFO if log_level is None else log_level
+        rosout.python_level(level)  # KeyError: there is no such level
+        if not disable_signals and not hasattr(sys, "ps1"):
+            register_signals()
 
-    def make() -> pyros1.Node:
-        configured = rosout.configure(level)
-        node = pyros1.Node(
-            name,
-            argv=line,
-            anonymous=anonymous,
-            log_level=_LEVELS[level],
-            handle_signals=not disable_signals,
-            rosout=not disable_rosout,
-            wall_time=disable_rostime,
-            ports=(xmlrpc_port or 0, tcpros_port or 0),
-            strict_names=False,
-        )
-        rosout.connect(node, configured)
-        return node
+        def make() -> pyros1.Node:
+            configured = rosout.configure(level)
+            node = pyros1.Node(
+                name,
+                argv=line,
+                anonymous=anonymous,
+                log_level=_LEVELS[level],
+                handle_signals=not disable_signals,
+                rosout=not disable_rosout,
+                wall_time=disable_rostime,
+                ports=(xmlrpc_port or 0, tcpros_port or 0),
+                strict_names=False,
+            )
+            rosout.connect(node, configured)
+            return node
 
-    try:
-        PROCESS.start(make, arguments)
-    except NodeShutdownError:
-        raise ROSInitException("init_node interrupted before it could complete") from None
-    except ProtocolError as error:
-        raise ROSInitException(str(error)) from None
+        try:
+            PROCESS.start(make, arguments)
+        except NodeShutdownError:
+            raise ROSInitException("init_node interrupted before it could complete") from None
+        except ProtocolError as error:
+            raise ROSInitException(str(error)) from None
     full = get_caller_id()
     logdebug("init_node, name[%s], pid[%s]: rospy is pyros1's, %s", full, os.getpid(), os.path.dirname(__file__))
 
@@ -209,7 +211,7 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Any = None) -> Any:
         raise ROSException(f"timeout exceeded while waiting for message on topic {topic}") from None
     except NodeShutdownError:
         raise ROSInterruptException("rospy shutdown") from None
-    except MasterError as error:
+    except (MasterError, NodeError) as error:
         raise ROSException(f"unable to wait for a message on topic {topic}: {error}") from None
     finally:
         probe.unregister()
