@@ -18,14 +18,13 @@ from pyros1.ground.errors import (
     MasterError,
     NodeError,
     NodeShutdownError,
-    ParameterNotSetError,
     ProtocolError,
     SerializationError,
     WaitTimeoutError,
 )
 from rospy.core import add_client_shutdown_hook, logdebug, logerr, loginfo, logwarn, register_signals, signal_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
-from rospy.msproxy import MasterProxy, reaching
+from rospy.msproxy import MasterProxy
 from rospy.names import as_text, get_caller_id, resolve_name
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
@@ -231,9 +230,8 @@ def get_param(param_name: str, default: Any = _unspecified) -> Any:
         KeyError: it is not set, and there is no default.
     """
     try:
-        with reaching():
-            return as_stock(get_master().parameters[as_text(param_name)])
-    except ParameterNotSetError:
+        return get_master()[param_name]
+    except KeyError:
         if default is not _unspecified:
             return default
         raise KeyError(param_name) from None
@@ -251,8 +249,8 @@ def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
     """
     if PROCESS.node is None:
         return get_param(param_name, default)
-    with reaching():
-        value = PROCESS.node.params.cached(as_text(param_name), _unspecified)
+    master = get_master()
+    value = master.do(lambda: master.parameters.cached(as_text(param_name), _unspecified))
     if value is not _unspecified:
         return as_stock(value)
     if default is not _unspecified:
@@ -262,8 +260,7 @@ def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
 
 def get_param_names() -> list[str]:
     """Return the full names of all parameters."""
-    with reaching():
-        return list(get_master().parameters.names())
+    return list(get_master())
 
 
 def set_param(param_name: str, param_value: Any) -> None:
@@ -274,8 +271,7 @@ def set_param(param_name: str, param_value: Any) -> None:
         OverflowError: a number has more than 32 bits.
     """
     try:
-        with reaching():
-            get_master().parameters[as_text(param_name)] = param_value
+        get_master()[param_name] = param_value
     except SerializationError as error:
         raise (OverflowError if "does not fit" in str(error) else TypeError)(str(error)) from None
 
@@ -287,14 +283,12 @@ def search_param(param_name: str) -> str | None:
         ROSException: the name is private.
         TypeError: it is None.
     """
-    with reaching():
-        return get_master().search_param(param_name)
+    return get_master().search_param(param_name)
 
 
 def has_param(param_name: str) -> bool:
     """Return whether a parameter is set."""
-    with reaching():
-        return as_text(param_name) in get_master().parameters
+    return param_name in get_master()
 
 
 def delete_param(param_name: str) -> None:
@@ -303,11 +297,7 @@ def delete_param(param_name: str) -> None:
     Raises:
         KeyError: it is not set.
     """
-    try:
-        with reaching():
-            del get_master().parameters[as_text(param_name)]
-    except ParameterNotSetError:
-        raise KeyError(param_name) from None
+    del get_master()[param_name]
 
 
 _late = {
