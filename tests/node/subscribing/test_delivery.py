@@ -432,3 +432,20 @@ def test_unregistering_does_not_wait_for_a_callback(make_node: Any, transport: s
         until(lambda links=links: not any(link.connected for link in links) and not publisher.num_connections)
         inside.clear()
         left.clear()
+
+
+def test_a_callback_waits_for_the_latched_message_of_its_own_topic(make_node: Any, transport: str) -> None:
+    talker, listener = make_node("talker"), make_node("listener")
+    talker.advertise("t", Float64, latch=True).publish(3.0)
+    got: list[Any] = []
+    done = threading.Event()
+
+    def callback(_message: Any) -> None:
+        if not done.is_set():
+            got.append(listener.wait_for_message("t", Float64, timeout=10).data)
+            listener.subscribe("t", Float64, lambda message: got.append(message.data + 1))
+            done.set()
+
+    listener.subscribe("t", Float64, callback)
+    assert done.wait(15)
+    assert got == [3.0, 4.0]

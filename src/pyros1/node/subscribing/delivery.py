@@ -85,11 +85,8 @@ class Delivery:
         self._spinning: Spinning[Source, Item] = Spinning(deliver_item)
         self._dropped = 0  # except for those of these two
         self.links = Links(self, driver, self._spinning.forget, on_lost)
-        self._queues: tuple[tuple[deque[Any], Callable[[Any], None]], ...] = (
-            (self._begun, self._go_on),
-            (self._readable, self._receive_from),
-            (self._local, self._take_from),
-        )
+        queues = ((self._begun, self._go_on), (self._readable, self._receive_from), (self._local, self._take_from))
+        self._queues: tuple[tuple[deque[Any], Callable[[Any], None]], ...] = queues
         self._ownership = threading.Lock()
         self._owner = 0  # the owner's thread
         self._woken = False  # a thread has been woken and will become the owner
@@ -105,8 +102,11 @@ class Delivery:
         if self._closed:
             self.close()
 
-    def submit(self, job: Callable[[], None]) -> None:
-        """Run a job between messages."""
+    def submit(self, job: Callable[[], None], by_callback: bool = False) -> None:
+        """Run a job between messages; or now, if it may, and does, come from a callback: that may wait for it."""
+        if by_callback and self._owner == threading.get_ident():
+            job()
+            return
         self._jobs.append(job)
         self.wake()
 

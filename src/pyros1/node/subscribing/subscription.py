@@ -121,7 +121,7 @@ class Subscription:
         busy = stream is None or stream.wants_newest  # a callback may wait
         if busy and self.delivery.driver.cooperative:
             self.delivery.submit(lambda: self.delivery.links.move(self.context.delivery_threads))
-        self.delivery.submit(lambda: self._activate(subscriber))
+        self.delivery.submit(lambda: self._activate(subscriber), by_callback=True)
 
     def remove(self, subscriber: Taker) -> bool:
         """Remove a subscriber; return whether any is left."""
