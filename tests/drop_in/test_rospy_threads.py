@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import signal
+from pathlib import Path
+
+import pytest
 from programs import run
 
 HEAD = """
@@ -193,3 +197,39 @@ assert len(left) == len(actions) and not wrong, (len(left), set(wrong))
 
 def test_the_end_of_the_node_under_all_kinds_of_waits(environ: dict[str, str]) -> None:
     run(HEAD + ENDING, environ)
+
+
+SIGNALLED = """
+import logging, os, signal, sys, threading, rospy
+def send(*_):
+    os.kill(os.getpid(), getattr(signal, sys.argv[1]))
+    return logging.NullHandler()
+start = threading.Thread.start
+def start_later(thread):
+    if "reader" in thread.name and threading.current_thread() is threading.main_thread():
+        send()
+    start(thread)
+if sys.argv[2] == "reader":
+    threading.Thread.start = start_later
+rospy.init_node("signalled")
+from std_msgs.msg import String
+rospy.Subscriber("x", String)
+rospy.spin()
+print("ended", rospy.is_shutdown())
+"""
+
+
+@pytest.mark.parametrize(("name", "number"), [("SIGINT", signal.SIGINT), ("SIGTERM", signal.SIGTERM)])
+def test_a_signal_when_init_node_has_just_begun(
+    environ: dict[str, str], tmp_path: Path, name: str, number: int
+) -> None:
+    """The configuration of the log is read before the node exists."""
+    config = tmp_path / "log.yaml"
+    config.write_text("{handlers: {x: {(): __main__.send}}}")
+    said = run(SIGNALLED, {**environ, "ROS_PYTHON_LOG_CONFIG_FILE": str(config)}, name, "", code=-number)
+    assert "ended" not in said
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_a_signal_when_a_thread_of_the_node_is_about_to_start(environ: dict[str, str], name: str) -> None:
+    assert run(SIGNALLED, environ, name, "reader") == "ended True\n"
