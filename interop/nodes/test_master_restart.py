@@ -35,6 +35,7 @@ def test_old_links_stay_and_new_nodes_find_old_ones(core: Master, old: str, new:
     sender, receiver = core.ready_peer(old, "sender"), core.ready_peer(old, "receiver")
     sender.advertise("/chat", TYPE)
     receiver.subscribe("/chat", TYPE)
+    receiver.subscribe("/back", TYPE)
     sender.linked("/chat")
     receiver.linked("/chat")
     sender.serve("/service", "std_srvs/SetBool")
@@ -56,10 +57,9 @@ def test_old_links_stay_and_new_nodes_find_old_ones(core: Master, old: str, new:
     assert sender.publish("/chat", 7) == late.received("/chat")
     late.available("/service")
     late.call("/service", "std_srvs/SetBool")
-    late.advertise("/chat", TYPE)
-    receiver.linked("/chat", 2)
-    receiver.received("/chat")
-    assert late.publish("/chat", 8) == receiver.received("/chat")
+    late.advertise("/back", TYPE)
+    late.linked("/back")
+    assert late.publish("/back", 8) == receiver.received("/back")
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -76,7 +76,7 @@ def test_what_died_meanwhile_is_forgotten_and_others_are_told(core: Master, kind
     assert core.subscribers("/chat") == [receiver.name]
     again = core.ready_peer(kind, "sender")
     again.advertise("/chat", TYPE)
-    receiver.linked("/chat")
+    again.linked("/chat")
     assert again.publish("/chat", 1) == receiver.received("/chat")
 
 
