@@ -2,11 +2,11 @@
 
 A file with one record per change, after a first record that says whose it is and the state when the file was begun. A
 record is a call of the Master API as XML-RPC, with its length and checksum before it. When much has been added, a new
-file with the present state takes the old one's place (written aside, synced, renamed), so its size is bounded.
+file with the present state takes the old one's place (written aside, renamed), so its size is bounded.
 
 A thread of its own writes; the loop never waits for a disk. Records are handed to the system at once, so a master that
-is killed at any moment loses at most the changes of its last milliseconds. They are not synced: after a power cut the
-nodes of this machine are gone, too, and the file is not used.
+is killed at any moment loses the changes of its last some ten milliseconds at most. Nothing is ever synced: that is for power cuts,
+and after one the nodes of this machine are gone, too, so that the file is not used.
 """
 
 from __future__ import annotations
@@ -145,6 +145,7 @@ class Journal:
         self._on_problem = on_problem
         self._lock = _locked(path.with_suffix(".lock"))
         self._work: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
+        self._ahead: tuple[str, bytes] | None = None  # taken by the writer, for its next turn
         self._waiting = 0  # bytes; only the loop adds, only the writer subtracts
         self._done = 0
         self._base = self._added = 0  # sizes of the state at the beginning, and of what was added
@@ -199,7 +200,7 @@ class Journal:
     def _run(self) -> None:
         told = False
         while True:
-            what, data = self._work.get()
+            what, data = self._next()
             try:
                 if what == "begin":
                     self._write_anew(data)
@@ -220,13 +221,31 @@ class Journal:
                 self._drop()
                 return
 
+    def _next(self) -> tuple[str, bytes]:
+        """Return the next piece of work, additions joined: while the loop is busy, each write costs a wait for it."""
+        if self._ahead is not None:
+            what, data = self._ahead
+            self._ahead = None
+        else:
+            what, data = self._work.get()
+        joined = [data]
+        while what == "add":
+            try:
+                self._ahead = self._work.get_nowait()
+            except queue.Empty:
+                break
+            if self._ahead[0] != "add":
+                break
+            joined.append(self._ahead[1])
+            self._ahead = None
+        return what, b"".join(joined)
+
     def _write_anew(self, data: bytes) -> None:
         aside = self._path.with_suffix(".new")
         aside.unlink(missing_ok=True)
         self._drop()
         self._descriptor = os.open(aside, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o600)
         _write(self._descriptor, data)
-        os.fsync(self._descriptor)
         os.replace(aside, self._path)
 
     def _give_up(self) -> None:
