@@ -4,9 +4,9 @@ A file with one record per change, after a first record that says whose it is an
 record is a call of the Master API as XML-RPC, with its length and checksum before it. When much has been added, a new
 file with the present state takes the old one's place (written aside, renamed), so its size is bounded.
 
-A thread of its own writes; the loop never waits for a disk. Records are handed to the system at once, so a master that
-is killed at any moment loses the changes of its last some ten milliseconds at most. Nothing is ever synced: that is for power cuts,
-and after one the nodes of this machine are gone, too, so that the file is not used.
+A thread of its own writes; the loop never waits for a disk. Records are handed to the system at once: a master that is
+killed loses the changes of its last some ten milliseconds at most. Nothing is ever synced: that is for power cuts, and
+after one the nodes of this machine are gone, too, so that the file is not used.
 """
 
 from __future__ import annotations
