@@ -10,11 +10,9 @@ from pyros1.ground.errors import Error
 from pyros1.msgs.sensor_msgs.msg import JointState
 from pyros1.node import Node
 from pyros1.urdf.description import description, getter
-from pyros1.urdf.joints import JointStates, options
+from pyros1.urdf.joints import SLIDERS, JointStates, options
 from pyros1.urdf.reading import read
 
-SLIDERS = "sliders"
-"""The node's own topic on which the panel of joints says where they shall be: ``~sliders``, sensor_msgs/JointState."""
 _QUEUE = 100
 
 

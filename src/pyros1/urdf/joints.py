@@ -11,6 +11,8 @@ from pyros1.ground.shown import one_line
 from pyros1.urdf.model import MOVING, Joint, Mimic, Robot, UrdfError
 
 MOST_SOURCES = 100
+SLIDERS = "sliders"
+"""The topic of the node joint_state_publisher, below its own name, on which a page says where joints shall be."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +121,7 @@ class JointStates:
 
     Attributes:
         names: of all joints that have a position, as in the description.
+        kinds: their types, by name.
         free: those that follow no other.
         followers: joint -> whom it follows: always a free joint.
         warnings: what is odd, but can be used.
@@ -137,6 +140,7 @@ class JointStates:
             self.warnings.append(f"joint {_shown(name)} follows {_shown(leaders.pop(name).joint)}, which does not move")
         self.followers = _followers(leaders, self.warnings)
         self.names = tuple(joints)
+        self.kinds = {name: joint.type for name, joint in joints.items()}
         self.free = {name: self._free(joint) for name, joint in joints.items() if name not in self.followers}
 
     def take(
