@@ -85,4 +85,6 @@ def test_many_joints_are_read_in_time() -> None:
         f'<mimic joint="j{index - 1 if index else count - 1}0"/></joint>'
         for index in range(count)
     )
-    assert len(read(f"<robot>{links}{chain}</robot>").joints) == count
+    robot = read(f"<robot>{links}{chain}</robot>")
+    assert len(robot.joints) == count
+    assert len(robot.warnings) == 51 and "more like these" in robot.warnings[-1]

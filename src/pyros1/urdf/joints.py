@@ -8,7 +8,7 @@ from math import isfinite, pi
 from typing import Any
 
 from pyros1.ground.shown import one_line
-from pyros1.urdf.model import MOVING, Joint, Mimic, Robot, UrdfError
+from pyros1.urdf.model import MOVING, Joint, Mimic, Robot, UrdfError, cut
 
 MOST_SOURCES = 100
 SLIDERS = "sliders"
@@ -139,6 +139,7 @@ class JointStates:
         for name in [name for name, each in leaders.items() if each.joint not in joints]:
             self.warnings.append(f"joint {_shown(name)} follows {_shown(leaders.pop(name).joint)}, which does not move")
         self.followers = _followers(leaders, self.warnings)
+        self.warnings = cut(self.warnings)
         self.names = tuple(joints)
         self.kinds = {name: joint.type for name, joint in joints.items()}
         self.free = {name: self._free(joint) for name, joint in joints.items() if name not in self.followers}

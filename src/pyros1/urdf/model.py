@@ -12,6 +12,9 @@ MOVING = frozenset({"revolute", "continuous", "prismatic"})
 TYPES = MOVING | {"fixed", "floating", "planar"}
 
 
+MOST_WARNINGS = 50
+
+
 class UrdfError(Error):
     """A description of a robot cannot be used; the text names the element, and says what to do."""
 
@@ -79,3 +82,9 @@ class Robot:
     links: tuple[str, ...]
     joints: dict[str, Joint]
     warnings: tuple[str, ...] = field(default=())
+
+
+def cut(warnings: list[str]) -> list[str]:
+    """Return at most `MOST_WARNINGS`, and a word about the others."""
+    more = len(warnings) - MOST_WARNINGS
+    return [*warnings[:MOST_WARNINGS], f"and {more} more like these"] if more > 0 else warnings

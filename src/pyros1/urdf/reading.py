@@ -13,13 +13,15 @@ from xml.etree.ElementTree import Element, ParseError
 from pyros1.ground.shown import one_line
 from pyros1.ground.suggest import did_you_mean
 from pyros1.tf.rotation import IDENTITY, Transform, Vector, from_angles
-from pyros1.urdf.model import MOVING, TYPES, Joint, Limit, Mimic, Robot, UrdfError
+from pyros1.urdf.model import MOVING, TYPES, Joint, Limit, Mimic, Robot, UrdfError, cut
 
 MOST = 64 << 20
 """Most characters of a description."""
 MOST_JOINTS = 100_000
 _HINTS = 1_000
 """Most names that a misspelt one is compared with."""
+_HELPED = 5
+"""Most misspelt names that are compared, if each is only worth a warning."""
 _SPACE = "{http://www.ros.org/wiki/xacro}"
 
 
@@ -58,7 +60,7 @@ def read(text: str) -> Robot:
         children[joint.child] = joint.name
         joints[joint.name] = joint
     _check_mimics(joints, warnings)
-    return Robot(root.get("name", ""), tuple(links), joints, tuple(warnings))
+    return Robot(root.get("name", ""), tuple(links), joints, tuple(cut(warnings)))
 
 
 def _parse(text: str) -> Element:
@@ -176,11 +178,9 @@ def _check_mimics(joints: dict[str, Joint], warnings: list[str]) -> None:
             path[each.name] = None
             leader = joints.get(each.mimic.joint)
             if leader is None or leader.type not in MOVING:
-                told = (
-                    did_you_mean(each.mimic.joint, list(joints)[:_HINTS])
-                    if leader is None
-                    else f": it is {leader.type}"
-                )
+                told = f": it is {leader.type}" if leader else ""
+                if leader is None and len(warnings) < _HELPED:  # to compare names takes long
+                    told = did_you_mean(each.mimic.joint, list(joints)[:_HINTS])
                 warnings.append(
                     f"joint {_shown(each.name)} mimics {_shown(each.mimic.joint)}, which is no joint that moves{told}"
                 )
