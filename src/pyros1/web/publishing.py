@@ -81,6 +81,13 @@ class Publishing:
         publisher.wait_for_subscribers(timeout=_CONNECT)
         return publisher
 
+    def end(self, topic: str) -> None:
+        """Publish a topic no more."""
+        with self._lock:
+            ended = [self._publishers.pop(each) for each in list(self._publishers) if each[0] == topic]
+        for publisher in ended:
+            publisher.unregister()
+
     def close(self) -> None:
         """End all."""
         with self._lock:
