@@ -15,6 +15,8 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.msgs.std_srvs.srv import Empty
+from pyros1.web.exchanges import AT_ONCE
 
 
 def get(server: Served, path: str, host: str = "localhost", **headers: str) -> tuple[int, dict[str, str], bytes]:
@@ -242,3 +244,41 @@ def test_only_some_topics(serve: Callable[..., Served], make_node: Callable[...,
         args = {"topic": "/secret", "type": "std_msgs/Float64", "value": {}}
         socket_.send(json.dumps({"call": "topics.publish", "id": 4, "args": args}))
         assert "--topics" in until(socket_, lambda message: message.get("id") == 4)["error"]
+
+
+def test_services_that_do_not_answer_starve_nobody(serve: Callable[..., Served], make_node: Callable[..., Any]) -> None:
+    began, go_on = threading.Semaphore(0), threading.Event()
+
+    def hang(request: Any) -> Any:
+        began.release()
+        go_on.wait(PATIENCE)
+        return Empty._response_class()
+
+    node = make_node("slow")
+    node.advertise_service("hang", Empty, hang)
+    server = serve(token="t")
+    try:
+        with page(server, "t") as one, page(server, "t") as two:
+            call = {"call": "services.call", "args": {"service": "/hang", "value": {}, "timeout": 600}}
+            for socket_ in (one, two):
+                for number in range(AT_ONCE):
+                    socket_.send(json.dumps({**call, "id": number}))
+            for _ in range(2 * AT_ONCE):
+                assert began.acquire(timeout=PATIENCE)
+            one.send(json.dumps({**call, "id": 100}))
+            assert "wait" in until(one, lambda message: message.get("id") == 100)["error"]
+            for number, socket_ in enumerate((one, two)):
+                socket_.send(json.dumps({"call": "page.about", "id": 200 + number}))
+                assert "result" in until(socket_, lambda message, number=number: message.get("id") == 200 + number)  # type: ignore[misc]
+        names = [thread.name for thread in threading.enumerate()]
+        assert sum(name.startswith("web: services") for name in names) == 2 * AT_ONCE
+        with page(server, "t") as socket_:  # the calls of those that went have ended: their threads are free
+            for number in range(AT_ONCE):
+                socket_.send(json.dumps({**call, "id": number}))
+            for _ in range(AT_ONCE):
+                assert began.acquire(timeout=PATIENCE)
+            go_on.set()
+            for _ in range(AT_ONCE):
+                assert "result" in json.loads(socket_.recv(timeout=PATIENCE))
+    finally:
+        go_on.set()

@@ -30,6 +30,8 @@ _TOPICS_AGE = 0.5
 """Seconds for which the master's list of topics is believed."""
 _FEW, _SOME, _MANY = 10, 100, 2_000
 """Most messages that wait for slow views: of types for pictures and clouds, of unknown types, and of others."""
+_CONNECT = 0.5
+"""Seconds in which publishers that are there have to be reached; who waits for that waits no longer."""
 _CALLER = "/pyros1_web"
 
 
@@ -56,7 +58,7 @@ class Robot:
         self._node: Node | None = None
         self._ended = threading.Event()
         self._found = threading.Event()
-        self._hub = Hub(self._subscribe, self._now)
+        self._hub = Hub(self._subscribe, self._now, settle=self._settle)
         self.types = Types(self.listen)
         self.publishing = Publishing(lambda: self.node, self.types.find)
         self._thread = threading.Thread(target=self._start, name="web: looks for the master", daemon=True)
@@ -84,7 +86,7 @@ class Robot:
         """
         return self._found.wait(timeout)
 
-    def listen(self, topic: str, listener: Any) -> Callable[[], None]:
+    def listen(self, topic: str, listener: Any, ready: Callable[[], object] | None = None) -> Callable[[], None]:
         """See `Hub.listen`.
 
         Raises:
@@ -92,7 +94,7 @@ class Robot:
         """
         self.check_visible(topic)
         _ = self.node
-        return self._hub.listen(topic, listener)
+        return self._hub.listen(topic, listener, ready)
 
     def check_visible(self, name: str) -> None:
         """Check that pages may see a topic, service or parameter.
@@ -140,6 +142,10 @@ class Robot:
     def _subscribe(self, topic: str, callback: Callable[[AnyMsg], object]) -> Any:
         # Bounded: a view that is slow must not hold back the robot's publishers.
         return self.node.subscribe(topic, AnyMsg, callback, queue_size=self._queue_size(topic))
+
+    def _settle(self, topic: str, subscriber: Any) -> None:
+        publishers = self.graph.state().publishers.get(topic, ())
+        subscriber.wait_for_publishers(len(publishers), _CONNECT)
 
     def _queue_size(self, topic: str) -> int:
         try:

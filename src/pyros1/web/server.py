@@ -23,9 +23,10 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 from websockets.typing import Subprotocol
 
-from pyros1.web import wire
+from pyros1.web import calls, wire
 from pyros1.web.access import Access
 from pyros1.web.assets import SECURITY, Assets
+from pyros1.web.exchanges import AT_ONCE
 from pyros1.web.foxglove import PROTOCOLS as FOXGLOVE
 from pyros1.web.foxglove.connection import Viewer
 from pyros1.web.foxglove.shared import Shared
@@ -65,7 +66,8 @@ class WebServer:
         self._assets = Assets()
         self._pushes = Threads(_THREADS, "web: pushes")
         self._calls = Threads(_THREADS, "web: calls")
-        self._bridge = Bridge(robot)
+        self._services = Threads(MOST_PAGES * AT_ONCE, "web: services")
+        self._bridge = Bridge(robot, self._services)
         self._viewers = Shared(robot)
         self._pages = 0
 
@@ -91,7 +93,7 @@ class WebServer:
                 process_request=self._answer,
                 select_subprotocol=_choose_protocol,
                 max_size=MAX_FRAME,
-                max_queue=16,
+                max_queue=2,  # frames of the largest size; small ones are read together
                 compression=None,
                 server_header=None,
                 close_timeout=2,
@@ -101,8 +103,8 @@ class WebServer:
             ) as server:
                 yield server
         finally:
-            self._pushes.shutdown(wait=False, cancel_futures=True)
-            self._calls.shutdown(wait=False, cancel_futures=True)
+            for threads in (self._pushes, self._calls, self._services):
+                threads.shutdown(wait=False, cancel_futures=True)
             self._bridge.close()
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
@@ -145,11 +147,11 @@ class WebServer:
         self._pages += 1
         try:
             if socket.subprotocol in FOXGLOVE:
-                await Viewer(socket, self._viewers, self._pushes, self._calls).run()
+                await Viewer(socket, self._viewers, self._pushes, self._calls, self._services).run()
             elif socket.request is not None and urlsplit(socket.request.path).path in _OTHERS:
                 await self._bridge.serve(socket)
             else:
-                await _Page(socket, self._robot, self._pushes, self._calls).run()
+                await _Page(socket, self._robot, self._pushes, self._calls, self._services).run()
         finally:
             self._pages -= 1
 
@@ -157,16 +159,20 @@ class WebServer:
 class _Page:
     """Drives a `Session`: one task reads, one looks what is due, one per push and per call."""
 
-    def __init__(self, socket: ServerConnection, robot: Robot, pushes: Executor, calls: Executor) -> None:
+    def __init__(
+        self, socket: ServerConnection, robot: Robot, pushes: Executor, calls: Executor, services: Executor
+    ) -> None:
         self._socket = socket
         self._pushes = pushes
         self._calls = calls
+        self._services = services
         self._loop = asyncio.get_running_loop()
         self._awake = asyncio.Event()
         self._waking = False
         self._session = Session(robot, self._wake)
         self._tasks: set[asyncio.Task[None]] = set()
         self._room = asyncio.Semaphore(_MOST_CALLS)
+        self._long = 0  # calls of services: nothing waits for their end
 
     async def run(self) -> None:
         self._begin(self._look())
@@ -188,6 +194,14 @@ class _Page:
             await self._socket.close(1008, str(error)[:100])
             return
         if isinstance(request, wire.Call):
+            if request.name in calls.LONG:
+                if self._long < AT_ONCE:
+                    self._long += 1
+                    self._begin(self._call_service(request))
+                else:
+                    problem = f"{AT_ONCE} calls of services wait for their answers already"
+                    await self._socket.send(wire.failure(request.id, problem))
+                return
             await self._room.acquire()
             self._begin(self._call(request))
             return
@@ -200,6 +214,13 @@ class _Page:
             await self._socket.send(frame)
         finally:
             self._room.release()
+
+    async def _call_service(self, call: wire.Call) -> None:
+        try:
+            frame = await self._loop.run_in_executor(self._services, self._session.answer, call)
+            await self._socket.send(frame)
+        finally:
+            self._long -= 1
 
     async def _look(self) -> None:
         while True:

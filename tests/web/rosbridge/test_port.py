@@ -346,3 +346,15 @@ def test_a_client_that_is_early_waits_for_the_servers_node(
         assert socket_.ping().wait(PATIENCE)  # it was read
         go.set()
         assert hear(socket_)["msg"] == {"data": 1.5}
+
+
+def test_an_answer_to_the_first_word_is_heard(serve: Serve, make_node: MakeNode) -> None:
+    node = make_node("robot")
+    echo = node.advertise("echo", String)
+    node.subscribe("words", String, lambda message: echo.publish(message.data.upper()))
+    server = serve(token="")
+    for number in range(10):
+        with client(server) as socket_:
+            tell(socket_, "subscribe", topic="/echo", type="std_msgs/String")
+            tell(socket_, "publish", topic="/words", msg={"data": f"word {number}"})
+            assert hear(socket_)["msg"] == {"data": f"WORD {number}"}
