@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import socket
 import threading
@@ -16,7 +17,10 @@ from websockets.sync.client import ClientConnection, connect
 
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.msgs.std_srvs.srv import Empty
+from pyros1.web import calls
 from pyros1.web.exchanges import AT_ONCE
+from pyros1.web.server import WebServer
+from pyros1.web.wire import RequestError
 
 
 def get(server: Served, path: str, host: str = "localhost", **headers: str) -> tuple[int, dict[str, str], bytes]:
@@ -282,3 +286,34 @@ def test_services_that_do_not_answer_starve_nobody(serve: Callable[..., Served],
                 assert "result" in json.loads(socket_.recv(timeout=PATIENCE))
     finally:
         go_on.set()
+
+
+def test_any_free_port_is_one_for_all_addresses_of_the_host(robot: Any) -> None:
+    both = {each[4][0] for each in socket.getaddrinfo("localhost", None, type=socket.SOCK_STREAM)}
+
+    async def ports() -> set[tuple[str, int]]:
+        async with WebServer(robot, robot.access).listen("localhost", 0) as server:
+            return {each.getsockname()[:2] for each in server.sockets}
+
+    found = asyncio.run(ports())
+    assert len({port for _, port in found}) == 1
+    assert {address for address, _ in found} <= both and len(found) >= 1
+
+
+def test_a_port_that_is_taken_is_told(robot: Any) -> None:
+    async def listen(port: int) -> None:
+        async with WebServer(robot, robot.access).listen("127.0.0.1", port):
+            pass
+
+    with closing(socket.create_server(("127.0.0.1", 0))) as taken, pytest.raises(OSError, match="in use"):
+        asyncio.run(listen(taken.getsockname()[1]))
+
+
+def test_forms_of_topics_that_pages_may_not_see(make_robot: Callable[..., Any], make_node: Callable[..., Any]) -> None:
+    node = make_node("talker")
+    node.advertise("/secret", Float64)
+    node.advertise("/act/goal", Float64)
+    robot = make_robot(topics=("/camera/*",))
+    for name, args in (("topics.form", {"topic": "/secret"}), ("actions.form", {"action": "/act"})):
+        with pytest.raises(RequestError, match="--topics"):
+            calls.run(robot, name, args)

@@ -18,6 +18,7 @@ from pyros1.web.bags.library import Library
 from pyros1.web.bags.shelf import Shelf
 from pyros1.web.console import Console
 from pyros1.web.hub import Hub
+from pyros1.web.parameters import Parameters
 from pyros1.web.publishing import Publishing
 from pyros1.web.scene.world import World
 from pyros1.web.system import System
@@ -50,6 +51,7 @@ class Robot:
         self.master = MasterClient(_CALLER, master_uri, timeout=3.0)
         self.graph: Graph = _CachedGraph(self.master)
         self.system = System(self.graph)
+        self.parameters = Parameters(self.master, access, self.check_visible)
         self.console = Console()
         self.world = World(self.listen)
         self.bags = Library(Shelf(access.bags), access.may_see)
@@ -104,6 +106,10 @@ class Robot:
         """
         if not self.access.may_see(name):
             raise RequestError(f"{name} is not among those that this server shows (--topics)")
+
+    def tidy(self) -> None:
+        """End what has not been used for a while. To be called now and then."""
+        self.publishing.tidy()
 
     def close(self) -> None:
         """End all, also what waits for a master that is away. Again does no harm."""

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
 import json
 import logging
+import socket
 from collections.abc import AsyncIterator, Coroutine, Sequence
 from concurrent.futures import Executor
+from contextlib import closing
 from http import HTTPStatus
 from time import monotonic
 from typing import Any
@@ -48,6 +51,10 @@ _MOST_CALLS = 16
 """Most calls of a page that run at the same time; more wait."""
 _THREADS = 32
 """Threads for pushes; as many for calls, which may take long and must not delay pushes."""
+_TIDY = 10.0
+"""Seconds between two looks for what is not used any more."""
+_ATTEMPTS = 20
+"""To find a port that is free at all addresses of a host."""
 _TOGETHER = 0.003
 """Seconds: what becomes due so soon after something else is looked at together with it."""
 
@@ -86,26 +93,46 @@ class WebServer:
         quiet.addHandler(logging.NullHandler())
         quiet.propagate = False
         try:
-            async with serve(
-                self._page,
-                host,
-                port,
-                process_request=self._answer,
-                select_subprotocol=_choose_protocol,
-                max_size=MAX_FRAME,
-                max_queue=2,  # frames of the largest size; small ones are read together
-                compression=None,
-                server_header=None,
-                close_timeout=2,
-                ping_interval=2,  # what a page publishes again and again ends soon after it has vanished
-                ping_timeout=4,
-                logger=quiet,
-            ) as server:
-                yield server
+            async with await self._serve(host, port) as server:
+                tidying = asyncio.create_task(self._tidy())
+                try:
+                    yield server
+                finally:
+                    tidying.cancel()
         finally:
             for threads in (self._pushes, self._calls, self._services):
                 threads.shutdown(wait=False, cancel_futures=True)
             self._bridge.close()
+
+    async def _serve(self, host: str, port: int) -> Server:
+        """Listen; with port 0, on one free port for all addresses of the host."""
+        for left in range(_ATTEMPTS - 1, -1, -1):
+            try:
+                server: Server = await serve(
+                    self._page,
+                    host,
+                    port or await _free_port(host),
+                    process_request=self._answer,
+                    select_subprotocol=_choose_protocol,
+                    max_size=MAX_FRAME,
+                    max_queue=2,  # frames of the largest size; small ones are read together
+                    compression=None,
+                    server_header=None,
+                    close_timeout=2,
+                    ping_interval=2,  # what a page publishes again and again ends soon after it has vanished
+                    ping_timeout=4,
+                    logger=logging.getLogger("pyros1.web"),
+                )
+                return server
+            except OSError as error:
+                if port or not left or error.errno != errno.EADDRINUSE:
+                    raise
+        raise AssertionError  # the last attempt returns or raises
+
+    async def _tidy(self) -> None:
+        while True:
+            await asyncio.sleep(_TIDY)
+            await asyncio.get_running_loop().run_in_executor(self._calls, self._robot.tidy)
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """Answer an HTTP request; None lets a WebSocket begin."""
@@ -118,11 +145,10 @@ class WebServer:
         return self._file(path, request.headers.get("If-None-Match"))
 
     def _admit(self, request: Request) -> Response | None:
-        """Let a page's WebSocket begin, or say why not."""
+        """Let a WebSocket begin, or say why not. See `Access.lets_programs_in_from_anywhere`."""
         origin, host = request.headers.get("Origin"), request.headers.get("Host")
-        if not self._access.is_our_page(origin, host) and not (
-            _offers_foxglove(request) and self._access.lets_viewers_in_from_anywhere
-        ):
+        from_anywhere = _is_of_a_program(request) and self._access.lets_programs_in_from_anywhere
+        if not from_anywhere and not self._access.is_our_page(origin, host):
             return _plain(HTTPStatus.FORBIDDEN, "Another site's page may not come in.\n")
         if not self._access.has_token(request.path):
             return _plain(HTTPStatus.UNAUTHORIZED, "The link has a token. Use the link that the server printed.\n")
@@ -254,16 +280,28 @@ class _Page:
                 self._loop.call_soon_threadsafe(self._awake.set)
 
 
+async def _free_port(host: str) -> int:
+    """Return a port that is free at one address of a host, so most likely at the others, too; 0 if there is none."""
+    look_up = asyncio.get_running_loop().getaddrinfo
+    for family, kind, protocol, _, address in await look_up(host or None, None, type=socket.SOCK_STREAM):
+        with contextlib.suppress(OSError), closing(socket.socket(family, kind, protocol)) as probe:
+            probe.bind((address[0], 0, *address[2:]))
+            port: int = probe.getsockname()[1]
+            return port
+    return 0
+
+
 def _wants_socket(request: Request) -> bool:
     return "websocket" in request.headers.get("Upgrade", "").lower()
 
 
-def _offers_foxglove(request: Request) -> bool:
-    """Return whether it is of a viewer that speaks Foxglove's protocol and not ours."""
+def _is_of_a_program(request: Request) -> bool:
+    """Return whether it is of a client of rosbridge or a viewer, neither of which speaks our page's protocol."""
     offered = [
         name.strip() for header in request.headers.get_all("Sec-WebSocket-Protocol") for name in header.split(",")
     ]
-    return PROTOCOL not in offered and not {*FOXGLOVE}.isdisjoint(offered)
+    is_viewer = not {*FOXGLOVE}.isdisjoint(offered)
+    return PROTOCOL not in offered and (is_viewer or urlsplit(request.path).path in _OTHERS)
 
 
 def _choose_protocol(_: ServerConnection, offered: Sequence[Subprotocol]) -> Subprotocol | None:

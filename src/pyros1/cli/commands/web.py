@@ -145,7 +145,8 @@ COMMAND = Command(
             action="append",
             default=[],
             metavar="ORIGIN",
-            help="other site whose pages may connect, with the token: for example http://localhost:8000; null: files",
+            help="with --token '', a site whose pages may connect: for example http://localhost:8000; null: files. With a "
+            "token, it is the token that lets pages of other sites in",
         ),
         Flag("--read-only", dest="read_only", help="pages may look, but publish, call, set and stop nothing"),
         Option(
@@ -153,7 +154,8 @@ COMMAND = Command(
             action="append",
             default=[],
             metavar="PATTERN",
-            help="show only topics, services and parameters that match, for example '/camera/*'; may be repeated",
+            help="show only topics, services, actions and parameters whose names match, for example '/camera/*', also in "
+            "bags; names of nodes and definitions of types stay visible; may be repeated",
         ),
         Option(
             "--bags",

@@ -122,9 +122,8 @@ def _set_parameter(shared: Shared, parameter: requests.SetParameter) -> None:
     name = "/" + parameter.name.strip("/")
     if name == "/":
         raise FrameError("it would replace all parameters")
-    shared.robot.check_visible(name)
     if parameter.value is None:
         with contextlib.suppress(ParameterNotSetError):
-            shared.robot.master.delete_param(name)
+            shared.robot.parameters.delete(name)
     else:
-        shared.robot.master.set_param(name, parameters.value_to_set(parameter))
+        shared.robot.parameters.set(name, parameters.value_to_set(parameter))
