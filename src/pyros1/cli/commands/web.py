@@ -145,8 +145,8 @@ COMMAND = Command(
             action="append",
             default=[],
             metavar="ORIGIN",
-            help="with --token '', a site whose pages may connect: for example http://localhost:8000; null: files. With a "
-            "token, it is the token that lets pages of other sites in",
+            help="with --token '', a site whose pages may connect: for example http://localhost:8000; null: files. "
+            "With a token, it is the token that lets pages of other sites in",
         ),
         Flag("--read-only", dest="read_only", help="pages may look, but publish, call, set and stop nothing"),
         Option(
@@ -154,8 +154,8 @@ COMMAND = Command(
             action="append",
             default=[],
             metavar="PATTERN",
-            help="show only topics, services, actions and parameters whose names match, for example '/camera/*', also in "
-            "bags; names of nodes and definitions of types stay visible; may be repeated",
+            help="show only topics, services, actions and parameters whose names match, for example '/camera/*', "
+            "also in bags; names of nodes and definitions of types stay visible; may be repeated",
         ),
         Option(
             "--bags",
