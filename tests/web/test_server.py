@@ -104,6 +104,25 @@ def test_a_page_of_another_name_or_site_is_refused(serve: Callable[..., Served])
         assert until(socket_, lambda message: message.get("id") == 1)["result"]["version"]
 
 
+UPGRADE = (
+    "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: " + "A" * 22 + "=="
+)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        f"GET /ws?token=t HTTP/1.1\r\nHost: localhost\r\nOrigin: http://[\r\n{UPGRADE}",
+        f"GET /ws?token=t HTTP/1.1\r\nHost: localhost\r\nOrigin: http://localhost\r\nOrigin: http://evil\r\n{UPGRADE}",
+        f"GET //[?token=t HTTP/1.1\r\nHost: localhost\r\n{UPGRADE}",
+        "GET http://[ HTTP/1.1\r\nHost: localhost",
+        "GET / HTTP/1.1\r\nHost: localhost\r\nHost: localhost",
+    ],
+)
+def test_malformed_requests_are_answered(serve: Callable[..., Served], head: str) -> None:
+    assert ask(serve(token="t"), f"{head}\r\n\r\n".encode())[0] == 400
+
+
 @pytest.mark.parametrize(
     "request_",
     [

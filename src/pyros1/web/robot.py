@@ -43,6 +43,9 @@ class Robot:
         master_uri: the master.
         access: what pages may see and do.
         make_node: makes the server's node; it raises MasterUnreachableError at once if no master answers.
+
+    Attributes:
+        when_killed: called, from any thread, when someone else has told the server's node to end.
     """
 
     def __init__(self, master_uri: str, access: Access, make_node: Callable[[], Node]) -> None:
@@ -56,6 +59,7 @@ class Robot:
         self.world = World(self.listen)
         self.bags = Library(Shelf(access.bags), access.may_see)
         self.trouble = "looking for the master"
+        self.when_killed: Callable[[], object] = lambda: None
         self._make_node = make_node
         self._node: Node | None = None
         self._ended = threading.Event()
@@ -74,9 +78,9 @@ class Robot:
         """The server's node.
 
         Raises:
-            RequestError: there is none yet; the text says why.
+            RequestError: there is none yet, or it has been told to end; the text says why.
         """
-        if self._node is None:
+        if self._node is None or self.trouble:
             raise RequestError(self.trouble)
         return self._node
 
@@ -142,12 +146,18 @@ class Robot:
             self._node, self.trouble = node, ""
             with suppress(NodeError):  # it has ended while the master was away
                 self.console.start(node)
+                node.on_shutdown(self._node_ends)
             self._found.set()
             return
 
     def _subscribe(self, topic: str, callback: Callable[[AnyMsg], object]) -> Any:
         # Bounded: a view that is slow must not hold back the robot's publishers.
         return self.node.subscribe(topic, AnyMsg, callback, queue_size=self._queue_size(topic))
+
+    def _node_ends(self) -> None:
+        if not self._ended.is_set():
+            self.trouble = "the server's node was told to end"
+            self.when_killed()
 
     def _settle(self, topic: str, subscriber: Any) -> None:
         publishers = self.graph.state().publishers.get(topic, ())

@@ -12,7 +12,7 @@ import errno
 import json
 import logging
 import socket
-from collections.abc import AsyncIterator, Coroutine, Sequence
+from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
 from http import HTTPStatus
@@ -21,7 +21,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from websockets.asyncio.server import Server, ServerConnection, serve
-from websockets.datastructures import Headers
+from websockets.datastructures import Headers, MultipleValuesError
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 from websockets.typing import Subprotocol
@@ -136,6 +136,12 @@ class WebServer:
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """Answer an HTTP request; None lets a WebSocket begin."""
+        try:
+            return self._checked(request)
+        except (ValueError, MultipleValuesError):  # of urlsplit; Host or Origin twice
+            return _plain(HTTPStatus.BAD_REQUEST, "This is no request.\n")
+
+    def _checked(self, request: Request) -> Response | None:
         host = request.headers.get("Host")
         if not self._access.is_our_name(host):
             return _plain(HTTPStatus.FORBIDDEN, "This server has another name. Use the link that it printed.\n")
@@ -172,12 +178,14 @@ class WebServer:
     async def _page(self, socket: ServerConnection) -> None:
         self._pages += 1
         try:
+            # Each takes turns with the others.
+            pushes, calls, services = (each.lane() for each in (self._pushes, self._calls, self._services))
             if socket.subprotocol in FOXGLOVE:
-                await Viewer(socket, self._viewers, self._pushes, self._calls, self._services).run()
+                await Viewer(socket, self._viewers, pushes, calls, services).run()
             elif socket.request is not None and urlsplit(socket.request.path).path in _OTHERS:
                 await self._bridge.serve(socket)
             else:
-                await _Page(socket, self._robot, self._pushes, self._calls, self._services).run()
+                await _Page(socket, self._robot, pushes, calls, services).run()
         finally:
             self._pages -= 1
 
@@ -201,7 +209,7 @@ class _Page:
         self._long = 0  # calls of services: nothing waits for their end
 
     async def run(self) -> None:
-        self._begin(self._look())
+        self._begin(self._look)
         try:
             async for text in self._socket:
                 await self._take(text)
@@ -223,13 +231,13 @@ class _Page:
             if request.name in calls.LONG:
                 if self._long < AT_ONCE:
                     self._long += 1
-                    self._begin(self._call_service(request))
+                    self._begin(self._call_service, request)
                 else:
                     problem = f"{AT_ONCE} calls of services wait for their answers already"
                     await self._socket.send(wire.failure(request.id, problem))
                 return
             await self._room.acquire()
-            self._begin(self._call(request))
+            self._begin(self._call, request)
             return
         for frame in await self._loop.run_in_executor(self._pushes, self._session.handle, request):
             await self._socket.send(frame)
@@ -254,7 +262,7 @@ class _Page:
             self._waking = False
             numbers, again = self._session.due(monotonic())
             for number in numbers:
-                self._begin(self._push(number))
+                self._begin(self._push, number)
             wait = None if again is None else max(0.0, again - monotonic())
             await wait_for_event(self._awake, wait)
             await asyncio.sleep(_TOGETHER)
@@ -264,10 +272,10 @@ class _Page:
         if frame is not None:
             await self._socket.send(frame)  # a slow page is waited for here
 
-    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
+    def _begin(self, work: Callable[..., Coroutine[Any, Any, None]], *args: Any) -> None:
         async def guarded() -> None:
             with contextlib.suppress(ConnectionClosed):
-                await work
+                await work(*args)
 
         task = asyncio.create_task(guarded())
         self._tasks.add(task)

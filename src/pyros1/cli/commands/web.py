@@ -72,9 +72,11 @@ def _serve(invocation: Invocation, options: Any, uri: str, started: Callable[[st
     )
     robot = Robot(uri, access, _node_maker(invocation, uri))
     try:
-        run_server(
+        was_killed = run_server(
             robot, access, options.host, options.port, lambda port: started(_link(options.host, port, access.token))
         )
+        if was_killed:
+            print("somebody told the node of this server to end, so the server ends", file=sys.stderr)
     except OSError as error:
         reason = error.strerror or str(error)
         raise CommandError(

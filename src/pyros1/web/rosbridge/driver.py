@@ -27,7 +27,7 @@ _OF_A_FRAME = 1_000
 """Bytes that a frame costs besides its own."""
 _LARGE = 1 << 20
 """Bytes of frames that take many times as much when they are unpacked: those of few clients are, at a time."""
-_MOST_LARGE = 2
+_MOST_LARGE = 1
 _AT_ONCE = 64
 """Frames that are made at a time."""
 _PAUSE = 0.02
@@ -46,7 +46,7 @@ class Bridge:
         calls: runs their calls of services, which may take long.
     """
 
-    def __init__(self, robot: Robot, calls: Executor) -> None:
+    def __init__(self, robot: Robot, calls: Threads) -> None:
         self._robot = robot
         self._threads = Threads(_THREADS, "web: clients")
         self._calls = calls
@@ -54,7 +54,7 @@ class Bridge:
 
     async def serve(self, socket: ServerConnection) -> None:
         """Serve a client until it goes."""
-        await _Driver(socket, self._robot, self._threads, self._calls, self._large).run()
+        await _Driver(socket, self._robot, self._threads.lane(), self._calls.lane(), self._large).run()
 
     def close(self) -> None:
         """Begin nothing more."""
