@@ -5,8 +5,8 @@
     python interop/bench/tf.py [SECONDS]
 
 prints a table. A chain has 1, 5 or 10 frames; dynamic frames have ten seconds of transforms at 100 Hz. *latest* asks at
-time 0, *timed* between two transforms, so that each frame is interpolated, again and again at the same time; *moving* at
-another time in each call; *can* asks whether there is a transform.
+time 0, *timed* between two transforms, so that each frame is interpolated, again and again at the same time, *moving*
+at another time in each call; *can* asks whether there is a transform.
 """
 
 from __future__ import annotations

@@ -75,7 +75,7 @@ class Frame:
         self._head = head
         return None
 
-    def at(self, time: int) -> Entry | None:
+    def at(self, time: int) -> Entry | None:  # noqa: PLR0911
         """Return parent and transform at a time, 0 for the newest; None if there are none, see `why_not`."""
         entries = self.entries
         if self.static or (not time and entries):
