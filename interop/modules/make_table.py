@@ -73,7 +73,8 @@ Programs that Debian's packages install, unmodified, with the same results on st
 | rosunit, interactive_markers, laser_geometry, image_geometry, message_filters | `test_rosunit.py` and so on |
 | ports of the classic tutorials, in mixed pairs too | `test_tutorials.py` |
 
-axclient and the windows of camera_calibration need a display and wxPython or OpenCV's windows; they are not tested. Compiled
+axclient needs wxPython and a display: under Xvfb it starts on our modules as on stock's, which no test repeats; nor are the windows
+of camera_calibration tested. Compiled
 modules, such as PyKDL, are left out; what Python offers of them is in `tf2_kdl` and `tf_conversions`.
 """
 
