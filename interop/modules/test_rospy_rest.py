@@ -84,9 +84,20 @@ for turn in range(200):
         print(repr(text), type(error).__name__)
 """
 
+ARGUMENTS = """
+sys.argv += ["_empty:=", "_blank:= ", "__name:=", "chatter:=", "_full:=x", ":=", "word"]
+rospy.init_node("arguments")
+for name in ("empty", "blank", "full"):
+    t(name, lambda: rospy.get_param("~" + name))
+t("names", lambda: (rospy.get_name(), rospy.Publisher("chatter", String, queue_size=1).name))
+t("arguments", lambda: (rospy.myargv()[1:], rospy.names.get_mappings(), rospy.names.get_resolved_mappings()))
+"""
+
 
 @pytest.mark.parametrize(
-    "program", [ROSOUT, CALLBACKS, TIMES, SERVICES], ids=["rosout", "errors of callbacks", "times", "services"]
+    "program",
+    [ROSOUT, CALLBACKS, TIMES, SERVICES, ARGUMENTS],
+    ids=["rosout", "errors of callbacks", "times", "services", "empty arguments"],
 )
 def test_the_same_as_stock(master: Master, program: str) -> None:
     lines = same(master, "import rospy\n" + TOOLS + program).splitlines()

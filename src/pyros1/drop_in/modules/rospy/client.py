@@ -117,7 +117,7 @@ def init_node(
         configured = rosout.configure(level)
         node = pyros1.Node(
             name,
-            argv=line,
+            argv=[word for word in line if not word.rstrip().endswith(":=")],  # ignored in stock
             anonymous=anonymous,
             log_level=_LEVELS[level],
             handle_signals=not disable_signals,
