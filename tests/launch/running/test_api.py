@@ -26,9 +26,9 @@ def test_questions_about_processes(tmp_path: Path) -> None:
     try:
         supervisor.start(ProcessSpec("ns/a-1", "/ns/a", words, dict(os.environ), str(tmp_path), str(tmp_path / "a")))
         assert server.param_name() == f"/roslaunch/uris/host_localhost__{server.uri.rstrip('/').rpartition(':')[2]}"
-        assert client.call("get_pid") == [1, "", os.getpid()]
+        assert client.call("get_pid") == [1, str(os.getpid()), os.getpid()]
         assert client.call("list_processes") == [1, "processes on parent machine", [[["ns/a-1", 1]], []]]
-        assert client.call("get_node_names") == [1, "node names", ["/ns/a"]]
+        assert client.call("get_node_names") == [1, "node names", ["ns/a-1"]]
         assert client.call("list_children") == [1, "roslaunch children", []]
         code, _, info = client.call("process_info", "ns/a-1")
         assert (code, info["alive"], info["spawn_count"], info["pid"]) == (1, True, 1, supervisor.active[0].pid)

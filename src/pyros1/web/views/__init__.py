@@ -27,6 +27,8 @@ _HOMES = {
     "scene_frames": "SceneFramesView",
     "scene_topic": "SceneTopicView",
     "image": "ImageView",
+    "launches": "LaunchesView",
+    "launch_log": "LaunchLogView",
 }
 NAMES = frozenset(_HOMES)
 """Names of the views."""
