@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from pyros1.ground.errors import Error, LaunchError, MasterError, ParameterNotSetError, ProtocolError, XmlRpcFault
-from pyros1.launch.running.usage import UNKNOWN, group_usages
+from pyros1.launch.running.usage import UNKNOWN, age, group_usages, launch_files
 from pyros1.net.hosts import is_local, parse_uri
 from pyros1.net.master_client import MasterClient, unpack
 from pyros1.net.xmlrpc_client import XmlRpcClient
@@ -147,10 +147,13 @@ class Launch:
         processes = []
         for number, (label, count, running) in enumerate(entries[:_MOST_PROCESSES]):
             info = self.info(label) if number < _MOST_ASKED else {}
-            usage = usages.get(_number(info.get("pid"), 0), UNKNOWN)
             entry = stock_status(label, count, running, info)
-            processes.append(replace(entry, cpu=usage.cpu, memory=usage.memory))
-        return Report("a stock roslaunch", pid, refusal=_STOCK, processes=processes)
+            if here and entry.state == "running":
+                usage = usages.get(entry.pid, UNKNOWN)
+                entry = replace(entry, cpu=usage.cpu, memory=usage.memory, uptime=age(entry.pid))
+            processes.append(entry)
+        title = _text(launch_files(pid)) if here else ""
+        return Report(title or "a stock roslaunch", pid, age(pid) if here else -1.0, 0, _STOCK, processes)
 
     def info(self, label: str) -> Mapping[str, Any]:
         """Return what else is known of a process: ``args``, ``cwd`` and more, as the launch gives it.

@@ -24,7 +24,7 @@ class LaunchLogView(View):
         launch: name of the launch's parameter.
         process: label of the process.
 
-    Pushes ``{"files": [{"path", "size", "text"}, ...], "base": TEXT, "folder": TEXT}`` whenever they have changed: files
+    Pushes ``{"files": [{"path", "size", "text"}, ...], "base": TEXT, "folder": TEXT}`` whenever they change: files
     below the folder of logs, whose paths begin with the base.
     """
 
