@@ -119,6 +119,8 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
         settings["period"] = options.period
     if options.paused:
         settings["paused"] = True
+    if options.xy:
+        settings["xy"] = True
     return panel, settings
 
 
@@ -174,6 +176,7 @@ COMMAND = Command(
         Flag("--open", dest="open", help="open the page in this machine's browser; so does naming a panel"),
         Option("-p", "--period", type="float", metavar="SECONDS", help="of a plot: seconds to show"),
         Flag("-P", "--start-paused", dest="paused", help="of a plot: begin paused"),
+        Flag("--xy", help="of a plot: the second of two curves against the first"),
         Flag("--clock", help="of a bag: publish the clock when it is played"),
         # rqt and its plugins take these; the page has nothing to clear or discover
         Flag("-e", "--empty", hidden=True),
@@ -188,6 +191,7 @@ COMMAND = Command(
         examples=[
             ("--open", "the robot in this machine's browser"),
             ("plot /velocity/data,/force_cmd/data", "a plot, from a server that runs or a new one"),
+            ("plot --xy /odom/pose/pose/position/x:y", "one field against another"),
             ("bag run.bag", "what is in a bag; it can be played from there"),
             ("--host 0.0.0.0 --read-only", "for other machines, to look only"),
         ],
