@@ -30,6 +30,12 @@ def _republish() -> int:
     return main(sys.argv)
 
 
+def _tf2_web_republisher() -> int:
+    from pyros1.topic_tools.web_frames import main  # noqa: PLC0415 - as above
+
+    return main(sys.argv)
+
+
 _TOPIC_TOOLS = """
 demux demux_add demux_delete demux_list demux_select drop mux mux_add mux_delete mux_list mux_select relay relay_field
 switch_mux throttle transform
@@ -54,6 +60,7 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
         "static_transform_publisher": "tf static_transform_publisher --tf2",
     },
     "tf2_tools": {"echo.py": "tf echo --tf2", "view_frames.py": "tf view_frames"},
+    "tf2_web_republisher": {"tf2_web_republisher": _tf2_web_republisher},
     "topic_tools": {name: f"topic_tools {name}" for name in _TOPIC_TOOLS.split()},
     "xacro": {"xacro": _xacro},
 }
