@@ -265,7 +265,7 @@ class Session:
 
     def _start(self, running: bool, run_id: str, folder: Path) -> None:
         self.console.title(self.options.title)
-        self._server = LaunchServer(self._supervisor, self._address)
+        self._server = LaunchServer(self._supervisor, self._address, self.options.title)
         self.console.bold(f"started roslaunch server {self._server.uri}")
         if self.options.core:
             self.console.line(f"ros_comm version {ROSVERSION.strip()}")
