@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import codec
 import pytest
 
 from pyros1.ground.errors import SerializationError
@@ -18,7 +19,7 @@ def both(definition: str, value: Any) -> Any:
     """Return the field of a message as a receiver in another process and one in the same process get it."""
     cls: Any = from_definition("p/T", definition)
     message = cls(value)
-    decoded, copied = cls().deserialize(cls._encode(message)), cls._copy(message)
+    decoded, copied = cls().deserialize(codec.encode(message)), codec.copy(message)
     assert decoded == copied
     return decoded.x
 
