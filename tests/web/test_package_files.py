@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.finding.packages import PackageIndex
-from pyros1.web.foxglove.package_files import FileError, PackageFiles
+from pyros1.web.package_files import FileError, PackageFiles
 
 
 @pytest.fixture
