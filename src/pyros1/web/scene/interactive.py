@@ -19,6 +19,7 @@ _MOST_SERVERS = 20
 _SILENT = 10.0
 """Seconds without a sign of life (they come twice a second), after which a server is believed to have gone."""
 _UPDATE = 1
+_PLACE = ("pose", "frame")
 
 Key = tuple[str, str]
 """Server and name."""
@@ -99,7 +100,7 @@ class InteractiveMarkers:
         """
         new = [marker for version, marker in self._markers.values() if version > seen]
         moved = [
-            {name: marker[name] for name in ("server", "name", "frame", "pose")}
+            {name: marker[name] for name in ("server", "name", *_PLACE)}
             for key, (version, marker) in self._markers.items()
             if version <= seen < self._moved.get(key, 0)
         ]
@@ -110,9 +111,17 @@ class InteractiveMarkers:
         key = (server, marker.name)
         if key not in self._markers and len(self._markers) >= MOST_MARKERS:
             return
+        facts = {"server": server, **_facts(marker)}
+        if key in self._markers:
+            version, known = self._markers[key]
+            if known == facts:
+                return
+            if known | {name: facts[name] for name in _PLACE} == facts:  # servers tell all again when one moves
+                self._markers[key], self._moved[key] = (version, facts), self._version
+                return
         self._gone.pop(key, None)
         self._moved.pop(key, None)
-        self._markers[key] = (self._version, {"server": server, **_facts(marker)})
+        self._markers[key] = (self._version, facts)
 
     def _remove(self, key: Key) -> None:
         if self._markers.pop(key, None) is not None:

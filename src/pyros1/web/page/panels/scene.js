@@ -60,6 +60,7 @@ class Scene {
     for (const topic of this.topics) this._show(topic);
     this.mouse = new this.lib.Interaction(this.stage, {
       sets: () => [...this.displays.values()].map(({ display }) => display).filter((each) => each instanceof this.lib.InteractiveSet),
+      fixed: () => this._fixedFrame(),
       publish: (topic, type, value) => robot.call("topics.publish", { topic, type, value }),
       told: (text) => this._say(text),
     });
@@ -220,7 +221,8 @@ class Scene {
     const { key, display } = entry;
     this.displays.set(key, entry);
     if (display.object) this.stage.scene.add(display.object);
-    if (this.options[key]) display.set?.(this.options[key]);
+    const chosen = Object.entries(this.options[key] || {}).filter(([name, value]) => typeof value === typeof (display.options?.[name] ?? true));
+    if (chosen.length) display.set?.(Object.fromEntries(chosen)); // a link may say anything
     display.show?.(!this.concealed.has(key));
     return entry;
   }

@@ -4,14 +4,14 @@ import * as THREE from "../../vendor/three/three.module.min.js";
 import { fill, h } from "../dom.js";
 import { FACING, MODE, axisOf } from "./interactive.js";
 
-const EVENT = { KEEP_ALIVE: 0, POSE_UPDATE: 1, MENU_SELECT: 2, BUTTON_CLICK: 3, MOUSE_DOWN: 4, MOUSE_UP: 5 };
-const ALIVE = 500; // milliseconds between signs of life while something is held
+const EVENT = { POSE_UPDATE: 1, MENU_SELECT: 2, BUTTON_CLICK: 3, MOUSE_DOWN: 4, MOUSE_UP: 5 };
+const ALIVE = 500; // milliseconds between poses of something that is held and does not move
 const TURN = 0.01; // radians per pixel
 
 export class Interaction {
-  // stage; sets() -> the InteractiveSets that are shown; publish(topic, type, value) -> promise; told(text).
-  constructor(stage, { sets, publish, told }) {
-    Object.assign(this, { stage, sets, publish, told });
+  // stage; sets() -> the InteractiveSets; fixed() -> the fixed frame; publish(topic, type, value) -> promise; told(text).
+  constructor(stage, { sets, fixed, publish, told }) {
+    Object.assign(this, { stage, sets, fixed, publish, told });
     this.client = `/pyros1_web/${Math.random().toString(36).slice(2, 8)}`;
     this.place = stage.canvas.parentElement;
     this.listen = [
@@ -23,6 +23,7 @@ export class Interaction {
     this.before = () => this.sets().forEach((set) => set.face(stage.camera));
     stage.before.push(this.before);
     this.enabled = true;
+    this.waiting = []; // messages to the servers of markers
   }
 
   close() {
@@ -64,8 +65,10 @@ export class Interaction {
     else axis.applyQuaternion((control.facts.facing === FACING.FIXED ? marker.outer : marker.inner).getWorldQuaternion(turn));
     this.drag = { control, name: control.facts.name, mode: control.facts.mode, axis, marker, from: point.clone(), at: [event.offsetX, event.offsetY] };
     marker.held = (again) => { this.drag.marker = again; }; // its server may send it anew meanwhile
+    this._feedback(EVENT.POSE_UPDATE, point); // the order of all these is rviz's
     this._feedback(EVENT.MOUSE_DOWN, point);
-    this.beat = setInterval(() => this._feedback(EVENT.KEEP_ALIVE), ALIVE);
+    if (control.facts.mode === MODE.BUTTON) this._feedback(EVENT.BUTTON_CLICK, point);
+    this.beat = setInterval(() => this._feedback(EVENT.POSE_UPDATE), ALIVE);
   }
 
   _move(event) {
@@ -93,8 +96,9 @@ export class Interaction {
     if (!drag) return;
     event.stopPropagation();
     clearInterval(this.beat);
-    if (this.due) this._send();
-    if (drag.mode === MODE.BUTTON) this._feedback(EVENT.BUTTON_CLICK, drag.from);
+    cancelAnimationFrame(this.due);
+    this.due = 0;
+    this._feedback(EVENT.POSE_UPDATE, drag.from);
     this._feedback(EVENT.MOUSE_UP, drag.from);
     this.drag = null;
     drag.marker.held = null;
@@ -116,23 +120,43 @@ export class Interaction {
   }
 
   _send() {
-    cancelAnimationFrame(this.due);
     this.due = 0;
-    if (this.drag) this._feedback(EVENT.POSE_UPDATE, this.drag.from);
+    if (this.drag) this._feedback(EVENT.POSE_UPDATE);
   }
 
   _feedback(event, point = null, control = this.drag.control, entry = 0) {
     const marker = this.drag?.marker || control.marker;
-    const { position, quaternion } = marker.inner;
-    const mouse = point ? marker.outer.worldToLocal(point.clone()) : new THREE.Vector3();
+    const { inner, outer, facts } = marker;
+    // As rviz does it: markers that go with their frame are told of in it, others in the fixed frame.
+    const position = facts.locked ? inner.position : inner.getWorldPosition(new THREE.Vector3());
+    const quaternion = facts.locked ? inner.quaternion : inner.getWorldQuaternion(new THREE.Quaternion());
+    const mouse = point ? point.clone() : new THREE.Vector3();
+    if (point && facts.locked) outer.worldToLocal(mouse);
     const xyz = ({ x, y, z }) => ({ x, y, z });
     const value = {
-      header: { frame_id: marker.facts.frame, stamp: "now" }, client_id: this.client, marker_name: marker.facts.name,
+      header: { frame_id: facts.locked ? facts.frame : this.fixed() }, client_id: this.client, marker_name: facts.name,
       control_name: control.facts.name, event_type: event, menu_entry_id: entry,
       pose: { position: xyz(position), orientation: { ...xyz(quaternion), w: quaternion.w } },
       mouse_point: xyz(mouse), mouse_point_valid: Boolean(point),
     };
-    this.publish(`${marker.set.topic}/feedback`, "visualization_msgs/InteractiveMarkerFeedback", value).catch((error) => this.told(error.message));
+    this._tell({ topic: `${marker.set.topic}/feedback`, value, step: event === EVENT.POSE_UPDATE && !point });
+  }
+
+  // One after the other, so that none overtakes another; of the poses on the way, the newest is enough.
+  async _tell(message) {
+    if (message.step && this.waiting.at(-1)?.step) this.waiting.pop();
+    this.waiting.push(message);
+    if (this.telling) return;
+    this.telling = true;
+    while (this.waiting.length) {
+      const { topic, value } = this.waiting.shift();
+      try {
+        await this.publish(topic, "visualization_msgs/InteractiveMarkerFeedback", value);
+      } catch (error) {
+        this.told(error.message);
+      }
+    }
+    this.telling = false;
   }
 
   _hover(control) {
@@ -192,10 +216,12 @@ const DRAGS = {
     const middle = drag.marker.inner.getWorldPosition(new THREE.Vector3());
     const place = across(drag.from, drag.axis, ray);
     if (!place) return false;
-    const far = drag.from.distanceTo(middle);
+    const arm = drag.from.clone().sub(middle);
+    const high = arm.clone().projectOnVector(drag.axis);
+    const far = arm.sub(high).length();
     spin(drag, middle, place);
-    const near = place.clone().sub(middle).projectOnPlane(drag.axis).setLength(far); // where the grabbed point is now
-    const from = middle.add(near);
+    // Where the grabbed point is now; then all goes so far that it is under the mouse.
+    const from = place.clone().sub(middle).projectOnPlane(drag.axis).setLength(far).add(high).add(middle);
     drag.from.copy(from);
     return shift(drag, place);
   },

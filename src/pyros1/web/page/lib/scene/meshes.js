@@ -41,7 +41,8 @@ export async function textureOf(uri, token) {
 }
 
 async function ask(uri, token) {
-  if (!/^(package|file):\/\//.test(uri)) throw new Error(`${short(uri) || "a mesh without a name"}: only package:// and file:// are read`);
+  if (!uri) throw new Error("a mesh or a texture without a name");
+  if (!/^(package|file):\/\//.test(uri)) throw new Error(`${short(uri)}: only package:// and file:// are read`);
   const answer = await fetch(fileUrl(uri, token));
   if (!answer.ok) throw new Error((await answer.text()).trim().slice(0, 300));
   return answer;
@@ -49,8 +50,9 @@ async function ask(uri, token) {
 
 async function load(uri, token) {
   const kind = uri.split(".").pop().toLowerCase();
-  if (!LOADERS[kind]) throw new Error(`${short(uri)}: STL, OBJ and DAE are read, not ${kind.slice(0, 20)}`);
-  const bytes = await (await ask(uri, token)).arrayBuffer();
+  if (uri && !LOADERS[kind]) throw new Error(`${short(uri)}: STL, OBJ and DAE are read, not ${kind.slice(0, 20)}`);
+  const answer = await ask(uri, token);
+  const bytes = await answer.arrayBuffer();
   let object;
   try {
     const module = await import(`../../vendor/three/${LOADERS[kind]}.js`);

@@ -7,8 +7,8 @@ export class Overlay {
   // place: the element over which it lies.
   constructor(place, title, changed) {
     this.canvas = h("canvas", { "aria-label": `picture of ${title}` });
-    this.frame = h("figure.overlay", { title, onclick: () => this.frame.classList.toggle("large") }, this.canvas, h("figcaption.mono", {}, title));
-    place.append(this.frame);
+    this.figure = h("figure.overlay", { title, onclick: () => this.figure.classList.toggle("large") }, this.canvas, h("figcaption.mono", {}, title));
+    place.append(this.figure);
     this.object = null; // nothing in the scene
     this.word = "no picture yet";
     this.problem = "";
@@ -27,10 +27,10 @@ export class Overlay {
   }
 
   show(shown) {
-    this.frame.hidden = !shown;
+    this.figure.hidden = !shown;
   }
 
   close() {
-    this.frame.remove();
+    this.figure.remove();
   }
 }

@@ -27,9 +27,9 @@ export class Stage {
     this.controls.enableDamping = false;
     this.controls.addEventListener("change", () => this.draw());
     this.controls.addEventListener("end", () => this.moved?.()); // the user has turned the view
-    const sun = new THREE.DirectionalLight(0xffffff, 1.8);
+    const sun = new THREE.DirectionalLight(0xffffff, 2.2);
     sun.position.set(3, -5, 8);
-    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x777788, 1.6), sun);
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x888899, 2.4), sun);
     this.grid = new THREE.Group();
     this.scene.add(this.grid);
     this.frames = 0;
