@@ -10,19 +10,20 @@ from numpy.typing import NDArray
 from pyros1.web.scene.shape import Shape, ShapeError
 
 MOST_POINTS = 1_500_000
-"""Most points of a cloud that are sent; of larger ones every second, third ... point."""
+"""Most points of a cloud that are sent."""
 _KINDS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 """numpy's names of the types of sensor_msgs/PointField."""
 _PACKED = ("rgb", "rgba")
 _Floats = NDArray[np.float32]
 
 
-def point_cloud2(cloud: Any, by: str = "") -> Shape:
+def point_cloud2(cloud: Any, by: str = "", most: int = MOST_POINTS) -> Shape:
     """Return a sensor_msgs/PointCloud2.
 
     Args:
         cloud: the message.
         by: the field that colours the points; empty for "rgb", "intensity" or "z", the first that there is.
+        most: the number of points that are sent at most; of larger clouds every second, third ... point.
 
     Returns:
         "count", "every" (one of how many points is sent), "fields" (those that can colour), "by", and "colour":
@@ -38,31 +39,33 @@ def point_cloud2(cloud: Any, by: str = "") -> Shape:
     """
     points = _points(cloud)
     fields = list(points.dtype.names or ())
-    every = -(-len(points) // MOST_POINTS) or 1
+    every = -(-len(points) // most) or 1
     points = points[::every]
     places = np.empty((len(points), 3), np.float32)
-    with np.errstate(over="ignore"):
+    with np.errstate(all="ignore"):
         for index, name in enumerate("xyz"):
             places[:, index] = points[name]
     if by not in fields:
         by = next((name for name in (*_PACKED, "intensity") if name in fields), "z")
     colours = points[by].copy()
-    there = np.isfinite(places.sum(axis=1))  # quicker than all(); an overflow leaves out what nobody can see
+    with np.errstate(all="ignore"):
+        there = np.isfinite(places.sum(axis=1))  # quicker than all(); an overflow leaves out what nobody can see
     if not there.all():
         places, colours = places[there], colours[there]
     facts = {"kind": "cloud", "count": len(places), "every": every, "fields": fields}
     return _coloured(facts, places, colours, by, bool(cloud.is_bigendian))
 
 
-def point_cloud(cloud: Any, by: str = "") -> Shape:
+def point_cloud(cloud: Any, by: str = "", most: int = MOST_POINTS) -> Shape:
     """Return a sensor_msgs/PointCloud; as `point_cloud2`. Its channels are fields."""
-    every = -(-len(cloud.points) // MOST_POINTS) or 1
-    places = np.array([(each.x, each.y, each.z) for each in cloud.points[::every]], np.float32).reshape(-1, 3)
+    every = -(-len(cloud.points) // most) or 1
     channels = {each.name: each.values for each in cloud.channels if len(each.values) == len(cloud.points)}
     fields = ["x", "y", "z", *channels]
     if by not in fields:
         by = next((name for name in (*_PACKED, "intensity") if name in channels), "z")
-    values = np.asarray(channels[by], np.float32)[::every] if by in channels else places[:, "xyz".index(by)]
+    with np.errstate(all="ignore"):
+        places = np.array([(each.x, each.y, each.z) for each in cloud.points[::every]], np.float32).reshape(-1, 3)
+        values = np.asarray(channels[by], np.float32)[::every] if by in channels else places[:, "xyz".index(by)]
     there = np.isfinite(places).all(axis=1)
     facts = {"kind": "cloud", "count": int(there.sum()), "every": every, "fields": fields}
     return _coloured(facts, places[there], values[there], by, False)
@@ -81,6 +84,8 @@ def _points(cloud: Any) -> NDArray[Any]:
         raise ShapeError(f"a field ends behind its point, which has {step} bytes")
     if not {"x", "y", "z"} <= known.keys():
         raise ShapeError("x, y and z of the points are of no type of numbers")
+    if not width or not height:
+        return np.empty(0, [(name, kind) for name, (kind, _) in known.items()])
     layout = np.dtype(
         {
             "names": [*known],
@@ -89,7 +94,7 @@ def _points(cloud: Any) -> NDArray[Any]:
             "itemsize": step,
         }
     )
-    if height <= 1 or row == width * step:
+    if height == 1 or row == width * step:
         return np.frombuffer(cloud.data, layout, width * height)
     rows = [np.frombuffer(cloud.data, layout, width, row * index) for index in range(height)]
     return np.concatenate(rows)

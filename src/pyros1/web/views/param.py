@@ -24,7 +24,7 @@ class ParamView(View):
     """A parameter's text.
 
     Args (of the page):
-        name: the parameter's full name.
+        param: the parameter's full name.
 
     Pushes ``{"text": TEXT}``, or ``{"text": null, "why": TEXT}`` for a parameter that is not set or not a text.
     """
@@ -47,7 +47,7 @@ class ParamView(View):
         return Push(facts)
 
     def change(self, args: Mapping[str, Any]) -> None:
-        self._name = text(args, "name")
+        self._name = text(args, "param")
         self.robot.check_visible(self._name)
         self._shown = None
 

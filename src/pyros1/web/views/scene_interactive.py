@@ -11,7 +11,7 @@ from pyros1.ground.errors import MessageError
 from pyros1.web.hub import Arrival
 from pyros1.web.scene.interactive import InteractiveMarkers
 from pyros1.web.views.view import View, text
-from pyros1.web.wire import Push
+from pyros1.web.wire import Push, RequestError
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
@@ -56,7 +56,7 @@ class SceneInteractiveView(View):
             self._end_full()  # who subscribes anew gets the latched message
             self._end_full = self.robot.listen(f"{self._base}/update_full", self._arrived)
         if self._problem:
-            raise MessageError(self._problem)
+            raise RequestError(self._problem)
         with self._lock:
             self._markers.sweep(now)
             before = self._seen

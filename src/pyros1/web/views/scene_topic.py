@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import MessageError
 from pyros1.web.hub import Arrival
+from pyros1.web.scene.clouds import MOST_POINTS
 from pyros1.web.scene.grids import UPDATES, Grid
 from pyros1.web.scene.markers import Markers
 from pyros1.web.scene.shape import Shape, ShapeError
 from pyros1.web.scene.shapes import CLOUDS, SHAPES
-from pyros1.web.views.view import View, text
+from pyros1.web.views.view import View, number, text
 from pyros1.web.wire import Push, RequestError
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ class SceneTopicView(View):
     Args (of the page):
         topic: the topic's full name. With an OccupancyGrid, its updates come on ``TOPIC_updates``.
         fixed: the frame in which the pose is told.
-        by: the field that colours a cloud; empty for a good one.
+        by: the field that colours a cloud; empty for a good one. most: the number of its points that are sent at most.
 
     Pushes the facts of `pyros1.web.scene.shapes` with "frame", "stamp" and "pose", the place of the message's frame at
     its time, or null if that is not known (the message comes again as soon as it is); or
@@ -107,6 +108,7 @@ class SceneTopicView(View):
     def _read(self, args: Mapping[str, Any]) -> None:
         self._fixed = text(args, "fixed", "")
         self._by = text(args, "by", "")
+        self._most = int(number(args, "most", 1, MOST_POINTS, MOST_POINTS))
 
     def _pose(self, header: Any) -> list[float] | None:
         return self.robot.world.pose(self._fixed, header.frame_id, header.stamp)
@@ -115,7 +117,7 @@ class SceneTopicView(View):
         if not new and not self._lost:
             return None
         if kind in CLOUDS:
-            return CLOUDS[kind](message, self._by)
+            return CLOUDS[kind](message, self._by, self._most)
         if kind not in SHAPES:
             raise RequestError(f"messages of {kind} cannot be drawn")
         return SHAPES[kind](message)

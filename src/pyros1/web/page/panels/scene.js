@@ -179,7 +179,11 @@ class Scene {
   }
 
   _restream() {
-    for (const { stream, display, topic } of this.displays.values()) if (topic) stream.change({ topic, fixed: this._fixedFrame(), ...display.args });
+    for (const entry of this.displays.values()) if (entry.topic) this._again(entry);
+  }
+
+  _again({ stream, display, topic }) {
+    stream.change({ topic, fixed: this._fixedFrame(), ...display.args });
   }
 
   _fixedFrame() {
@@ -230,7 +234,7 @@ class Scene {
   _showRobot(name) {
     const display = new this.lib.RobotModel(this.place.robot.token, () => this._touched(entry));
     const entry = this._enter({ key: ROBOT + name, title: name, kind: "RobotModel", display });
-    entry.stream = this.place.robot.stream("param", { name: name.startsWith("/") ? name : `/${name}` }, {
+    entry.stream = this.place.robot.stream("param", { param: name.startsWith("/") ? name : `/${name}` }, {
       data: (data) => { display.take(data); display.place(this.frames); this._touched(entry); },
       problem: (text) => { entry.trouble = text; this.list.tell(entry); },
     });
@@ -259,7 +263,8 @@ class Scene {
     entry.stream = this.place.robot.stream(view, { topic, fixed: this._fixedFrame(), ...entry.display.args }, {
       data: (data, blob) => {
         const shown = entry.display.take(data, blob);
-        if (entry.display.place) entry.display.place(this.frames);
+        entry.display.place?.(this.frames);
+        if (entry.display.hurry?.(this.stage.lag)) this._again(entry);
         this._touched(entry);
         return shown;
       },
@@ -292,11 +297,12 @@ class Scene {
   }
 
   _option(key, name, value) {
-    const { display, stream, topic } = this.displays.get(key);
+    const entry = this.displays.get(key);
+    const { display } = entry;
     this.options[key] = { ...this.options[key], [name]: value };
     const before = JSON.stringify(display.args);
     display.set({ [name]: value });
-    if (topic && JSON.stringify(display.args) !== before) stream.change({ topic, fixed: this._fixedFrame(), ...display.args });
+    if (entry.topic && JSON.stringify(display.args) !== before) this._again(entry);
     this._save();
     this.stage.draw();
   }

@@ -42,7 +42,11 @@ const SIZE = { text: "size", kind: "number", usual: 3, least: 1, most: 30, step:
 const ALPHA = { text: "opacity", kind: "number", usual: 1, least: 0, most: 1, step: 0.05 };
 const AXES = { text: "as axes", kind: "check", usual: false };
 const COVARIANCE = { text: "covariance", kind: "check", usual: true };
-const CLOUD = { size: { ...SIZE, usual: 2 }, by: { text: "colour by", kind: "choice", usual: "", choices: [""] }, alpha: ALPHA };
+const MOST = { text: "points at most", kind: "number", usual: 1500000, least: 1000, most: 1500000, step: 1000 };
+const SLOW = 150; // milliseconds that a picture may take; the points of a cloud become fewer if it takes longer
+const SLOW_TIMES = 3;
+const FEWEST = 20000;
+const CLOUD = { most: MOST, size: { ...SIZE, usual: 2 }, by: { text: "colour by", kind: "choice", usual: "", choices: [""] }, alpha: ALPHA };
 const SCREW = { scale: { text: "length of 1", kind: "number", usual: 1, least: 0.001, most: 1000, step: 0.1 } };
 const OPTIONS = {
   AccelStamped: SCREW, TwistStamped: SCREW, WrenchStamped: SCREW,
@@ -64,15 +68,19 @@ export class Display {
     this.controls = { ...OPTIONS[kind] };
     this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { usual }]) => [key, usual]));
     this.host = { token, changed };
+    this.enough = Infinity; // points that this browser can draw
+    this.slow = 0;
   }
 
   // The arguments that its stream has besides topic and fixed frame.
   get args() {
-    return this.options.by ? { by: this.options.by } : {};
+    const { by, most } = this.options;
+    return most ? { by, most: Math.min(most, this.enough) } : {};
   }
 
   set(options) {
     Object.assign(this.options, options);
+    if (options.most) this.enough = Infinity; // the user knows best
     this._style();
     if (this.last && !this._trailing) this._draw(...this.last);
     this.markers?.show(this.options);
@@ -106,6 +114,16 @@ export class Display {
     const pose = this.plane && frames.pose(this.frame);
     if (pose) put(this.object, pose);
     this.markers?.place(frames);
+  }
+
+  // Told how many milliseconds pictures take. Returns whether its stream should send less.
+  hurry(lag) {
+    if (!this.count || this.hidden) return false;
+    this.slow = lag > SLOW ? this.slow + 1 : 0;
+    if (this.slow < SLOW_TIMES || this.count <= FEWEST) return false;
+    this.slow = 0;
+    this.enough = Math.max(FEWEST, Math.round(this.count * Math.max(0.1, 0.7 * SLOW / lag)));
+    return true;
   }
 
   show(shown) {
@@ -162,7 +180,9 @@ export class Display {
       this.host.changed("controls");
     }
     this._style();
-    this.word = `${count} points${every > 1 ? `, one of ${every}` : ""}, colour: ${by}`;
+    this.count = count;
+    const why = this.enough < this.options.most ? ": this browser draws slowly" : "";
+    this.word = `${count} points${every > 1 ? ` (one of ${every}${why})` : ""}, colour: ${by}`;
   }
 
   _map(data, blob) {
