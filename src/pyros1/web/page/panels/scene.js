@@ -248,6 +248,8 @@ class Scene {
     if (kind === "InteractiveMarkers") {
       entry.display = new this.lib.InteractiveSet(topic, host);
       view = "scene_interactive";
+      const feedback = { topic: `${entry.display.topic}/feedback`, type: "visualization_msgs/InteractiveMarkerFeedback" };
+      this.place.robot.call("topics.advertise", feedback).catch(() => {}); // if it cannot be done, a drag says so
     } else if (kind === "Image") {
       entry.display = new this.lib.Overlay(this.pictures, topic, () => this._touched(entry));
       view = "image";

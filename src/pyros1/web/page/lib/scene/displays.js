@@ -193,16 +193,21 @@ export class Display {
   }
 
   _markers(data) {
-    this.markers ||= this._own(new MarkerSet(this.host));
+    this.markers ||= this._own(new MarkerSet({ ...this.host, changed: (what) => { this._say(); this.host.changed(what); } }));
     this.markers.take(data);
     this.markers.show(this.options);
-    const { namespaces, faults } = this.markers;
+    const { namespaces } = this.markers;
     const known = Object.keys(this.controls).length;
     for (const name of namespaces) this.controls[`ns:${name}`] ||= { text: name || "“”", kind: "check", usual: true };
     if (Object.keys(this.controls).length !== known) this.host.changed("controls");
-    this.word = `${this.markers.count} markers`;
-    const lost = Object.entries(data.poses).filter(([, pose]) => !pose).map(([frame]) => `no way to the frame ${frame}`);
-    this.problem = lost[0] || [...faults][0] || "";
+    this.lostFrame = Object.entries(data.poses).find(([, pose]) => !pose)?.[0];
+    this._say();
+  }
+
+  _say() {
+    const { count, faults } = this.markers;
+    this.word = `${count} markers`;
+    this.problem = this.lostFrame === undefined ? [...faults][0] || "" : `no way to the frame ${this.lostFrame}`;
   }
 
   _style() {

@@ -30,7 +30,8 @@ export class RobotModel {
   // Take a push of the view param.
   take({ text, why }) {
     this._clear();
-    this.why = why || "";
+    this.why = "";
+    this.none = why || ""; // no robot is no fault
     this.robot = null;
     if (text) {
       try {
@@ -179,7 +180,7 @@ export class RobotModel {
     else if (lost.length) this.problem = `no tf of ${some(lost, ", ")}: drawn with the joint at 0`;
     else this.problem = "";
     const count = this.links.size;
-    this.word = `${this.robot?.name || "robot"}: ${count} link${count === 1 ? "" : "s"}${this.loading ? ` (${this.loading} shapes are loading)` : ""}`;
+    this.word = this.none || `${this.robot?.name || "robot"}: ${count} link${count === 1 ? "" : "s"}${this.loading ? ` (${this.loading} shapes are loading)` : ""}`;
   }
 }
 
