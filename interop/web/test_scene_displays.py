@@ -75,7 +75,7 @@ def older_cloud() -> PointCloud:
 
 CASES: list[tuple[Any, str, int]] = [  # a message, what its display says, and how many things are drawn at least
     (AccelStamped(), "0.00 m/s\u00b2, 0.00 rad/s\u00b2", 0),
-    (FluidPressure(fluid_pressure=101325.0), "101320 Pa", 1),
+    (FluidPressure(fluid_pressure=101325.0), "101325 Pa", 1),
     (GridCells(cell_width=0.5, cell_height=0.5, cells=[Point(1, 2, 0)] * 7), "7 cells", 1),
     (Illuminance(illuminance=300.0), "300 lx", 1),
     (Imu(), "0.00 m/s\u00b2", 1),
@@ -222,7 +222,9 @@ def test_places_are_measured_and_published(browser: Browser, web: Web, robot: An
     click = """
         const canvas = document.querySelector('.scene canvas'), box = canvas.getBoundingClientRect();
         const place = {bubbles: true, clientX: box.left + box.width / 2, clientY: box.top + box.height * arguments[0]};
+        canvas.setPointerCapture = () => {};
         canvas.dispatchEvent(new PointerEvent('pointerdown', place));
+        canvas.dispatchEvent(new PointerEvent('pointerup', place));
         canvas.dispatchEvent(new MouseEvent('click', place));
     """
     browser.wait(f"{SCENE}.stage.frames > 2")
@@ -230,7 +232,7 @@ def test_places_are_measured_and_published(browser: Browser, web: Web, robot: An
     browser.run(click, 0.5)
     browser.wait_for_text("1.000) \u2026")  # on the box
     browser.run(click, 0.25)
-    browser.wait_for_text("(4.0")  # four metres ahead, on the ground
+    browser.wait_for_text(", 0.000) 4.1")  # four metres ahead and one down, on the ground
     browser.click(".tools button", "Point")
     browser.run(click, 0.5)
     browser.wait_for_text("/clicked_point: (0.0")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _TYPES = {"visualization_msgs/InteractiveMarkerInit", "visualization_msgs/InteractiveMarkerUpdate"}
-_ASK_AGAIN = 2.0
+ASK_AGAIN = 2.0
 """Seconds between two questions for all markers, if updates were missed."""
 
 
@@ -51,7 +51,7 @@ class SceneInteractiveView(View):
 
     def take(self) -> Push | None:
         now = monotonic()
-        if self._missing and now > self._asked + _ASK_AGAIN:
+        if self._missing and now > self._asked + ASK_AGAIN:
             self._missing, self._asked = False, now
             self._end_full()  # who subscribes anew gets the latched message
             self._end_full = self.robot.listen(f"{self._base}/update_full", self._arrived)

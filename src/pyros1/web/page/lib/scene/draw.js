@@ -96,7 +96,7 @@ export function measured({ value, unit, least, most }) {
   const rgb = [0, 0, 0];
   rainbow(((value ?? least) - least) / (most - least), rgb, 0);
   const group = new THREE.Group();
-  const word = `${value === null ? "nan" : Number(value.toPrecision(5))} ${unit}`.trim();
+  const word = `${value === null ? "nan" : Number(value.toPrecision(6))} ${unit}`.trim();
   const text = label(word, { height: 0.12, color: [0.55, 0.55, 0.6, 1] });
   text.position.set(0, 0, 0.2);
   group.add(new THREE.Mesh(new THREE.SphereGeometry(0.1, 20, 14), matter(new THREE.Color(...rgb))), text);
