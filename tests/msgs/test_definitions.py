@@ -64,12 +64,13 @@ controller_manager_msgs/ControllerState aeb6b261d97793ab74099a3740245272
 controller_manager_msgs/ListControllers 1341feb2e63fa791f855565d0da950d8
 controller_manager_msgs/LoadController 647e5c54b8d6468952d8d31f1efe96c0
 controller_manager_msgs/SwitchController b29a7abc673b2c54c14b54e50f8d06a5
+tf2_web_republisher/TFSubscriptionActionGoal ef8da891ba3ba9b13d97bca8154eaeb5
 """
 
 PACKAGES = """actionlib actionlib_msgs actionlib_tutorials bond control_msgs controller_manager_msgs diagnostic_msgs
 dynamic_reconfigure geometry_msgs map_msgs move_base_msgs nav_msgs nodelet pcl_msgs rosgraph_msgs roscpp
 roscpp_tutorials rospy_tutorials sensor_msgs shape_msgs smach_msgs std_msgs std_srvs stereo_msgs tf tf2_msgs topic_tools
-trajectory_msgs turtle_actionlib turtlesim visualization_msgs"""
+trajectory_msgs turtle_actionlib turtlesim visualization_msgs tf2_web_republisher"""
 
 
 @pytest.mark.parametrize("line", KNOWN.split("\n")[1:-1])

@@ -30,6 +30,30 @@ def _republish() -> int:
     return main(sys.argv)
 
 
+def _robot_state_publisher() -> int:
+    from pyros1.urdf.state_publisher import main  # noqa: PLC0415 - as above
+
+    return main(sys.argv)
+
+
+def _joint_state_publisher() -> int:
+    from pyros1.urdf.joint_publisher import main  # noqa: PLC0415 - as above
+
+    return main(sys.argv)
+
+
+def _joint_state_publisher_gui() -> int:
+    from pyros1.cli.joint_sliders import main  # noqa: PLC0415 - as above
+
+    return main(sys.argv)
+
+
+def _tf2_web_republisher() -> int:
+    from pyros1.topic_tools.web_frames import main  # noqa: PLC0415 - as above
+
+    return main(sys.argv)
+
+
 _TOPIC_TOOLS = """
 demux demux_add demux_delete demux_list demux_select drop mux mux_add mux_delete mux_list mux_select relay relay_field
 switch_mux throttle transform
@@ -39,6 +63,9 @@ _TEST_NODES = "advertisetest hztest paramtest publishtest subscribetest"
 SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "dynamic_reconfigure": {"dynparam": "dynparam"},
     "image_transport": {"republish": _republish},
+    "joint_state_publisher": {"joint_state_publisher": _joint_state_publisher},
+    "joint_state_publisher_gui": {"joint_state_publisher_gui": _joint_state_publisher_gui},
+    "robot_state_publisher": {"robot_state_publisher": _robot_state_publisher},
     "rosbag": {"play": "bag play", "record": "bag record"},
     "rostest": dict.fromkeys(_TEST_NODES.split(), _test_node),
     "tf": {
@@ -54,6 +81,7 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
         "static_transform_publisher": "tf static_transform_publisher --tf2",
     },
     "tf2_tools": {"echo.py": "tf echo --tf2", "view_frames.py": "tf view_frames"},
+    "tf2_web_republisher": {"tf2_web_republisher": _tf2_web_republisher},
     "topic_tools": {name: f"topic_tools {name}" for name in _TOPIC_TOOLS.split()},
     "xacro": {"xacro": _xacro},
 }

@@ -29,6 +29,9 @@ _HOMES = {
     "scene_interactive": "SceneInteractiveView",
     "scene_topic": "SceneTopicView",
     "image": "ImageView",
+    "joints": "JointsView",
+    "launches": "LaunchesView",
+    "launch_log": "LaunchLogView",
 }
 NAMES = frozenset(_HOMES)
 """Names of the views."""

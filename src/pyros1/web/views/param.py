@@ -53,7 +53,7 @@ class ParamView(View):
 
     def _look(self) -> dict[str, Any]:
         try:
-            value = self.robot.master.get_param(self._name)
+            value = self.robot.parameters.get(self._name)
         except ParameterNotSetError:
             return {"text": None, "why": f"there is no parameter {self._name}"}
         if not isinstance(value, str):

@@ -1,0 +1,183 @@
+"""tf2_web_republisher: transforms for web pages, which would be buried under all of /tf.
+
+A page names frames; it gets those that moved, through the action ``tf2_web_republisher`` or a topic of its own from the
+service ``republish_tfs``. This is what roslibjs's TFClient, and so ros3djs, expects (https://wiki.ros.org/tf2_web_republisher).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import sys
+import threading
+from collections.abc import Sequence
+from time import monotonic
+from typing import Any
+
+from pyros1.actions import Server
+from pyros1.ground.errors import Error, ServiceRefusal
+from pyros1.msgs.geometry_msgs.msg import TransformStamped
+from pyros1.msgs.tf2_web_republisher.msg import TFArray, TFSubscriptionAction, TFSubscriptionFeedback
+from pyros1.msgs.tf2_web_republisher.srv import RepublishTFs
+from pyros1.node import Node
+from pyros1.tf import Buffer, TransformException, TransformListener
+
+MOST = 200
+"""Most pages that are served."""
+MOST_FRAMES = 1000
+"""Most frames of a page."""
+_RATE, _SLOWEST, _FASTEST = 10.0, 0.1, 100.0
+_LEAST_TIMEOUT = 1.0
+
+
+class Moves:
+    """Tells which frames have moved since it was last asked.
+
+    Args:
+        buffer: the transforms.
+        target: the frame that the page draws in.
+        sources: the frames that it wants to know.
+        angle: radians; a frame that has turned less has not moved.
+        distance: meters; the same.
+
+    Raises:
+        ValueError: a page wants too many frames.
+    """
+
+    def __init__(self, buffer: Buffer, target: str, sources: Sequence[str], angle: float, distance: float) -> None:
+        if len(sources) > MOST_FRAMES:
+            raise ValueError(f"{len(sources)} frames are too many: at most {MOST_FRAMES}")
+        self._buffer = buffer
+        self._target = target.lstrip("/")
+        self._sources = dict.fromkeys(source.lstrip("/") for source in sources)
+        self._angle = angle
+        self._distance = distance
+        self._last: dict[str, Any] = {}
+
+    def take(self) -> list[TransformStamped]:
+        """Return the transforms of frames that have moved; frames that are not known (yet) are left out."""
+        moved = []
+        for source in self._sources:
+            try:
+                found: Any = self._buffer.lookup_transform(self._target, source)
+            except TransformException:
+                continue
+            last = self._last.get(source)
+            if last is None or self._is_elsewhere(last.transform, found.transform):
+                self._last[source] = found
+                moved.append(found)
+        return moved
+
+    def _is_elsewhere(self, old: Any, new: Any) -> bool:
+        a, b = old.translation, new.translation
+        if math.dist((a.x, a.y, a.z), (b.x, b.y, b.z)) > self._distance:
+            return True
+        p, q = old.rotation, new.rotation
+        # The vector part of the rotation from one to the other: exact for small angles, as the scalar part is not.
+        across = math.hypot(
+            p.w * q.x - p.x * q.w - p.y * q.z + p.z * q.y,
+            p.w * q.y - p.y * q.w - p.z * q.x + p.x * q.z,
+            p.w * q.z - p.z * q.w - p.x * q.y + p.y * q.x,
+        )
+        along = abs(p.x * q.x + p.y * q.y + p.z * q.z + p.w * q.w)
+        return 2 * math.atan2(across, along) > self._angle
+
+
+class Republisher:
+    """Serves pages until the node ends.
+
+    Args:
+        node: the node; the action has its name.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._buffer = Buffer()
+        self._listener = TransformListener(node, self._buffer)
+        self._lock = threading.Lock()
+        self._pages = 0
+        self._numbers = itertools.count()
+        self._server = Server(node, node.name, TFSubscriptionAction, self._goal_came)
+        self._service = node.advertise_service("republish_tfs", RepublishTFs, self._asked)
+
+    def close(self) -> None:
+        """End all."""
+        self._service.shutdown()
+        self._server.close()
+        self._listener.close()
+
+    def _begin(self, want: Any) -> tuple[Moves, float]:
+        """Return what a page gets, and the seconds between two looks; raises ValueError."""
+        moves = Moves(self._buffer, want.target_frame, want.source_frames, want.angular_thres, want.trans_thres)
+        rate = min(max(want.rate, _SLOWEST), _FASTEST) if want.rate > 0 else _RATE
+        with self._lock:
+            if self._pages >= MOST:
+                raise ValueError(f"{MOST} pages are served already")
+            self._pages += 1
+        return moves, 1.0 / rate
+
+    def _end(self) -> None:
+        with self._lock:
+            self._pages -= 1
+
+    def _goal_came(self, goal: Any) -> None:
+        try:
+            moves, period = self._begin(goal.goal)
+        except ValueError as error:
+            goal.reject(text=str(error))
+            return
+        goal.accept()
+
+        def look(_: Any) -> None:
+            if goal.cancel_requested:
+                timer.shutdown()
+                self._end()
+                goal.cancel()
+            elif moved := moves.take():
+                goal.feedback(TFSubscriptionFeedback(moved))
+
+        timer = self._node.timer(period, look)
+
+    def _asked(self, request: Any) -> str:
+        try:
+            moves, period = self._begin(request)
+        except ValueError as error:
+            raise ServiceRefusal(str(error)) from None
+        topic = f"~tf_repub_{next(self._numbers)}"
+        publisher = self._node.advertise(topic, TFArray, queue_size=10)
+        known: dict[str, TransformStamped] = {}
+        publisher.watch(lambda peer: peer.publish(TFArray(list(known.values()))) if known else None)
+        patience = max(request.timeout.to_sec(), _LEAST_TIMEOUT)
+        heard = monotonic()
+
+        def look(_: Any) -> None:
+            nonlocal heard, known
+            if publisher.num_connections:
+                heard = monotonic()
+            elif monotonic() - heard > patience:
+                timer.shutdown()
+                publisher.unregister()
+                self._end()
+                return
+            if moved := moves.take():
+                known = known | {each.child_frame_id: each for each in moved}  # never changed: another thread reads it
+                publisher.publish(TFArray(moved))
+
+        timer = self._node.timer(period, look)
+        return self._node.resolve(topic)
+
+
+def main(argv: list[str]) -> int:
+    """Run the program; return its exit code.
+
+    Args:
+        argv: the command line, with the program's name.
+    """
+    try:
+        with Node("tf2_web_republisher", argv=argv[1:]) as node:
+            Republisher(node)
+            node.spin()
+    except Error as error:
+        sys.stderr.write(f"ERROR: tf2_web_republisher: {error}\n")
+        return 1
+    return 0
