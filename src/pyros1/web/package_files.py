@@ -6,11 +6,8 @@ import os
 import stat
 import threading
 from collections.abc import Callable
-<<<<<<< HEAD:src/pyros1/web/package_files.py
 from pathlib import Path
-=======
 from time import monotonic
->>>>>>> main:src/pyros1/web/foxglove/package_files.py
 from urllib.parse import unquote, urlsplit
 
 from pyros1.finding.packages import PackageIndex, package_of
