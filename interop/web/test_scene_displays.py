@@ -222,7 +222,7 @@ def test_places_are_measured_and_published(browser: Browser, web: Web, robot: An
     click = """
         const canvas = document.querySelector('.scene canvas'), box = canvas.getBoundingClientRect();
         const place = {bubbles: true, clientX: box.left + box.width / 2, clientY: box.top + box.height * arguments[0]};
-        canvas.setPointerCapture = () => {};
+        canvas.setPointerCapture = canvas.releasePointerCapture = () => {};
         canvas.dispatchEvent(new PointerEvent('pointerdown', place));
         canvas.dispatchEvent(new PointerEvent('pointerup', place));
         canvas.dispatchEvent(new MouseEvent('click', place));
