@@ -98,6 +98,12 @@ class Publishing:
         publisher.wait_for_subscribers(timeout=_CONNECT)
         return publisher
 
+    def end(self, topic: str) -> None:
+        """Publish a topic no more."""
+        with self._lock:
+            ended = [self._publishers.pop(key) for key in list(self._publishers) if key.topic == topic]
+        _end(ended)
+
     def tidy(self) -> None:
         """End those that have not been used for a while."""
         now = self._clock()

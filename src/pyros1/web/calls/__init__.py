@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _FILES = frozenset(
-    {"actions", "doctor", "forms", "nodes", "page", "params", "reconfigure", "services", "topics", "bags"}
+    {"actions", "doctor", "forms", "launches", "nodes", "page", "params", "reconfigure", "services", "topics", "bags"}
 )
 
 

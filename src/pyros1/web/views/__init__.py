@@ -27,6 +27,9 @@ _HOMES = {
     "scene_frames": "SceneFramesView",
     "scene_topic": "SceneTopicView",
     "image": "ImageView",
+    "joints": "JointsView",
+    "launches": "LaunchesView",
+    "launch_log": "LaunchLogView",
 }
 NAMES = frozenset(_HOMES)
 """Names of the views."""
