@@ -47,9 +47,9 @@ class Joints {
   _build() {
     const { body, tools } = this.place;
     this.search = h("input", { placeholder: "find joints", "aria-label": "find joints", size: 10, oninput: () => this._filter() });
-    this.unit = h("button", { title: "radians or degrees", onclick: () => { this.degrees = !this.degrees; this._save(); this._numbers(); } });
-    this.centre = h("button", { title: "all joints to their zero", onclick: () => this._all((joint) => joint.zero) }, "Centre");
-    this.random = h("button", { title: "all joints to places anywhere between their limits", onclick: () => this._all(anywhere) }, "Randomize");
+    this.unit = h("button", { title: "radians or degrees", onclick: () => { this.degrees = !this.degrees; this._save(); this._numbers(); } }, this.degrees ? "deg" : "rad");
+    this.centre = h("button", { title: "all joints to their zero", disabled: true, onclick: () => this._all((joint) => joint.zero) }, "Centre");
+    this.random = h("button", { title: "all joints to places anywhere between their limits", disabled: true, onclick: () => this._all(anywhere) }, "Randomize");
     this.stop = h("button", { title: "publish the joints no more", hidden: true, onclick: () => this._publish(false) }, "Stop publishing");
     this.which = h("select.mono", { "aria-label": "robot", hidden: true, onchange: () => this._describe(this.which.value) });
     this.count = h("span.muted");
@@ -172,7 +172,7 @@ class Row {
     const { name, type, lower, upper, follows } = joint;
     const range = upper - lower || 1;
     this.slider = h("input", {
-      type: "range", "aria-label": name, disabled: true, min: lower, max: upper, step: range / STEPS, value: joint.zero,
+      type: "range", "aria-label": name, title: "double click: to its zero", disabled: true, min: lower, max: upper, step: range / STEPS, value: joint.zero,
       oninput: () => this.move(Number(this.slider.value)),
       ondblclick: () => this.move(joint.zero),
     });
@@ -193,8 +193,9 @@ class Row {
 
   // The robot says where the joint is.
   heard(position) {
+    if (position === this.position || performance.now() - this.touched < QUIET) return;
     this.position = position;
-    if (performance.now() - this.touched > QUIET) this.draw();
+    this.draw();
   }
 
   move(position) {
