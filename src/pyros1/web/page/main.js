@@ -35,6 +35,10 @@ function drawTabs() {
     title: `${panel.description} (${index + 1})`,
     onclick: () => choose(panel.name),
   }, panel.title)));
+  seeTab();
+}
+
+function seeTab() {
   tabs.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest", inline: "nearest" });
 }
 
@@ -82,6 +86,7 @@ function drawState() {
   fill(state, h("i.lamp"), text[robot.state], robot.about.read_only && h("span.badge", {}, "read-only"));
   state.title = robot.trouble || "the master";
   workspace.trouble(robot.state === "connected" ? "" : robot.trouble);
+  seeTab(); // the bar has another width now
 }
 
 robot.addEventListener("state", drawState);

@@ -28,6 +28,8 @@ _HOMES = {
     "scene_topic": "SceneTopicView",
     "image": "ImageView",
     "joints": "JointsView",
+    "launches": "LaunchesView",
+    "launch_log": "LaunchLogView",
 }
 NAMES = frozenset(_HOMES)
 """Names of the views."""
