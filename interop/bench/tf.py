@@ -5,7 +5,8 @@
     python interop/bench/tf.py [SECONDS]
 
 prints a table. A chain has 1, 5 or 10 frames; dynamic frames have ten seconds of transforms at 100 Hz. *latest* asks at
-time 0, *timed* between two transforms, so that each frame is interpolated; *can* asks whether there is a transform.
+time 0, *timed* between two transforms, so that each frame is interpolated, again and again at the same time, *moving*
+at another time in each call; *can* asks whether there is a transform.
 """
 
 from __future__ import annotations
@@ -35,11 +36,11 @@ def stamped(parent, child, ns, x=0.0):
     it.transform.rotation.z, it.transform.rotation.w = math.sin(x), math.cos(x)
     return it
 
-def rate(ask, *arguments):
+def rate(ask, target, source, *times):
     count, start = 0, process_time()
     while process_time() - start < SPAN:
-        for _ in range(100):
-            ask(*arguments)
+        for time in times:
+            ask(target, source, time)
         count += 100
     return count / (process_time() - start)
 
@@ -55,14 +56,16 @@ def filled(length, static):
     return core
 
 rows = {}
-latest, timed = rospy.Time(0), rospy.Time(105, 5000000)
+latest, timed = 100 * [rospy.Time(0)], 100 * [rospy.Time(105, 5000000)]
+moving = [rospy.Time(105, 5000000 + 9000000 * step) for step in range(100)]
 for static in (True, False):
     for length in (1, 5, 10):
         core, tip = filled(length, static), "f%d" % length
         name = "%s, %d" % ("static" if static else "dynamic", length)
-        rows["lookup latest, " + name] = rate(core.lookup_transform_core, "f0", tip, latest)
-        rows["lookup timed, " + name] = rate(core.lookup_transform_core, "f0", tip, timed)
-        rows["can timed, " + name] = rate(core.can_transform_core, "f0", tip, timed)
+        rows["lookup latest, " + name] = rate(core.lookup_transform_core, "f0", tip, *latest)
+        rows["lookup timed, " + name] = rate(core.lookup_transform_core, "f0", tip, *timed)
+        rows["lookup moving, " + name] = rate(core.lookup_transform_core, "f0", tip, *moving)
+        rows["can timed, " + name] = rate(core.can_transform_core, "f0", tip, *timed)
 core = tf2_py.BufferCore(rospy.Duration(10.0))
 messages = [stamped("a", "b", 10**11 + step * 10**6) for step in range(30000)]
 start = process_time()

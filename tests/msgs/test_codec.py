@@ -168,22 +168,6 @@ def test_nothing_large_is_allocated_on_a_lie(element: str) -> None:
         tracemalloc.stop()
 
 
-def test_bad_utf8_names_field_and_offset() -> None:
-    data = b"\1\2\0\0\0a\xff"
-    with pytest.raises(DeserializationError, match="field s is not UTF-8") as caught:
-        codec.decode(make("int8 a\nstring s"), data, 0, len(data))
-    assert caught.value.offset == 6
-
-
-@pytest.mark.parametrize(("text", "wrong"), [(b"\xc3", 0), (b"x" * 65535 + b"\xc3(", 65535), (b"\xe2\x82" * 70000, 0),
-                                             (b"x" * 65535 + b"\xe2\x82\xac" * 50 + b"\xff", 65685)])  # fmt: skip
-def test_bad_utf8_in_a_long_string(text: bytes, wrong: int) -> None:
-    data = struct.pack("<I", len(text)) + text
-    with pytest.raises(DeserializationError, match="field s is not UTF-8") as caught:
-        codec.decode(make("string s"), data, 0, len(data))
-    assert caught.value.offset == 4 + wrong
-
-
 def test_g19_types_after_decoding() -> None:
     text = (
         "uint8[] u\nchar[] c\nbyte[] b\nint8[2] i\nfloat32[] f\nbool[] l\nstring[] s\ntime[] t\nuint8[1] v\nbool[1] w"

@@ -135,9 +135,18 @@ def test_g08_services() -> None:
     assert [field.name for field in spec.response.fields] == ["b"]
     assert (spec.request.name, spec.response.name) == ("pkg/SRequest", "pkg/SResponse")
     assert parse_service("pkg/S", "---").response.fields == ()
-    for text in ("", "int8 a", "---\n---\n", " ---\n"):
-        with pytest.raises(DefinitionError):
-            parse_service("pkg/S", text)
+    for text, names in (
+        ("", ""),
+        ("int8 a", "a"),
+        ("#---\nint8 a", "a"),
+        ("---\n---\n", ""),
+        ("int8 a\n---\nint8 b\n---\nint8 c", "abc"),
+    ):
+        spec = parse_service("pkg/S", text)
+        assert "".join(field.name for part in (spec.request, spec.response) for field in part.fields) == names
+        assert len(spec.request.fields) == ("a" in names)
+    with pytest.raises(DefinitionError, match=r"pkg/SRequest:1: \[---\]"):
+        parse_service("pkg/S", " ---\n")
     with pytest.raises(DefinitionError, match=r"x\.srv:4: "):
         parse_service("pkg/S", "int8 a\n---\nint8 b\nwrong\n", "x.srv")
 

@@ -22,6 +22,7 @@ from pyros1.node.identity import full_name
         ("a", "/mine", {}, {"ROS_NAMESPACE": "/robot"}, ("/mine", "/mine/a")),
         ("a", "/mine", {"__ns": "/theirs/x"}, {"ROS_NAMESPACE": "/robot"}, ("/theirs/x", "/theirs/x/a")),
         ("a", None, {"__name": "b"}, {}, ("/", "/b")),
+        ("a", None, {"__name": "", "__ns": ""}, {}, ("/", "/a")),
         ("a", "/", {}, {}, ("/", "/a")),
         ("a", "//x//y/", {}, {}, ("/x/y", "/x/y/a")),
     ],

@@ -330,3 +330,20 @@ def test_chain_at_two_times() -> None:
     buffer.set_transform(stamped("map", "odom", 2.0), "/me")
     assert buffer.chain_full("map", 1.0, "base", 1.0, "base") == ["base", "map"]
     assert buffer.chain_full("map", 2.0, "base", 2.0, "map") == ["base", "odom", "map"]
+
+
+def test_the_same_time_again_after_further_transforms() -> None:
+    buffer = Buffer(10.0)
+    for seconds, x in ((1.0, 0.0), (5.0, 4.0)):
+        buffer.set_transform(stamped("map", "odom", seconds, x))
+    assert [x_of(buffer.lookup_transform("map", "odom", 3.0)) for _ in range(2)] == [2.0, 2.0]
+    buffer.set_transform(stamped("map", "odom", 3.0, 7.0))  # late
+    assert x_of(buffer.lookup_transform("map", "odom", 3.0)) == 7.0
+    buffer.set_transform(stamped("map", "odom", 2.0, 1.0))
+    assert x_of(buffer.lookup_transform("map", "odom", 2.5)) == 4.0
+    buffer.set_transform(stamped("map", "odom", 14.0, 9.0))  # 2.5 is too old now
+    with pytest.raises(ExtrapolationException):
+        buffer.lookup_transform("map", "odom", 2.5)
+    buffer.clear()
+    with pytest.raises(TransformException):
+        buffer.lookup_transform("map", "odom", 3.0)

@@ -19,6 +19,7 @@ from typing import Any
 
 from pyros1.drop_in import configs
 from pyros1.drop_in.sources import folder_of
+from pyros1.drop_in.unicode_errors import register
 from pyros1.finding.importing import installed
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import PackageNotFoundError
@@ -188,6 +189,7 @@ def install() -> Finder:
     finder = Finder()
     if not finder.stock:
         installed(os.environ).stock_names = True
+        register()
     if os.environ.get(VARIABLE) == "pyros1":
         sys.meta_path.insert(0, finder)
     else:

@@ -34,6 +34,7 @@ OWN_MODULES = frozenset(
         "json_form",
         "large",
         "generator",
+        "repair",
         "spec",
         "stubs",
         "text",

@@ -13,7 +13,9 @@ _T = TypeVar("_T", bound="TVal")
 
 
 def _whole(given: Any, what: str) -> int:
-    if isinstance(given, str) or not hasattr(type(given), "__int__"):
+    if isinstance(given, (str, bytes)):
+        int(given)  # raises ValueError for what is no number, as stock's times do
+    if isinstance(given, (str, bytes)) or not hasattr(type(given), "__int__"):
         raise TypeError(f"{what} must be a number, not {given!r:.80}")
     return int(given)
 
@@ -26,7 +28,8 @@ class TVal:
         nsecs: nanoseconds, any integer; whole seconds are carried over into ``secs``.
 
     Raises:
-        ValueError: ``secs`` is a float and ``nsecs`` is not 0.
+        ValueError: ``secs`` is a float and ``nsecs`` is not 0; or one of both is a text without a number.
+        TypeError: ``secs`` or ``nsecs`` is no number.
     """
 
     __slots__ = ("secs", "nsecs")  # noqa: RUF023  in the order in which programs show them

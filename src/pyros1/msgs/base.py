@@ -160,13 +160,15 @@ class Message(metaclass=MessageType):
         Raises:
             DeserializationError: ``data`` is too short or not such a message.
         """
-        body = bytes(data)
-        return self._deserialize(body, lambda cls: cls._read(body, 0, len(body)))  # without the rest (G23)
+        return self._deserialize(bytes(data), lambda cls, body: cls._read(body, 0, len(body)))  # without the rest (G23)
 
-    def _deserialize(self: _M, data: bytes, read: Callable[[type[Message]], tuple[Any, int]]) -> _M:
+    def _deserialize(self: _M, data: bytes, read: Callable[[type[Message], bytes], tuple[Any, int]]) -> _M:
         cls = message_class(type(self))
         try:
-            message, _ = read(cls)
+            try:
+                message, _ = read(cls, data)
+            except UnicodeDecodeError:
+                message, _ = read(cls, _module("repair").repaired(cls, data))
         except DeserializationError:
             raise
         except Exception as error:
@@ -181,8 +183,8 @@ class Message(metaclass=MessageType):
 
     def deserialize_numpy(self: _M, data: Buffer, numpy: Any) -> _M:
         """Set the fields like :meth:`deserialize`, with numpy arrays of shape (n,) in place of tuples of numbers."""
-        body, view = bytes(data), _module("array_views").numpy_view(numpy)
-        return self._deserialize(body, lambda cls: cls._read_arrays(body, 0, len(body), view))
+        view = _module("array_views").numpy_view(numpy)
+        return self._deserialize(bytes(data), lambda cls, body: cls._read_arrays(body, 0, len(body), view))
 
     def _check_types(self, exc: Exception | None = None) -> None:
         """Raise SerializationError if a value does not fit its field."""

@@ -5,7 +5,6 @@ It goes slowly through the fields in the order of the class's ``_slot_types``, a
 
 from __future__ import annotations
 
-import codecs
 import operator
 import struct
 from collections.abc import Callable
@@ -16,8 +15,6 @@ from pyros1.ground.errors import DeserializationError, MessageError, Serializati
 from pyros1.msgs.base import Buffer, Message, message_class
 from pyros1.msgs.factory import MAX_EMPTY
 from pyros1.msgs.spec import BUILTINS, STRUCT_CODES
-
-_PIECE = 1 << 16
 
 
 def refusal(cls: type[Message], message: Any, error: Exception) -> SerializationError:
@@ -161,7 +158,7 @@ def explain(cls: type[Message], buffer: Buffer, start: int, end: int, *, exact: 
         end: where it should end.
         exact: whether additional bytes at the end are an error.
     """
-    walk = _Walk(memoryview(buffer)[start:end])
+    walk = Walk(memoryview(buffer)[start:end])
     try:
         walk.message(cls, "")
     except MessageError as error:
@@ -171,8 +168,15 @@ def explain(cls: type[Message], buffer: Buffer, start: int, end: int, *, exact: 
     return DeserializationError(cls._type, walk.position, "the buffer ends here")
 
 
-class _Walk:
-    """A walk through an encoded message, of which nothing is kept."""
+class Walk:
+    """A walk through an encoded message, of which nothing is kept.
+
+    Args:
+        data: the encoded message.
+
+    Attributes:
+        position: how far it has come.
+    """
 
     def __init__(self, data: memoryview) -> None:
         self.data = data
@@ -212,6 +216,9 @@ class _Walk:
         else:
             self.skip(number * _least(cls, base), what)
 
+    def text(self, begin: int, what: str) -> None:
+        """Look at a string, which reaches from ``begin`` to the position. This walk does not."""
+
     def _check_count(self, number: int, least: int, what: str) -> None:
         if least == 0:
             if number > MAX_EMPTY:
@@ -223,28 +230,12 @@ class _Walk:
         what = f"field {name}"
         if base == "string":
             size = self.count(what)
-            begin = self.position
             self.skip(size, what)
-            wrong = _wrong_utf8(self.data[begin : self.position])
-            if wrong is not None:
-                self.position = begin + wrong[0]
-                raise MessageError(f"{what} is not UTF-8: {wrong[1]}")
+            self.text(self.position - size, what)
         elif base in cls._classes:
             self.message(cls._classes[base], name + ".")
         else:
             self.skip(_least(cls, base), what)
-
-
-def _wrong_utf8(data: memoryview) -> tuple[int, str] | None:
-    """Return (offset, reason) of the first bytes that are not UTF-8, or None. Large strings are read in pieces."""
-    decoder = codecs.getincrementaldecoder("utf-8")()
-    for begin in range(0, len(data), _PIECE):
-        pending = len(decoder.getstate()[0])
-        try:
-            decoder.decode(data[begin : begin + _PIECE], begin + _PIECE >= len(data))
-        except UnicodeDecodeError as error:
-            return begin - pending + error.start, error.reason
-    return None
 
 
 def _least(cls: type[Message], base: str) -> int:

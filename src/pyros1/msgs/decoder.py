@@ -1,7 +1,8 @@
 """Generates the decoders of message classes.
 
 A decoder does not look for the cause of a failure: it catches all errors that wrong bytes cause, and ``check.py`` then
-goes through the bytes slowly to find place and reason. The decoder itself checks only what limits memory and time (the
+goes through the bytes slowly to find place and reason. If a string is not UTF-8, ``repair.py`` makes it so, and the
+decoder begins again. The decoder itself checks only what limits memory and time (the
 number of elements against the remaining bytes), and that it ends exactly at the end of the message. To read beyond
 ``end`` in a larger buffer does no harm: the final position is then wrong.
 
@@ -21,6 +22,7 @@ from pyros1.msgs.base import Message
 from pyros1.msgs.check import explain
 from pyros1.msgs.factory import MAX_EMPTY
 from pyros1.msgs.generator import TIME_CLASSES, TIME_CODES, Fields, Source, fields_of, parts_of, split_type
+from pyros1.msgs.repair import decode_repaired
 from pyros1.msgs.spec import STRUCT_CODES
 
 _WRONG = (struct.error, DeserializationError, ValueError, OverflowError, TypeError)
@@ -324,7 +326,7 @@ def make_read_arrays(cls: type[Message]) -> Callable[..., tuple[Any, int]]:
 
 def _make_decode(source: Decoder) -> Callable[..., Any]:
     cls = source.cls
-    buffer, start, end, _ = source.arguments
+    buffer, start, end, view = source.arguments
     if cls._fixed_size is not None:
         source.emit(f"if {end} - {start} != {cls._fixed_size}: raise ValueError('size')")
         _make_message(source, last=True)
@@ -333,7 +335,9 @@ def _make_decode(source: Decoder) -> Callable[..., Any]:
         source.emit(f"if {source.at} != {end}: raise ValueError('size')")
     source.emit(f"return {source.root}")
     reason = f"{source.ref(explain)}({source.ref(cls, 'cls')}, {buffer}, {start}, {end})"
-    return source.function("decode", _parameters(source), _WRONG, lambda error: reason)
+    again = f"{source.ref(decode_repaired)}({source.ref(cls, 'cls')}, {buffer}, {start}, {end}"
+    again += f", {view})" if source.views else ")"
+    return source.function("decode", _parameters(source), _WRONG, lambda error: reason, again)
 
 
 def _make_read(source: Decoder) -> Callable[..., tuple[Any, int]]:

@@ -166,6 +166,7 @@ class Source:
         parameters: Sequence[str],
         wrong: tuple[type[Exception], ...] = (),
         reason: Callable[[str], str] | None = None,
+        not_text: str = "",
     ) -> Callable[..., Any]:
         """Return the compiled function.
 
@@ -174,6 +175,7 @@ class Source:
             parameters: its parameters.
             wrong: the exceptions that its body raises for wrong input.
             reason: returns the expression of the error to raise instead, given the name of the first exception.
+            not_text: the expression to return if a string is not UTF-8; empty: this is wrong input, too.
         """
         body = Source(self.cls, self.scope)
         if reason is None:
@@ -181,6 +183,8 @@ class Source:
         else:
             error = self.fresh("error")
             body.block("try:", self.lines)
+            if not_text:
+                body.block("except UnicodeDecodeError:", [f"return {not_text}"])
             body.block(f"except {self.ref(wrong, 'wrong')} as {error}:", [f"raise {reason(error)} from {error}"])
         whole = Source(self.cls, self.scope)
         name = self.fresh(name)

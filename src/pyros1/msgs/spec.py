@@ -138,17 +138,17 @@ def parse_message(name: str, text: str, where: str | None = None, first_line: in
 def parse_service(name: str, text: str, where: str | None = None) -> ServiceSpec:
     """Parse the text of a service definition: a request, a line that starts with ``---``, a response (G08).
 
+    As in stock, all is the request without such a line, and further ones in the response are ignored.
+
     Raises:
         DefinitionError: the text names place and line.
     """
-    parts = _split(text)
-    if len(parts) != 2:
-        raise DefinitionError(f"a service needs one '---' line, found {len(parts) - 1}", where or name)
-    (request_line, request), (response_line, response) = parts
+    (request_line, request), *rest = _split(text)
+    response_line = rest[0][0] if rest else request_line
     return ServiceSpec(
         name,
         parse_message(name + "Request", request, where, request_line),
-        parse_message(name + "Response", response, where, response_line),
+        parse_message(name + "Response", "".join(part for _, part in rest), where, response_line),
         text,
     )
 

@@ -31,7 +31,7 @@ def full_name(
     Raises:
         InvalidNameError: the name or the namespace is not legal.
     """
-    if "__name" in special:
+    if special.get("__name"):
         name = special["__name"]
     elif anonymous:
         name = names.anonymous_name(name, os.getpid(), int(time.time() * 1000))

@@ -20,6 +20,7 @@ from pyros1.tf.tree import Tree
 
 _T = TypeVar("_T")
 _NS = 1_000_000_000
+_new = object.__new__
 _LATE = (LookupException, ConnectivityException, ExtrapolationException)
 """The errors that may end when further transforms arrive."""
 
@@ -300,10 +301,16 @@ class Buffer:
             return as_dot(self._tree.frames.values(), now)
 
     def _message(self, target: str, source: str, stamp: int, transform: Transform) -> Any:
-        x, y, z, qx, qy, qz, qw = transform
-        header = self._header(0, self._time(stamp // _NS, stamp % _NS), target)
-        body = self._transform(self._vector(x, y, z), self._quaternion(qx, qy, qz, qw))
-        return self._stamped(header, source, body)
+        # Without their constructors, which take as long as the lookup.
+        message = _new(self._stamped)
+        message.header = header = _new(self._header)
+        header.seq, header.stamp, header.frame_id = 0, self._time(stamp // _NS, stamp % _NS), target
+        message.child_frame_id = source
+        message.transform = body = _new(self._transform)
+        body.translation = v = _new(self._vector)
+        body.rotation = q = _new(self._quaternion)
+        v.x, v.y, v.z, q.x, q.y, q.z, q.w = transform
+        return message
 
     # Waiting ----------------------------------------------------------------------------------------------------------
 

@@ -23,7 +23,7 @@ class Frame:
         stamps, entries: times and transforms, in order of time; those before the head are out of date.
     """
 
-    __slots__ = ("_head", "authority", "entries", "name", "stamps", "static")
+    __slots__ = ("_answer", "_asked", "_head", "authority", "entries", "name", "stamps", "static")
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -32,6 +32,8 @@ class Frame:
         self.stamps: list[int] = []
         self.entries: list[Entry] = []
         self._head = 0  # items before it are removed many at a time
+        self._asked: int | None = None  # the time of the last interpolation, and its result: programs ask for the
+        self._answer: Entry | None = None  # same time again, of several frames, or whether it is there and then for it
 
     def insert(self, time: int, entry: Entry, keep: int) -> str | None:
         """Take a transform.
@@ -47,6 +49,7 @@ class Frame:
             self.stamps = [0]
             self.entries = [entry]
             return None
+        self._asked = None
         stamps = self.stamps
         if not stamps or time > stamps[-1]:
             stamps.append(time)
@@ -72,11 +75,13 @@ class Frame:
         self._head = head
         return None
 
-    def at(self, time: int) -> Entry | None:
+    def at(self, time: int) -> Entry | None:  # noqa: PLR0911
         """Return parent and transform at a time, 0 for the newest; None if there are none, see `why_not`."""
         entries = self.entries
         if self.static or (not time and entries):
             return entries[-1]
+        if time == self._asked:
+            return self._answer
         stamps = self.stamps
         if not stamps or time >= stamps[-1]:
             return entries[-1] if stamps and time == stamps[-1] else None
@@ -90,7 +95,9 @@ class Frame:
         newer = entries[place + 1]
         if newer[0] is not older[0]:
             return older  # the frame has changed its parent between the two
-        return older[0], interpolate(older[1], newer[1], (time - before) / (stamps[place + 1] - before))
+        step = interpolate(older[1], newer[1], (time - before) / (stamps[place + 1] - before))
+        self._asked, self._answer = time, (older[0], step)
+        return self._answer
 
     def before(self, time: int) -> Entry | None:
         """Return parent and transform as `at`, without interpolation: the transform is an earlier one."""
@@ -129,6 +136,7 @@ class Frame:
             self.stamps = []
             self.entries = []
             self._head = 0
+            self._asked = None
 
     @property
     def latest(self) -> int:

@@ -48,15 +48,15 @@ def chain(first: Transform, second: Transform) -> Transform:
     """Return the product of two transforms: ``first`` (parent <- child) times ``second`` (child <- grandchild)."""
     tx, ty, tz, ax, ay, az, aw = first
     x, y, z, bx, by, bz, bw = second
-    # first's rotation times the vector, as quaternion (its conjugate follows below)
+    # first's rotation times the vector, as quaternion with -w (its conjugate follows below)
     px = aw * x + ay * z - az * y
     py = aw * y + az * x - ax * z
     pz = aw * z + ax * y - ay * x
-    pw = -ax * x - ay * y - az * z
+    pw = ax * x + ay * y + az * z
     return (
-        -pw * ax + px * aw - py * az + pz * ay + tx,
-        -pw * ay + py * aw - pz * ax + px * az + ty,
-        -pw * az + pz * aw - px * ay + py * ax + tz,
+        pw * ax + px * aw - py * az + pz * ay + tx,
+        pw * ay + py * aw - pz * ax + px * az + ty,
+        pw * az + pz * aw - px * ay + py * ax + tz,
         aw * bx + ax * bw + ay * bz - az * by,
         aw * by + ay * bw + az * bx - ax * bz,
         aw * bz + az * bw + ax * by - ay * bx,
@@ -71,10 +71,10 @@ def product(steps: Sequence[Transform]) -> Transform:
         px = aw * x + ay * z - az * y
         py = aw * y + az * x - ax * z
         pz = aw * z + ax * y - ay * x
-        pw = -ax * x - ay * y - az * z
-        x = -pw * ax + px * aw - py * az + pz * ay + tx
-        y = -pw * ay + py * aw - pz * ax + px * az + ty
-        z = -pw * az + pz * aw - px * ay + py * ax + tz
+        pw = ax * x + ay * y + az * z
+        x = pw * ax + px * aw - py * az + pz * ay + tx
+        y = pw * ay + py * aw - pz * ax + px * az + ty
+        z = pw * az + pz * aw - px * ay + py * ax + tz
         bx, by, bz, bw = (
             aw * bx + ax * bw + ay * bz - az * by,
             aw * by + ay * bw + az * bx - ax * bz,
@@ -102,8 +102,9 @@ def interpolate(one: Transform, two: Transform, ratio: float) -> Transform:
     rest = 1.0 - ratio
     dot = ax * bx + ay * by + az * bz + aw * bw
     length = sqrt((ax * ax + ay * ay + az * az + aw * aw) * (bx * bx + by * by + bz * bz + bw * bw))
-    theta = acos(min(1.0, abs(dot) / length))
-    if theta == 0.0:
+    cosine = (dot if dot > 0.0 else -dot) / length  # calls of min and abs would take longer
+    theta = acos(cosine) if cosine < 1.0 else 0.0
+    if not theta:
         return (rest * x1 + ratio * x2, rest * y1 + ratio * y2, rest * z1 + ratio * z2, ax, ay, az, aw)
     scale = 1.0 / sin(theta)
     s = sin(rest * theta)

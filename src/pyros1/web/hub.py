@@ -13,9 +13,15 @@ from typing import Any
 from pyros1.ground.errors import Error
 from pyros1.msgs import AnyMsg, Message
 from pyros1.observe.decoder import Decoder
+from pyros1.web.threads import Threads
 
 _MOST_LATCHED = 100
 """Most publishers of a topic whose latched messages are kept."""
+MOST_BYTES = 32 << 20
+"""Most bytes of a publisher's messages that wait for slow listeners, and of a topic's latched messages that are kept;
+but one always is."""
+_AT_ONCE = 16
+"""Most topics that are subscribed to at the same time; more wait."""
 Listener = Callable[["Arrival"], object]
 """Called with each message, in a thread of the node. It must be quick, and raises nothing."""
 
@@ -62,12 +68,14 @@ class Arrival:
 class Hub:
     """The subscriptions.
 
-    To subscribe may take as long as the master is away. So a thread of its own does it, and nobody waits.
+    To subscribe may take as long as the master is away. So other threads do it, and nobody waits who does not want to.
 
     Args:
         subscribe: subscribes to undecoded messages of a topic; returns a subscriber. It may raise Error.
         now: returns the time of the node's clock in seconds.
         start: runs a function that may wait.
+        settle: waits a moment until the publishers of a topic that are there have been reached; gets the topic and the
+            subscriber.
     """
 
     def __init__(
@@ -75,19 +83,24 @@ class Hub:
         subscribe: Callable[[str, Callable[[AnyMsg], object]], Any],
         now: Callable[[], float],
         start: Callable[[Callable[[], None]], object] | None = None,
+        settle: Callable[[str, Any], object] = lambda topic, subscriber: None,
     ) -> None:
         self._subscribe = subscribe
+        self._settle = settle
         self._now = now
-        self._begin = start or _in_a_thread
+        self._threads = Threads(_AT_ONCE, "web: subscribes")
+        self._begin = start or self._threads.submit
         self._lock = threading.Lock()
         self._feeds: dict[str, _Feed] = {}
 
-    def listen(self, topic: str, listener: Listener) -> Callable[[], None]:
+    def listen(self, topic: str, listener: Listener, ready: Callable[[], object] | None = None) -> Callable[[], None]:
         """Call a listener with the messages of a topic from now on.
 
         Args:
             topic: the topic's full name.
             listener: see `Listener`.
+            ready: called once, from any thread, when the topic is subscribed to and its publishers are reached, or when
+                that was not possible.
 
         A topic that is latched has a message already; the listener is called with it at once, in this thread.
 
@@ -98,6 +111,8 @@ class Hub:
             known = self._feeds.get(topic)
             feed = self._feeds[topic] = known or _Feed(self._now)
             latched = feed.join(listener)  # before the first message can come
+        if ready is not None:
+            feed.when_settled(ready)
         if known is None:
             self._begin(lambda: self._open(topic, feed))
         for arrival in latched:
@@ -106,11 +121,15 @@ class Hub:
 
     def _open(self, topic: str, feed: _Feed) -> None:
         try:
-            feed.begun(self._subscribe(topic, feed.arrived))
+            subscriber = self._subscribe(topic, feed.arrived)
+            if feed.begun(subscriber):
+                self._settle(topic, subscriber)
         except Error:  # the node has ended, or the topic's name is not legal
             with self._lock:
                 if self._feeds.get(topic) is feed:
                     del self._feeds[topic]
+        finally:
+            feed.settled()
 
     def _leave(self, topic: str, feed: _Feed, listener: Listener) -> None:
         with self._lock:
@@ -125,10 +144,7 @@ class Hub:
             feeds, self._feeds = list(self._feeds.values()), {}
         for feed in feeds:
             feed.end()
-
-
-def _in_a_thread(work: Callable[[], None]) -> None:
-    threading.Thread(target=work, name="web: subscribes", daemon=True).start()
+        self._threads.shutdown(wait=False, cancel_futures=True)
 
 
 class _Feed:
@@ -139,15 +155,35 @@ class _Feed:
         self._latched: dict[str, Arrival] = {}  # by publisher, the newest at the end
         self._listeners: tuple[Listener, ...] = ()
         self._subscriber: Any = None
-        self._ended = False
+        self._largest = 0
+        self._ended = self._settled = False
+        self._awaiting: list[Callable[[], object]] = []
 
-    def begun(self, subscriber: Any) -> None:
-        """Take the subscriber, or end it if nobody listens any more."""
+    def begun(self, subscriber: Any) -> bool:
+        """Take the subscriber, or end it if nobody listens any more; return whether somebody does."""
         with self._lock:
             if not self._ended:
                 self._subscriber = subscriber
-                return
+                self._limit()
+                return True
         subscriber.unregister()
+        return False
+
+    def when_settled(self, ready: Callable[[], object]) -> None:
+        """Call a function once when `settled` has been called."""
+        with self._lock:
+            if not self._settled:
+                self._awaiting.append(ready)
+                return
+        ready()
+
+    def settled(self) -> None:
+        """Note that the topic is subscribed to, or cannot be."""
+        with self._lock:
+            self._settled = True
+            awaiting, self._awaiting = self._awaiting, []
+        for ready in awaiting:
+            ready()
 
     def end(self) -> None:
         """Listen no more."""
@@ -156,6 +192,13 @@ class _Feed:
             subscriber, self._subscriber = self._subscriber, None
         if subscriber is not None:
             subscriber.unregister()
+        self.settled()
+
+    def _limit(self) -> None:
+        """Let fewer messages wait if they are large."""
+        most = MOST_BYTES // max(1, self._largest)
+        if self._subscriber is not None and most < self._subscriber.queue_size:
+            self._subscriber.set_queue_size(max(1, most))
 
     def join(self, listener: Listener) -> list[Arrival]:
         """Add a listener; return the latched messages of publishers that are there, which it has not seen."""
@@ -179,10 +222,17 @@ class _Feed:
         header = raw._connection_header or {}
         with self._lock:
             listeners = self._listeners
+            if len(raw._buff) > self._largest:
+                self._largest = len(raw._buff)
+                self._limit()
             if header.get("latching") == "1":
-                self._latched.pop(header.get("callerid", ""), None)
-                while len(self._latched) >= _MOST_LATCHED:
-                    del self._latched[next(iter(self._latched))]
-                self._latched[header.get("callerid", "")] = arrival
+                self._keep(header.get("callerid", ""), arrival)
         for listener in listeners:
             listener(arrival)
+
+    def _keep(self, publisher: str, arrival: Arrival) -> None:
+        self._latched.pop(publisher, None)
+        self._latched[publisher] = arrival
+        size = sum(len(each.raw._buff) for each in self._latched.values())
+        while len(self._latched) > _MOST_LATCHED or (size > MOST_BYTES and len(self._latched) > 1):
+            size -= len(self._latched.pop(next(iter(self._latched))).raw._buff)

@@ -130,7 +130,7 @@ def test_cached_values_follow_changes(node: Any, other: Any, updates: Any) -> No
 
 def test_changes_by_others_are_told(node: Any, other: Any, updates: Any) -> None:
     calls: list[tuple[str, Any]] = []
-    node.params.on_update(lambda name, value: calls.append((name.rstrip("/"), value)))
+    node.params.on_update(lambda name, value: calls.append((name, value)))
     assert node.params.cached("rate", 1) == 1
     updates(lambda: other.set("/robot/rate", 2))
     assert calls == [("/robot/rate", 2)]

@@ -99,3 +99,26 @@ def test_a_package_that_comes_later(files: PackageFiles, tmp_path: Path) -> None
     (leg / "package.xml").write_text("<package><name>leg</name></package>")
     (leg / "x").write_bytes(b"1")
     assert files.read("package://leg/x") == b"1"
+
+
+def test_packages_are_not_searched_for_again_and_again(tmp_path: Path, arm: Path) -> None:
+    made: list[PackageIndex] = []
+    now = 0.0
+
+    def make() -> PackageIndex:
+        made.append(PackageIndex({"ROS_PACKAGE_PATH": str(tmp_path / "src")}, installs=()))
+        return made[-1]
+
+    files = PackageFiles(make, clock=lambda: now)
+    for _ in range(3):
+        with pytest.raises(FileError, match="no package leg"):
+            files.read("package://leg/meshes/leg.stl")
+        assert files.read("package://arm/meshes/upper%20arm.stl") == b"solid"
+    assert len(made) == 1
+    leg = tmp_path / "src" / "deep" / "leg"
+    leg.mkdir(parents=True)
+    (leg / "package.xml").write_text("<package><name>leg</name></package>")
+    (leg / "leg.stl").write_bytes(b"leg")
+    now = 60.0
+    assert files.read("package://leg/leg.stl") == b"leg"
+    assert len(made) == 2

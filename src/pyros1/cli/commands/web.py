@@ -81,9 +81,11 @@ def _serve(invocation: Invocation, options: Any, uri: str, started: Callable[[st
     )
     robot = Robot(uri, access, _node_maker(invocation, uri))
     try:
-        run_server(
+        was_killed = run_server(
             robot, access, options.host, options.port, lambda port: started(_link(options.host, port, access.token))
         )
+        if was_killed:
+            print("somebody told the node of this server to end, so the server ends", file=sys.stderr)
     except OSError as error:
         reason = error.strerror or str(error)
         raise CommandError(
@@ -156,7 +158,8 @@ COMMAND = Command(
             action="append",
             default=[],
             metavar="ORIGIN",
-            help="other site whose pages may connect, with the token: for example http://localhost:8000; null: files",
+            help="with --token '', a site whose pages may connect: for example http://localhost:8000; null: files. "
+            "With a token, it is the token that lets pages of other sites in",
         ),
         Flag("--read-only", dest="read_only", help="pages may look, but publish, call, set and stop nothing"),
         Option(
@@ -164,7 +167,8 @@ COMMAND = Command(
             action="append",
             default=[],
             metavar="PATTERN",
-            help="show only topics, services and parameters that match, for example '/camera/*'; may be repeated",
+            help="show only topics, services, actions and parameters whose names match, for example '/camera/*', "
+            "also in bags; names of nodes and definitions of types stay visible; may be repeated",
         ),
         Option(
             "--bags",

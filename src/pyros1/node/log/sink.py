@@ -29,7 +29,8 @@ from pyros1.net.repeats import Repeats
 from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, NAMES, WARN
 
 DEFAULT_FORMAT = "[${severity}] [${time}]: ${message}"
-MAX_FILE_SIZE = 50 << 20
+MAX_FILE_SIZE = 50_000_000
+BACKUPS = 4
 _COLOURS = {DEBUG: "\x1b[32m", WARN: "\x1b[33m", ERROR: "\x1b[31m", FATAL: "\x1b[31m"}
 _TOKEN = re.compile(r"\$\{(\w+)(?::([^}]*))?\}")
 _FILE_NAMES = {**NAMES, WARN: "WARNING", FATAL: "CRITICAL"}  # stock's files have Python's names
@@ -113,7 +114,7 @@ class LogSink:
         self.publish: Callable[[Record], None] | None = None
         self._later = later or (lambda *_: None)
         self._format = environ.get("ROSCONSOLE_FORMAT") or DEFAULT_FORMAT
-        self._file = LogFile(file_path, MAX_FILE_SIZE, 1) if file_path else None
+        self._file = LogFile(file_path, MAX_FILE_SIZE, BACKUPS) if file_path else None
         self._inside = _Inside()
         self._left: LogFile | None = None  # of the process that created it
         self._make_locks()

@@ -169,8 +169,9 @@ class Parameters:
         known = self._copies.knows(key)
         if known:
             self._lane.do(self._copies.set_by_others, key, value)
+            name = key.rstrip("/") or "/"  # as masters send it, it ends in a slash
             for watcher in self._watchers:
-                self._lane.do(watcher, key, value)
+                self._lane.do(watcher, name, value)
         return known
 
     def on_update(self, callback: Callable[[str, Any], object]) -> None:

@@ -151,6 +151,11 @@ class Subscription:
         self._streams = self.delivery.holding = streams
         self.delivery.wake()  # who held publishers back may be gone
 
+    def limit_changed(self) -> None:
+        """Take the new limit of a subscriber."""
+        with self._lock:
+            self._set_limit()
+
     def _set_limit(self) -> None:
         """Set how many messages may wait: the links are shared, so the largest limit of the subscribers counts.
 

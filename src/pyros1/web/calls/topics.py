@@ -23,6 +23,7 @@ def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(name, str):
         return form_of(robot.types.find(name))
     topic = text(args, "topic")
+    robot.check_visible(topic)
     name = robot.graph.topic_types().get(topic, "")
     if name in ("", "*"):
         raise RequestError(f"the type of {topic} is not known")

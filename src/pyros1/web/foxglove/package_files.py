@@ -6,6 +6,7 @@ import os
 import stat
 import threading
 from collections.abc import Callable
+from time import monotonic
 from urllib.parse import unquote, urlsplit
 
 from pyros1.finding.packages import PackageIndex
@@ -14,6 +15,8 @@ from pyros1.ground.errors import Error
 MAX_SIZE = 64 << 20
 """Bytes of the largest file that is read."""
 _LONGEST = 2_000
+_AGE = 10.0
+"""Seconds for which an index is believed that a package is not there."""
 _FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Windows has neither
 
 
@@ -25,17 +28,24 @@ class PackageFiles:
     """The files of the packages.
 
     Args:
-        make_index: makes an index of the packages; it is made again when a package is not found, as it may be new.
+        make_index: makes an index of the packages; it is made again when a package is not found, as it may be new, but
+            not all the time: to look for packages takes a while.
         max_size: bytes.
+        clock: seconds.
     """
 
     def __init__(
-        self, make_index: Callable[[], PackageIndex] = lambda: PackageIndex(os.environ), max_size: int = MAX_SIZE
+        self,
+        make_index: Callable[[], PackageIndex] = lambda: PackageIndex(os.environ),
+        max_size: int = MAX_SIZE,
+        clock: Callable[[], float] = monotonic,
     ) -> None:
         self._make_index = make_index
         self._max_size = max_size
         self._lock = threading.Lock()
+        self._clock = clock
         self._index: PackageIndex | None = None
+        self._made = 0.0
 
     def read(self, uri: str) -> bytes:
         """Return a file's bytes.
@@ -59,12 +69,15 @@ class PackageFiles:
                 try:
                     return self._index.find_folder(package)
                 except Error:
-                    pass
+                    if self._clock() - self._made < _AGE:
+                        raise FileError(f"there is no package {package} here") from None
             self._index = self._make_index()
             try:
                 return self._index.find_folder(package)
             except Error:
                 raise FileError(f"there is no package {package} here") from None
+            finally:
+                self._made = self._clock()  # after the search, however long it took
 
     def _read(self, uri: str, path: str) -> bytes:
         try:

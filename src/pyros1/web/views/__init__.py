@@ -27,6 +27,7 @@ _HOMES = {
     "scene_frames": "SceneFramesView",
     "scene_topic": "SceneTopicView",
     "image": "ImageView",
+    "joints": "JointsView",
     "launches": "LaunchesView",
     "launch_log": "LaunchLogView",
 }

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
-import logging
 import struct
 from collections.abc import Mapping
 from importlib import import_module
@@ -12,6 +10,7 @@ from typing import Any
 from genpy.base import is_simple
 from genpy.rostime import Duration, Time, TVal
 from pyros1.drop_in.missing import missing
+from pyros1.drop_in.unicode_errors import RosMsgUnicodeErrors
 from pyros1.ground.errors import DeserializationError, SerializationError
 from pyros1.ground.errors import MessageError as MessageException
 from pyros1.msgs import Message
@@ -138,22 +137,3 @@ def _class(name: str, kind: str) -> Any:
         return getattr(import_module(f"{package}.{kind}"), short, None)
     except (ImportError, MessageException):
         return None
-
-
-class RosMsgUnicodeErrors:
-    """Handler ``rosmsg`` of bytes in strings that are not UTF-8, which generated messages name: they are replaced.
-
-    Attributes:
-        msg_type: the message's type, for the warning.
-    """
-
-    def __init__(self) -> None:
-        self.msg_type: str | None = None
-
-    def __call__(self, err: UnicodeError) -> tuple[str | bytes, int]:
-        log = logging.getLogger("rosout")
-        log.error("Characters replaced when decoding message %s (will print only once): %s", self.msg_type, err)
-        return codecs.replace_errors(err)
-
-
-codecs.register_error("rosmsg", RosMsgUnicodeErrors())

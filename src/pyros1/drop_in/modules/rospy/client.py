@@ -117,7 +117,7 @@ def init_node(
         configured = rosout.configure(level)
         node = pyros1.Node(
             name,
-            argv=line,
+            argv=[word for word in line if not word.rstrip().endswith(":=")],  # ignored in stock
             anonymous=anonymous,
             log_level=_LEVELS[level],
             handle_signals=not disable_signals,
@@ -135,6 +135,8 @@ def init_node(
         raise ROSInitException("init_node interrupted before it could complete") from None
     except ProtocolError as error:
         raise ROSInitException(str(error)) from None
+    if not disable_rosout:
+        rosout.show_topic()
     full = get_caller_id()
     logdebug("init_node, name[%s], pid[%s]: rospy is pyros1's, %s", full, os.getpid(), os.path.dirname(__file__))
 

@@ -251,11 +251,12 @@ class Subscriber(Topic):
         PROCESS.when_started(self._begin)
 
     def _open(self, node: pyros1.Node, data_class: Any) -> Any:
+        from rospy.impl.rosout import guarded
+
         call: Callable[[Any], object] = _ignore
         if self.callback is not None:
-            call = self.callback if self.callback_args is None else _With(self.callback, self.callback_args)
-            if not callable(call):
-                call = _With(self.callback, None)
+            callback, extra = self.callback, self.callback_args
+            call = guarded(callback if extra is None else lambda message: callback(message, extra), callback)
         return node.subscribe(self._given, data_class, call, queue_size=self._queue_size, tcp_nodelay=True)
 
     def _begin(self, node: pyros1.Node) -> None:
@@ -272,23 +273,6 @@ class Subscriber(Topic):
 
 def _ignore(_message: Any) -> None:
     """Take a message for a subscriber without a callback."""
-
-
-class _With:
-    """A callback with its further argument; in messages about it, it looks like the callback itself."""
-
-    def __init__(self, callback: Callable[..., object], extra: Any) -> None:
-        self._callback = callback
-        self._extra = extra
-
-    def __call__(self, message: Any) -> None:
-        if self._extra is None:
-            self._callback(message)
-        else:
-            self._callback(message, self._extra)
-
-    def __repr__(self) -> str:
-        return repr(self._callback)
 
 
 _links = "pyros1's nodes have their own links; see Publisher.impl.connections"

@@ -6,10 +6,14 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Iterator, MutableMapping
+from collections.abc import Callable, Iterator, MutableMapping
 from typing import TYPE_CHECKING, Any
 
+from pyros1.drop_in.process import PROCESS
+from pyros1.ground.errors import NodeShutdownError
+from pyros1.node.log.offered import QUEUE_SIZE
 from pyros1.node.log.sink import EVERYWHERE, Places
+from rospy.impl.loggers import logerr
 
 if TYPE_CHECKING:
     from pyros1.node import Node
@@ -150,6 +154,32 @@ class _Words:
         return "\n" + word
 
 
+_words = _Words()
+
+
+def guarded(callback: Callable[[Any], object], shown: object) -> Callable[[Any], None]:
+    """Return a callback whose errors the logger ``rosout`` tells, so that handlers that programs add to it get them.
+
+    Args:
+        callback: called with each message.
+        shown: what the program gave as its callback.
+    """
+
+    def call(message: Any) -> None:
+        try:
+            callback(message)
+        except Exception as error:
+            if isinstance(error, (KeyboardInterrupt, NodeShutdownError)) or PROCESS.is_shutdown:
+                raise  # the end cut a wait short: the node knows what to do
+            import traceback
+
+            place = error.__traceback__
+            trace = traceback.format_exception(type(error), error, place and (place.tb_next or place))
+            logerr("bad callback: %s\n%s%s", shown, "".join(trace), _words(error))
+
+    return call
+
+
 def connect(node: Node, configured: bool) -> None:
     """Give the records of Python's loggers to the node.
 
@@ -158,7 +188,15 @@ def connect(node: Node, configured: bool) -> None:
         configured: whether a configuration file says what is shown and written.
     """
     node.log.use_levels(Levels())
-    node.log.explain_with(_Words())
+    node.log.explain_with(_words)
     logging.getLogger("rosout").addHandler(RosOutHandler(node, shows=not configured))
     if not configured:
         logging.getLogger().addHandler(_FileHandler(node))
+
+
+def show_topic() -> None:
+    """List /rosout, which the node publishes, with the program's topics, as stock does."""
+    from pyros1.msgs.rosgraph_msgs.msg import Log
+    from rospy.topics import Publisher
+
+    Publisher("/rosout", Log, latch=True, queue_size=QUEUE_SIZE)

@@ -1,0 +1,104 @@
+"""Small things that programs see of rospy and its siblings: the topic /rosout, errors of callbacks as records of
+Python's logger, times from texts, definitions of services in odd forms."""
+
+from __future__ import annotations
+
+import pytest
+from faces import same
+from harness import Master
+from rospy_programs import TOOLS
+
+MASTERS = ("ours",)
+
+ROSOUT = """
+from rosgraph_msgs.msg import Log
+from rospy.topics import get_topic_manager
+rospy.init_node("rest")
+manager = get_topic_manager()
+impl = manager.get_publisher_impl("/rosout")
+until(impl.get_num_connections)
+t("impl", lambda: (impl.name, impl.resolved_name, impl.type, impl.is_latch, impl.ref_count, impl.queue_size, impl.closed))
+t("topics", lambda: (manager.get_publications(), manager.get_topics(), manager.has_publication("/rosout")))
+t("connections", lambda: [each[2:5] for each in manager.get_pub_sub_info()])
+got = []
+rospy.Subscriber("/rosout", Log, lambda message: message.name == "/rest" and got.append(message.msg))
+own = rospy.Publisher("/rosout", Log, queue_size=10)
+until(lambda: impl.get_num_connections() > 1)
+own.publish(Log(msg="own", name="/rest"))
+until(lambda: "own" in got)
+own.unregister()
+rospy.logerr("logged")
+until(lambda: "logged" in got)
+t("left", lambda: (impl.ref_count, manager.has_publication("/rosout"), got.count("logged")))
+"""
+
+CALLBACKS = """
+rospy.init_node("callbacks")
+told = []
+class Told(logging.Handler):
+    def emit(self, record):
+        text = record.getMessage()
+        if text.startswith("bad callback"):
+            told.append((record.name, record.levelname, text.splitlines()[0].split(" at 0x")[0], text.splitlines()[1], text.strip().splitlines()[-1]))
+logging.getLogger("rosout").addHandler(Told())
+def wrong(message):
+    raise RuntimeError(message.data)
+class Object:
+    def method(self, message, extra):
+        raise ValueError(extra)
+    def __call__(self, message):
+        return message.nothing
+for callback, extra in ((wrong, None), (Object().method, "more"), (len, None)):
+    p, s = rospy.Publisher("t", String, queue_size=1), rospy.Subscriber("t", String, callback, extra)
+    until(lambda: p.get_num_connections() and s.get_num_connections())
+    p.publish("data")
+    until(lambda: told)
+    print(told)
+    told.clear()
+    p.unregister(), s.unregister()
+"""
+
+TIMES = """
+import genpy
+for cls in (rospy.Time, rospy.Duration, genpy.Time, genpy.Duration):
+    for given in (("a",), (1, "b"), ("1",), ("",), (b"x",), (None,), ([],), (1j,), (1.5, 2), (1, 2.5), (-1,), (0, -1), (True,), (1, None)):
+        try:
+            print(cls.__name__, given, repr(cls(*given)))
+        except Exception as error:
+            print(cls.__name__, given, type(error).__name__)
+"""
+
+SERVICES = """
+import random
+import genmsg, roslib.srvs
+dice = random.Random(7)
+LINES = ["int8 a", "string b", "---", "----", "--- x", "#---", "", "int8 X=3", "float64[3] c  # d"]
+for turn in range(200):
+    text = "\\n".join(dice.choices(LINES, k=dice.randrange(6)))
+    context = genmsg.msg_loader.MsgContext.create_default()
+    try:
+        spec = genmsg.msg_loader.load_srv_from_string(context, text, "p/S")
+        print(repr(text), spec.request.fields(), repr(spec.request.text), spec.response.fields(), repr(spec.response.text))
+        print(genmsg.gentools.compute_md5(context, spec), str(roslib.srvs.load_from_string(text, "p", "S")))
+    except genmsg.InvalidMsgSpec as error:
+        print(repr(text), type(error).__name__)
+"""
+
+ARGUMENTS = """
+sys.argv += ["_empty:=", "_blank:= ", "__name:=", "chatter:=", "_full:=x", ":=", "word"]
+rospy.init_node("arguments")
+for name in ("empty", "blank", "full"):
+    t(name, lambda: rospy.get_param("~" + name))
+t("names", lambda: (rospy.get_name(), rospy.Publisher("chatter", String, queue_size=1).name))
+t("arguments", lambda: (rospy.myargv()[1:], rospy.names.get_mappings(), rospy.names.get_resolved_mappings()))
+"""
+
+
+@pytest.mark.parametrize(
+    "program",
+    [ROSOUT, CALLBACKS, TIMES, SERVICES, ARGUMENTS],
+    ids=["rosout", "errors of callbacks", "times", "services", "empty arguments"],
+)
+def test_the_same_as_stock(master: Master, program: str) -> None:
+    lines = same(master, "import rospy\n" + TOOLS + program).splitlines()
+    assert len(lines) > 2

@@ -1,0 +1,35 @@
+"""Stock's word about strings in messages that are not UTF-8."""
+
+from __future__ import annotations
+
+import codecs
+
+_TOLD: set[str | None] = set()
+_MOST = 1000
+"""Most types that are remembered: a program that echoes any topic can be sent any number of them."""
+
+
+class RosMsgUnicodeErrors:
+    """Handler ``rosmsg`` of `codecs.register_error`: replaces what is not UTF-8, and logs it once for each type.
+
+    Attributes:
+        msg_type: the message's type, for the log.
+    """
+
+    def __init__(self) -> None:
+        self.msg_type: str | None = None
+
+    def __call__(self, err: UnicodeError) -> tuple[str | bytes, int]:
+        if self.msg_type not in _TOLD and len(_TOLD) < _MOST:
+            _TOLD.add(self.msg_type)
+            what = "unknown message" if self.msg_type is None else f"message {self.msg_type}"
+            import logging  # noqa: PLC0415  few programs come here, and some import no logging
+
+            log = logging.getLogger("rosout")
+            log.error("Characters replaced when decoding %s (will print only once): %s", what, err)
+        return codecs.replace_errors(err)
+
+
+def register() -> None:
+    """Make it the handler of this process."""
+    codecs.register_error("rosmsg", RosMsgUnicodeErrors())

@@ -1,0 +1,88 @@
+"""Messages with strings that are not UTF-8, such as Latin-1 from old programs: replacement characters make them so.
+
+A message is not lost because of a letter in one of its strings. What is not UTF-8 becomes U+FFFD, as in stock (G20),
+and this is told once for each type: by the handler ``rosmsg`` of `codecs.register_error`, if a program has one (our
+genpy has stock's), else as a UnicodeWarning. Programs that make errors of warnings refuse such messages.
+"""
+
+from __future__ import annotations
+
+import codecs
+import contextlib
+import warnings
+from typing import Any
+
+from pyros1.ground.errors import DeserializationError, MessageError
+from pyros1.msgs.base import Buffer, Message, View
+from pyros1.msgs.check import Walk
+
+_HANDLER = "rosmsg"
+
+
+def decode_repaired(cls: type[Message], buffer: Buffer, start: int, end: int, view: View | None = None) -> Any:
+    """Decode a message with strings that are not UTF-8; arguments as for the decoders of message classes.
+
+    Raises:
+        DeserializationError: there are other faults.
+    """
+    body = repaired(cls, memoryview(buffer)[start:end])
+    return cls._decode(body, 0, len(body)) if view is None else cls._decode_arrays(body, 0, len(body), view)
+
+
+def repaired(cls: type[Message], data: Buffer) -> bytes:
+    """Return an encoded message with UTF-8 in all its strings.
+
+    Args:
+        cls: its class.
+        data: the encoded message; bytes behind it stay.
+
+    Raises:
+        DeserializationError: it is too short, or its strings must not be repaired.
+    """
+    walk = _Repair(cls, data)
+    try:
+        walk.message(cls, "")
+    except MessageError as error:
+        raise DeserializationError(cls._type, walk.position, str(error)) from error
+    return walk.result()
+
+
+class _Repair(Walk):
+    """A walk that makes a copy of the message."""
+
+    def __init__(self, cls: type[Message], data: Buffer) -> None:
+        super().__init__(memoryview(data))
+        self._type = cls._type
+        self._pieces: list[Buffer] = []
+        self._copied = 0
+
+    def text(self, begin: int, what: str) -> None:
+        data = self.data[begin : self.position]
+        try:
+            str(data, "utf-8")
+        except UnicodeDecodeError as error:
+            place, reason = error.start, error.reason  # without the error, which holds a copy of the data
+        else:
+            return
+        try:
+            handler = self._handler()
+        except UnicodeWarning:
+            self.position = begin + place
+            raise MessageError(f"{what} is not UTF-8: {reason}") from None
+        text = str(data, "utf-8", handler).encode("utf-8", "replace")
+        self._pieces += (self.data[self._copied : begin - 4], len(text).to_bytes(4, "little"), text)
+        self._copied = self.position
+
+    def _handler(self) -> str:
+        """Return the name of the error handler, which has told about this, or will."""
+        try:
+            handler = codecs.lookup_error(_HANDLER)
+        except LookupError:
+            warnings.warn(f"{self._type}: bytes in texts that are not UTF-8 are replaced", UnicodeWarning, stacklevel=1)
+            return "replace"
+        with contextlib.suppress(AttributeError):
+            handler.msg_type = self._type  # type: ignore[attr-defined]  # stock's handler names it
+        return _HANDLER
+
+    def result(self) -> bytes:
+        return b"".join([*self._pieces, self.data[self._copied :]])
