@@ -32,7 +32,7 @@ def prepare() -> None:
             stream.reconfigure(errors="backslashreplace")  # undecodable bytes of file names
 
 
-def _warning(message: Warning | str, *_: object) -> str:
+def _warning(message: Warning | str, category: object, filename: str, lineno: int, line: str | None = None) -> str:
     """Return what is said about a message that had to be repaired, without the place in pyros1's text."""
     return f"WARNING: {message}\n"
 
