@@ -18,7 +18,8 @@ export const MADE_IN = {
   "Mobile robot": {
     split: "row", sizes: [2, 3], parts: [
       { split: "column", sizes: [1, 1], parts: [{ panel: "topics" }, { panel: "nodes" }] },
-      { split: "column", sizes: [3, 2], parts: [
+      { split: "column", sizes: [4, 2, 2], parts: [
+        { panel: "scene", settings: { topics: ["/map", "/scan"] } },
         { panel: "plot", settings: { stacked: true, curves: [
           "/cmd_vel/linear/x", "/cmd_vel/angular/z", "/odom/twist/twist/linear/x", "/odom/twist/twist/angular/z",
         ] } },
