@@ -219,6 +219,7 @@ COMMAND = Command(
         "rqt_top": ("launches",),
         "rqt_topic": ("topics",),
         "rviz": ("scene",),
+        "rxbag": ("bag",),
         "rxconsole": ("console",),
         "rxgraph": ("graph",),
         "rxplot": ("plot",),
