@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -97,10 +99,24 @@ def test_dynamic_reconfigure_is_live_both_ways(browser: Browser, web: Web, make_
     browser.click(".configure input[type=checkbox]")
     browser.type(".configure select", "1")
     browser.type(".configure input[aria-label=frame]", "odom")
+    wanted = {"rate": 50.0, "on": True, "mode": 1, "frame": "odom"}
+    wait_for(lambda: {name: current.get(name) for name in wanted} == wanted)  # else the page's 50 may come after our 20
     server.update({"rate": 20.0})
     browser.run("document.activeElement.blur()")
     browser.wait("document.querySelector('.configure .num').value === '20'")
-    wait_for(lambda: {k: current.get(k) for k in ("on", "mode", "frame")} == {"on": True, "mode": 1, "frame": "odom"})
+
+
+def test_reconfigure_as_its_command_opens_it(browser: Browser, web: Web, make_node: Make) -> None:
+    tree = base64.urlsafe_b64encode(json.dumps({"panel": "params", "settings": {"reconfigure": ""}}).encode()).decode()
+    browser.open(f"{web.link}#params={tree.rstrip('=')}")
+    browser.wait_for_text("No node with dynamic_reconfigure runs")
+    parameters = Parameters()
+    outer = parameters.group("outer")
+    parameters.group("inner", parent=outer).add("gain", 2)
+    Server(make_node("motor"), parameters, lambda config, level: config)
+    browser.wait("document.querySelector('.configure .num')?.value === '2'")
+    names = "[...document.querySelectorAll('.configure summary')].map((each) => each.textContent).join()"
+    assert browser.run(f"return {names}") == "outer,inner"
 
 
 def wait_for(fits: Callable[[], bool]) -> None:
