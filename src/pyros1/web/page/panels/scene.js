@@ -49,8 +49,12 @@ class Scene {
     }
     if (this.view0) this.stage.place = this.view0;
     this._showView();
-    this.stage.moved = () => this._save();
+    this.stage.moved = () => {
+      this.view0 = this.stage.place; // the user's
+      this._save();
+    };
     this.frames = new this.lib.FrameSet();
+    this.stage.before.push(() => this.frames.face(this.stage));
     this.place.body.scene = this; // for tests, and the curious
     this.onTheme = () => this.stage.colours();
     addEventListener("themechange", this.onTheme);
@@ -97,7 +101,7 @@ class Scene {
       [name, h("button", { "aria-pressed": "false", onclick: () => this._use(name) }, text)]));
     tools.append(h("label.check", {}, "fixed", this.fixedChoice), h("label.check", {}, "view", this.viewChoice), h("label.check", {}, "follow", this.targetChoice),
       ...this.buttons.values(),
-      h("button.quiet", { title: "look from where one looked at first", onclick: () => { this.stage?.view(this.stage.name); this._save(); } }, "Reset"),
+      h("button.quiet", { title: "look from where one looked at first", onclick: () => this._reset() }, "Reset"),
       h("button.quiet", { title: "save the picture", onclick: () => this._png() }, "PNG"));
     this.view = h("div.view");
     this.word = h("div.word.mono", { hidden: true, role: "status" });
@@ -232,7 +236,10 @@ class Scene {
   }
 
   _showRobot(name) {
-    const display = new this.lib.RobotModel(this.place.robot.token, () => this._touched(entry));
+    const display = new this.lib.RobotModel(this.place.robot.token, () => {
+      if (!this.view0 && !this.topics.length) this._lookAtRobot();
+      this._touched(entry);
+    });
     const entry = this._enter({ key: ROBOT + name, title: name, kind: "RobotModel", display });
     entry.stream = this.place.robot.stream("param", { param: name.startsWith("/") ? name : `/${name}` }, {
       data: (data) => { display.take(data); display.place(this.frames); this._touched(entry); },
@@ -307,6 +314,20 @@ class Scene {
     if (entry.topic && JSON.stringify(display.args) !== before) this._again(entry);
     this._save();
     this.stage.draw();
+  }
+
+  _reset() {
+    if (!this.stage) return;
+    this.stage.view(this.stage.name);
+    this.view0 = null;
+    if (!this.topics.length) this._lookAtRobot();
+    this._save();
+  }
+
+  // A robot alone fills the picture, as soon as its shapes are there.
+  _lookAtRobot() {
+    const robot = [...this.displays.values()].map(({ display }) => display).find((each) => each instanceof this.lib.RobotModel && each.links.size);
+    if (robot && !robot.loading) this.stage.fit(robot.object);
   }
 
   _showView() {

@@ -83,6 +83,25 @@ export class Stage {
     this.resize();
   }
 
+  // The metres that a pixel of the picture covers at a place.
+  pixel(place) {
+    const [deep, flat] = this.cameras;
+    const high = this.camera === flat ? FLAT_HEIGHT / flat.zoom : 2 * place.distanceTo(deep.position) * Math.tan(deep.fov * Math.PI / 360);
+    return high / (this.canvas.clientHeight || 1);
+  }
+
+  // Look at a thing as a whole, from where one looks now.
+  fit(object) {
+    const ball = new THREE.Box3().setFromObject(object).getBoundingSphere(new THREE.Sphere());
+    if (!(ball.radius > 0)) return;
+    const way = this.camera.position.clone().sub(this.controls.target).setLength(Math.max(0.5, 3.2 * ball.radius));
+    this.controls.target.copy(ball.center);
+    this.camera.position.copy(ball.center).add(way);
+    if (this.camera === this.cameras[1]) this.camera.zoom = FLAT_HEIGHT / Math.max(1, 3 * ball.radius);
+    this.controls.update();
+    this.resize();
+  }
+
   // Go along with something that has moved.
   follow([x, y, z]) {
     const step = new THREE.Vector3(x, y, z);
