@@ -22,14 +22,14 @@ export default {
 class Scene {
   constructor(place) {
     this.place = place;
-    const { fixed, topics, robots, options, hidden, view, target } = place.settings;
-    this.fixed = fixed || "";
-    this.topics = [...(topics || [])]; // shown topics
-    this.robots = [...(robots || [DESCRIPTION])]; // parameters with URDFs
+    const { fixed, topics, robots, options, hidden, view, target } = place.settings; // a link may say anything
+    this.fixed = String(fixed || "");
+    this.topics = texts(topics) || []; // shown topics
+    this.robots = texts(robots) || [DESCRIPTION]; // parameters with URDFs
     this.options = { ...options }; // key of a display -> what was chosen
-    this.concealed = new Set(hidden || []); // keys
-    this.view0 = view;
-    this.target = target || "";
+    this.concealed = new Set(texts(hidden)); // keys
+    this.view0 = view && typeof view === "object" ? view : null;
+    this.target = String(target || "");
     this.displays = new Map(); // key -> {key, topic, display, stream}
     this.types = {};
     this._build();
@@ -146,7 +146,7 @@ class Scene {
     const topics = Object.keys(this.types).filter((name) => this.lib.TYPES[this.types[name]] && !this.topics.includes(name)).sort();
     const offers = topics.map((name) => ({ key: name, title: name, kind: this.lib.TYPES[this.types[name]], text: this.types[name] }));
     if (!this.robots.includes(DESCRIPTION)) offers.unshift({ key: ROBOT + DESCRIPTION, title: DESCRIPTION, kind: "RobotModel", text: "the robot as its URDF describes it" });
-    offers.push({ key: ROBOT, title: "a parameter …", kind: "RobotModel", text: "a robot whose URDF is in a parameter of another name" });
+    offers.push({ key: ROBOT, title: "/other_description", kind: "RobotModel", text: "the parameter with another robot's URDF", field: true });
     return offers;
   }
 
@@ -196,15 +196,16 @@ class Scene {
 
   _add(topic) {
     this.topics.push(topic);
+    if (!this.stage) return; // it comes with the others
     this._show(topic);
     this._changed();
   }
 
   _addRobot(name) {
-    const chosen = name || (prompt("The name of the parameter with the URDF:", "/robot_description") || "").trim();
-    if (!chosen || this.robots.includes(chosen)) return;
-    this.robots.push(chosen);
-    this._showRobot(chosen);
+    const full = name.startsWith("/") ? name : `/${name}`;
+    if (this.robots.includes(full)) return;
+    this.robots.push(full);
+    this._showRobot(full);
     this._changed();
   }
 
@@ -230,7 +231,7 @@ class Scene {
     this.displays.set(key, entry);
     if (display.object) this.stage.scene.add(display.object);
     const chosen = Object.entries(this.options[key] || {}).filter(([name, value]) => typeof value === typeof (display.options?.[name] ?? true));
-    if (chosen.length) display.set?.(Object.fromEntries(chosen)); // a link may say anything
+    if (chosen.length) display.set?.(Object.fromEntries(chosen));
     display.show?.(!this.concealed.has(key));
     return entry;
   }
@@ -241,7 +242,7 @@ class Scene {
       this._touched(entry);
     });
     const entry = this._enter({ key: ROBOT + name, title: name, kind: "RobotModel", display });
-    entry.stream = this.place.robot.stream("param", { param: name.startsWith("/") ? name : `/${name}` }, {
+    entry.stream = this.place.robot.stream("param", { param: name }, {
       data: (data) => { display.take(data); display.place(this.frames); this._touched(entry); },
       problem: (text) => { entry.trouble = text; this.list.tell(entry); },
     });
@@ -374,4 +375,8 @@ class Scene {
   async _png() {
     if (this.stage) save("scene.png", await this.stage.png(), "image/png");
   }
+}
+
+function texts(list) {
+  return Array.isArray(list) ? [...new Set(list.filter((each) => typeof each === "string"))] : undefined;
 }

@@ -26,6 +26,7 @@ export class Stage {
     this.renderer.setPixelRatio(Math.min(2, devicePixelRatio || 1));
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.enableDamping = false;
+    this.controls.listenToKeyEvents(this.canvas); // arrows move the view
     this.controls.addEventListener("change", () => this.draw());
     this.controls.addEventListener("end", () => this.moved?.()); // the user has turned the view
     const sun = new THREE.DirectionalLight(0xffffff, 2.2);
@@ -50,11 +51,12 @@ export class Stage {
     this.controls.dispose();
     this.scene.traverse((each) => dispose(each));
     this.renderer.dispose();
+    this.renderer.forceContextLoss(); // a browser has few
   }
 
   view(name, target = [0, 0, 0]) {
-    const { position, up, flat } = VIEWS[name] || VIEWS.orbit;
-    this.name = VIEWS[name] ? name : "orbit";
+    this.name = Object.hasOwn(VIEWS, name) ? name : "orbit";
+    const { position, up, flat } = VIEWS[this.name];
     this.camera = this.cameras[flat ? 1 : 0];
     this.controls.object = this.camera;
     this.controls.enableRotate = !flat;
