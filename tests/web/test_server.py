@@ -367,3 +367,32 @@ def test_forms_of_topics_that_pages_may_not_see(make_robot: Callable[..., Any], 
     for name, args in (("topics.form", {"topic": "/secret"}), ("actions.form", {"action": "/act"})):
         with pytest.raises(RequestError, match="--topics"):
             calls.run(robot, name, args)
+
+
+def test_of_a_page_that_has_gone_not_all_is_done(serve: Callable[..., Served], monkeypatch: pytest.MonkeyPatch) -> None:
+    server = serve(token="t")
+    began, go_on = threading.Semaphore(0), threading.Event()
+    done: list[str] = []
+
+    def run(robot: Any, name: str, args: Any, exchanges: Any = None) -> None:
+        began.release()
+        go_on.wait(PATIENCE)
+        done.append(name)
+
+    monkeypatch.setattr(calls, "run", run)
+    with page(server, "t") as socket_:
+        for number in range(1000):
+            socket_.send(json.dumps({"call": "page.about", "id": number}))
+        assert began.acquire(timeout=PATIENCE)
+    go_on.set()
+    monkeypatch.undo()
+    with page(server, "t") as socket_:  # the others did not delay this one
+        socket_.send('{"call": "page.about", "id": 1}')
+        until(socket_, lambda message: message.get("id") == 1)
+    assert len(done) < 500
+
+
+def test_calls_of_a_server_that_ends_are_refused(robot: Any) -> None:
+    robot.close()
+    with pytest.raises(RequestError, match="ends"):
+        calls.run(robot, "page.about", {})

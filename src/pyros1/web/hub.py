@@ -110,14 +110,14 @@ class Hub:
         with self._lock:
             known = self._feeds.get(topic)
             feed = self._feeds[topic] = known or _Feed(self._now)
-            latched = feed.join(listener)  # before the first message can come
+            place, latched = feed.join(listener)  # before the first message can come
         if ready is not None:
             feed.when_settled(ready)
         if known is None:
             self._begin(lambda: self._open(topic, feed))
         for arrival in latched:
             listener(arrival)
-        return lambda: self._leave(topic, feed, listener)
+        return lambda: self._leave(topic, feed, place)
 
     def _open(self, topic: str, feed: _Feed) -> None:
         try:
@@ -131,9 +131,9 @@ class Hub:
         finally:
             feed.settled()
 
-    def _leave(self, topic: str, feed: _Feed, listener: Listener) -> None:
+    def _leave(self, topic: str, feed: _Feed, place: object) -> None:
         with self._lock:
-            if feed.leave(listener) or self._feeds.get(topic) is not feed:
+            if feed.leave(place) or self._feeds.get(topic) is not feed:
                 return
             del self._feeds[topic]
         feed.end()
@@ -153,7 +153,8 @@ class _Feed:
         self._decoder = Decoder()
         self._lock = threading.Lock()
         self._latched: dict[str, Arrival] = {}  # by publisher, the newest at the end
-        self._listeners: tuple[Listener, ...] = ()
+        self._listeners: dict[object, Listener] = {}
+        self._called: tuple[Listener, ...] | None = ()  # all of them; None: they have changed
         self._subscriber: Any = None
         self._largest = 0
         self._ended = self._settled = False
@@ -188,7 +189,7 @@ class _Feed:
     def end(self) -> None:
         """Listen no more."""
         with self._lock:
-            self._ended, self._listeners = True, ()
+            self._ended, self._listeners, self._called = True, {}, ()
             subscriber, self._subscriber = self._subscriber, None
         if subscriber is not None:
             subscriber.unregister()
@@ -200,28 +201,31 @@ class _Feed:
         if self._subscriber is not None and most < self._subscriber.queue_size:
             self._subscriber.set_queue_size(max(1, most))
 
-    def join(self, listener: Listener) -> list[Arrival]:
-        """Add a listener; return the latched messages of publishers that are there, which it has not seen."""
+    def join(self, listener: Listener) -> tuple[object, list[Arrival]]:
+        """Add a listener; return its place, and the latched messages of publishers that are there."""
+        place = object()
         with self._lock:
-            self._listeners = (*self._listeners, listener)
+            self._listeners[place] = listener
+            self._called = None
             if self._latched and self._subscriber is not None:
                 here = {link.header.get("callerid", "") for link in self._subscriber.links if link.header}
                 self._latched = {name: each for name, each in self._latched.items() if name in here}
-            return list(self._latched.values())
+            return place, list(self._latched.values())
 
-    def leave(self, listener: Listener) -> bool:
+    def leave(self, place: object) -> bool:
         """Remove a listener; return whether there are others, or it was not one."""
         with self._lock:
-            left = tuple(each for each in self._listeners if each is not listener)
-            was_here = len(left) < len(self._listeners)
-            self._listeners = left
-            return bool(left) or not was_here
+            was_here = self._listeners.pop(place, None) is not None
+            self._called = None
+            return bool(self._listeners) or not was_here
 
     def arrived(self, raw: AnyMsg) -> None:
         arrival = Arrival(raw, self._now(), monotonic(), self._decoder)
         header = raw._connection_header or {}
         with self._lock:
-            listeners = self._listeners
+            if self._called is None:
+                self._called = tuple(self._listeners.values())
+            listeners = self._called
             if len(raw._buff) > self._largest:
                 self._largest = len(raw._buff)
                 self._limit()

@@ -104,6 +104,15 @@ class Robot:
         _ = self.node
         return self._hub.listen(topic, listener, ready)
 
+    def check_running(self) -> None:
+        """Check that the server goes on.
+
+        Raises:
+            RequestError: it ends.
+        """
+        if self._ended.is_set():
+            raise RequestError("the server ends")
+
     def check_visible(self, name: str) -> None:
         """Check that pages may see a topic, service or parameter.
 

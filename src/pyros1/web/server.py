@@ -24,6 +24,7 @@ from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.datastructures import Headers, MultipleValuesError
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
+from websockets.protocol import State
 from websockets.typing import Subprotocol
 
 from pyros1.web import calls, wire
@@ -66,6 +67,8 @@ _OTHERS = ("/", "/rosbridge")
 MOST_PAGES = 64
 _MOST_CALLS = 16
 """Most calls of a page that run at the same time; more wait."""
+_MOST_LAST = 64
+"""Most requests that are done of a page that has gone: the last word counts, but not thousands."""
 _THREADS = 32
 """Threads for pushes; as many for calls, which may take long and must not delay pushes."""
 _TIDY = 10.0
@@ -245,9 +248,13 @@ class _Page:
 
     async def run(self) -> None:
         self._begin(self._look)
+        left = _MOST_LAST
         try:
             async for text in self._socket:
                 await self._take(text)
+                left -= self._socket.state is not State.OPEN
+                if left <= 0:
+                    break
         except ConnectionClosed:
             pass
         finally:

@@ -38,6 +38,7 @@ def run(robot: Robot, name: str, args: Mapping[str, Any], exchanges: Exchanges |
         RequestError: there is no such call, it is not allowed, or its arguments are wrong.
         Error: it failed.
     """
+    robot.check_running()
     file, _, word = name.partition(".")
     if file not in _FILES:
         raise RequestError(f"there is no call {name[:100]!r}")

@@ -29,11 +29,11 @@ export const MADE_IN = {
   },
   Arm: {
     split: "row", sizes: [3, 2], parts: [
-      { split: "column", sizes: [1, 1], parts: [
+      { split: "column", sizes: [2, 1], parts: [
+        { panel: "scene" },
         { panel: "plot", settings: { curves: ["/joint_states/position[:]"] } },
-        { panel: "plot", settings: { curves: ["/joint_states/velocity[:]"] } },
       ] },
-      { split: "column", sizes: [3, 1], parts: [{ panel: "scene" }, { panel: "console" }] },
+      { split: "column", sizes: [2, 1], parts: [{ panel: "joints" }, { panel: "console" }] },
     ],
   },
   Bag: {
