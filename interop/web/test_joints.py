@@ -98,6 +98,27 @@ def test_publishing_from_the_page_until_a_driver_comes(browser: Browser, web: We
     browser.wait(f"{ROW.format('pan_joint')}.querySelector('input').disabled")
 
 
+STOCK = Path("/usr/lib/joint_state_publisher/joint_state_publisher")
+
+
+@pytest.mark.skipif(not STOCK.exists(), reason="joint-state-publisher is not installed; run interop/setup")
+def test_stocks_joint_state_publisher_is_moved_by_its_source_list(
+    browser: Browser, web: Web, environ: dict[str, str], make_node: Make
+) -> None:
+    params = make_node("user").params
+    params["/robot_description"] = ROBOT
+    params["/joint_state_publisher/source_list"] = ["wanted"]
+    process = subprocess.Popen(["/usr/bin/python3", STOCK], env={**os.environ, **environ}, stderr=subprocess.DEVNULL)
+    try:
+        browser.open(web.page("joints"))
+        browser.wait(f"{ROW.format('lift_joint')}?.querySelector('input').disabled === false")
+        browser.run(SLIDE, browser.run(f"return {ROW.format('left_finger_joint')}"), 0.03)
+        browser.wait(f"{ROW.format('right_finger_joint')}.querySelector('.joints-number').value === '0.03'")
+    finally:
+        process.terminate()
+        process.wait(PATIENCE)
+
+
 def test_on_a_phone_and_in_the_dark(browser: Browser, start_web: Callable[..., Web], robot: Buffer) -> None:
     browser.resize(390, 800)
     browser.open(start_web("--read-only").page("joints"))

@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+import pyros1.bag
 from pyros1.cli.commands.setup._programs import make_programs
 from pyros1.cli.registry import stock_names
 from pyros1.msgs.std_msgs.msg import Float64
@@ -97,6 +98,21 @@ def test_encodings(system: dict[str, str], make_node: Any, encoding: str, words:
     make_node("setter").params["/text"] = "grün → 木"
     done = run(words, {**system, "PYTHONIOENCODING": encoding}, stdout=subprocess.PIPE)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_texts_of_messages_that_are_not_utf8_are_told_once(system: dict[str, str], tmp_path: Path) -> None:
+    file = str(tmp_path / "old.bag")
+    header = {
+        "type": "std_msgs/String",
+        "md5sum": "992ce8a1687cec8c8bd883ec73ca41d1",
+        "message_definition": "string data",
+    }
+    with pyros1.bag.open(file, "w") as bag:
+        for number in (1.0, 2.0):
+            bag.write_raw("/t", b"\4\0\0\0ab\xe4c", header, number)
+    done = run(f"topic echo -b {file} /t", system, stdout=subprocess.PIPE)
+    assert (done.returncode, done.stdout) == (0, 2 * 'data: "ab\\uFFFDc"\n---\n')
+    assert done.stderr == "WARNING: std_msgs/String: bytes in texts that are not UTF-8 are replaced\n"
 
 
 def test_drawings_without_the_characters(system: dict[str, str]) -> None:

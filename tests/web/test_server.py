@@ -8,7 +8,9 @@ import socket
 import threading
 from collections.abc import Callable
 from contextlib import closing
+from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import pytest
 from serving import PATIENCE, Served
@@ -73,6 +75,35 @@ def test_files_of_the_page(serve: Callable[..., Served]) -> None:
     assert get(server, "/main.js", If_None_Match=headers["etag"])[0] == 304
     panels = json.loads(get(server, "/panels.json")[2])
     assert {"console", "plot"} <= {*panels}
+
+
+def test_files_of_packages_need_the_token(serve: Callable[..., Served], tmp_path: Path, monkeypatch: Any) -> None:
+    folder = tmp_path / "src" / "arm"
+    folder.mkdir(parents=True)
+    (folder / "package.xml").write_text("<package><name>arm</name></package>")
+    (folder / "a.stl").write_bytes(b"solid")
+    (folder / "a.html").write_bytes(b"<script>")
+    (folder / "a.png").write_bytes(b"\x89PNG")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "src"))
+    server = serve(token="t")
+
+    def file(uri: str, token: str = "t") -> tuple[int, dict[str, str], bytes]:
+        return get(server, f"/package_file?token={token}&uri={quote(uri, safe='')}")
+
+    status, headers, body = file("package://arm/a.stl")
+    assert (status, headers["content-type"], body) == (200, "application/octet-stream", b"solid")
+    assert headers["x-content-type-options"] == "nosniff"
+    assert file("package://arm/a.png")[1]["content-type"] == "image/png"
+    assert file(f"file://{folder}/a.stl")[2] == b"solid"
+    assert file("package://arm/a.stl", "wrong")[0] == 401
+    for uri in ("package://arm/a.html", "package://arm/package.xml", "package://arm", "", "file:///etc/passwd"):
+        assert file(uri)[0] == 403
+    for uri in ("package://arm/none.stl", "package://arm/../../x.stl", "package://none/a.stl", "file:///etc/x.stl"):
+        status, headers, body = file(uri)
+        assert (status, headers["content-type"]) == (404, "text/plain; charset=utf-8")
+        assert body
+    assert get(server, "/package_file?token=t&uri=%ff%00.stl")[0] == 404
+    assert get(server, "/package_file?" + "a&" * 50)[0] == 401
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
 from typing import Any
 
@@ -28,7 +29,9 @@ class Publisher:
         self.listeners += 1
         if self.definition is not None:
             cls = from_definition(NAME, self.definition)
-            raw = AnyMsg(cls._encode(cls()))
+            out = io.BytesIO()
+            cls().serialize(out)
+            raw = AnyMsg(out.getvalue())
             raw._connection_header = {"type": NAME, "md5sum": cls._md5sum, "message_definition": self.definition}
             listener(Arrival(raw, 0.0, 0.0, Decoder()))
 

@@ -6,6 +6,7 @@ import codecs
 import io
 import os
 import sys
+import warnings
 from typing import Any, TextIO
 
 _STAND_INS = str.maketrans(
@@ -22,12 +23,18 @@ def prepare() -> None:
     if sys.stdin is None or sys.stdout is None or sys.stderr is None:
         _fill_descriptors()
     sys.stdout = _named(sys.stdout)
+    warnings.formatwarning = _warning
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper) and not stream.encoding.lower().startswith("utf"):
             codecs.register_error(_HANDLER, _replace)
             stream.reconfigure(errors=_HANDLER)
         elif isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
             stream.reconfigure(errors="backslashreplace")  # undecodable bytes of file names
+
+
+def _warning(message: Warning | str, category: object, filename: str, lineno: int, line: str | None = None) -> str:
+    """Return what is said about a message that had to be repaired, without the place in pyros1's text."""
+    return f"WARNING: {message}\n"
 
 
 def _fill_descriptors() -> None:

@@ -27,6 +27,8 @@ _AHEAD = 500_000_000
 """Nanoseconds by which places of fixed links on /tf are ahead of the time, so that they hold until the next ones."""
 _OLD = 30.0
 """Seconds after which a message is so old that this is told."""
+_MOST_UNKNOWN = 1_000
+"""Most names in a message that are no joints of the robot."""
 _MOST_KINDS = 32
 """Most sets of joints in messages for which the layout of the answer is kept."""
 
@@ -77,6 +79,7 @@ class RobotStatePublisher:
         self._kinematics = kinematics
         self._settings = settings
         self._interval = int(1e9 / max(settings.publish_frequency, 1.0))
+        self._most = len(kinematics.moving) + len(kinematics.fixed) + _MOST_UNKNOWN
         self._published: dict[str, int] = {}  # joint -> nanoseconds
         self._called = 0
         self._kinds: dict[tuple[str, ...], _Kind] = {}
@@ -105,7 +108,7 @@ class RobotStatePublisher:
 
     def _take(self, message: Any) -> None:
         names, positions, stamp = message.name, message.position, message.header.stamp
-        if len(names) != len(positions):
+        if len(names) != len(positions) or len(names) > self._most:
             self._refuse(names, positions)
             return
         now, at = self._node.now().to_nsec(), stamp.to_nsec()
@@ -134,9 +137,8 @@ class RobotStatePublisher:
             return
         if places:
             self._moving.publish(AnyMsg(kind.batch.encode(stamp.secs, stamp.nsecs, places)))
-        if len(published) < len(self._kinematics.moving) + _MOST_KINDS * _QUEUE:
-            published.update(dict.fromkeys(names, at))
-        else:  # somebody makes up names
+        published.update(dict.fromkeys(names, at))
+        if len(published) > 2 * self._most:  # somebody makes up names
             self._published = {}
 
     def _refuse(self, names: Sequence[str], positions: Sequence[float]) -> None:

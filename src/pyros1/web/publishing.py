@@ -73,6 +73,15 @@ class Publishing:
         connections: int = publisher.num_connections
         return connections
 
+    def advertise(self, topic: str, type_name: str) -> None:
+        """Let subscribers connect before the first message, which they would miss else.
+
+        Raises:
+            MessageError: no such type.
+            NodeError: the server publishes the topic with another type.
+        """
+        self._publisher(self._node(), topic, self._find(type_name), False)
+
     def _publisher(self, node: Node, topic: str, cls: type[Message], latch: bool) -> Any:
         key = _Key(topic, cls._type, cls._md5sum, latch)
         with self._lock:

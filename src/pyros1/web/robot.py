@@ -18,6 +18,7 @@ from pyros1.web.bags.library import Library
 from pyros1.web.bags.shelf import Shelf
 from pyros1.web.console import Console
 from pyros1.web.hub import Hub
+from pyros1.web.package_files import PackageFiles
 from pyros1.web.parameters import Parameters
 from pyros1.web.publishing import Publishing
 from pyros1.web.scene.world import World
@@ -57,6 +58,7 @@ class Robot:
         self.parameters = Parameters(self.master, access, self.check_visible)
         self.console = Console()
         self.world = World(self.listen)
+        self.files = PackageFiles()
         self.bags = Library(Shelf(access.bags), access.may_see)
         self.trouble = "looking for the master"
         self.when_killed: Callable[[], object] = lambda: None

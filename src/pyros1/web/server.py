@@ -18,7 +18,7 @@ from contextlib import closing
 from http import HTTPStatus
 from time import monotonic
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import parse_qs, urlsplit
 
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.datastructures import Headers, MultipleValuesError
@@ -34,6 +34,7 @@ from pyros1.web.exchanges import AT_ONCE
 from pyros1.web.foxglove import PROTOCOLS as FOXGLOVE
 from pyros1.web.foxglove.connection import Viewer
 from pyros1.web.foxglove.shared import Shared
+from pyros1.web.package_files import FileError
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.driver import Bridge
 from pyros1.web.rosbridge.intake import MAX_FRAME
@@ -45,6 +46,22 @@ from pyros1.web.wire import RequestError
 PROTOCOL = Subprotocol("pyros1.v1")
 SOCKET = "/ws"
 """Path of the page's WebSocket."""
+PACKAGE_FILE = "/package_file"
+"""Path of meshes and textures: ``/package_file?token=...&uri=package://NAME/PATH``."""
+_KINDS = {
+    "bmp": "image/bmp",
+    "dae": "application/octet-stream",
+    "gif": "image/gif",
+    "jpeg": "image/jpeg",
+    "jpg": "image/jpeg",
+    "mtl": "application/octet-stream",
+    "obj": "application/octet-stream",
+    "png": "image/png",
+    "stl": "application/octet-stream",
+    "tga": "application/octet-stream",
+    "webp": "image/webp",
+}
+"""Files of packages that pages get, by the ends of their names: none that a browser would show as a page or run."""
 _OTHERS = ("/", "/rosbridge")
 """Paths of the WebSockets of other programs."""
 MOST_PAGES = 64
@@ -137,20 +154,25 @@ class WebServer:
             await asyncio.sleep(_TIDY)
             await asyncio.get_running_loop().run_in_executor(self._calls, self._robot.tidy)
 
-    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+    async def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """Answer an HTTP request; None lets a WebSocket begin."""
         try:
-            return self._checked(request)
+            return await self._checked(request)
         except (ValueError, MultipleValuesError):  # of urlsplit; Host or Origin twice
             return _plain(HTTPStatus.BAD_REQUEST, "This is no request.\n")
 
-    def _checked(self, request: Request) -> Response | None:
+    async def _checked(self, request: Request) -> Response | None:
         host = request.headers.get("Host")
         if not self._access.is_our_name(host):
             return _plain(HTTPStatus.FORBIDDEN, "This server has another name. Use the link that it printed.\n")
         path = urlsplit(request.path).path
         if path == SOCKET or (path in _OTHERS and _wants_socket(request)):
             return self._admit(request)
+        if path == PACKAGE_FILE:
+            if not self._access.has_token(request.path):
+                return _plain(HTTPStatus.UNAUTHORIZED, "The link has a token. Use the link that the server printed.\n")
+            loop = asyncio.get_running_loop()
+            return await loop.run_in_executor(self._calls, self._package_file, request.path)
         return self._file(path, request.headers.get("If-None-Match"))
 
     def _admit(self, request: Request) -> Response | None:
@@ -177,6 +199,19 @@ class WebServer:
         if known == asset.tag:
             return _response(HTTPStatus.NOT_MODIFIED, b"", headers)
         return _response(HTTPStatus.OK, asset.body, headers)
+
+    def _package_file(self, path: str) -> Response:
+        try:
+            uri = parse_qs(urlsplit(path).query, max_num_fields=20).get("uri", [""])[0]
+        except ValueError:
+            uri = ""
+        kind = _KINDS.get(uri.rpartition(".")[2].lower())
+        if kind is None:
+            return _plain(HTTPStatus.FORBIDDEN, f"only {', '.join(_KINDS)} files are given out\n")
+        try:
+            return _response(HTTPStatus.OK, self._robot.files.read(uri), {"Content-Type": kind})
+        except FileError as error:
+            return _plain(HTTPStatus.NOT_FOUND, f"{error}\n")
 
     async def _page(self, socket: ServerConnection) -> None:
         self._pages += 1

@@ -34,6 +34,8 @@ def test_many_processes_are_cut_with_their_number() -> None:
     found = describe(Report("a", 1, processes=many), 0.0, {})
     assert (len(found["processes"]), found["count"]) == (MOST_PROCESSES, MOST_PROCESSES + 1)
     assert found["processes"][0]["uptime"] is None  # JSON has no infinity
+    found = describe(Report("a", 1, processes=[*many, Status("b-1", "/b", "died", 5, 1)]), 0.0, {})
+    assert found["processes"][0]["node"] == "/b"  # it needs a look
 
 
 @pytest.mark.parametrize(

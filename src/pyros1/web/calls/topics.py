@@ -38,6 +38,13 @@ def publish(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     return {"subscribers": sent}
 
 
+def advertise(robot: Robot, args: Mapping[str, Any]) -> None:
+    """Prepare to publish, so that nobody misses the first message. Args: topic, type."""
+    topic = text(args, "topic")
+    robot.check_visible(topic)
+    robot.publishing.advertise(topic, text(args, "type"))
+
+
 def types(robot: Robot, args: Mapping[str, Any]) -> list[str]:
     """Return names of types that are installed here, for a field in which one types. Args: begin: what has been typed.
 
@@ -71,7 +78,8 @@ def fields(robot: Robot, args: Mapping[str, Any]) -> list[str]:
 CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {
     "form": form,
     "publish": publish,
+    "advertise": advertise,
     "types": types,
     "fields": fields,
 }
-CHANGES = frozenset({"publish"})
+CHANGES = frozenset({"publish", "advertise"})

@@ -37,6 +37,9 @@ def describe(report: Report, now: float, before: Mapping[tuple[str, int], Used])
         "starts", "uptime", "cpu" (a percentage), "memory", "machine", "exit", "required", "respawn", "log"}]}``, with
         null for what is unknown.
     """
+    shown = report.processes
+    if len(shown) > MOST_PROCESSES:  # those that need a look are not left out
+        shown = sorted(shown, key=lambda entry: entry.state == "running")[:MOST_PROCESSES]
     return {
         "title": report.title,
         "pid": report.pid,
@@ -44,7 +47,7 @@ def describe(report: Report, now: float, before: Mapping[tuple[str, int], Used])
         "expected": report.expected,
         "refusal": report.refusal,
         "count": len(report.processes),
-        "processes": [_describe(entry, now, before) for entry in report.processes[:MOST_PROCESSES]],
+        "processes": [_describe(entry, now, before) for entry in shown],
     }
 
 

@@ -4,14 +4,16 @@ import { command, empty, fill, h } from "../lib/dom.js";
 import { number, plural } from "../lib/format.js";
 
 const DEGREES = 180 / Math.PI;
-const STEPS = 1000; // of a slider, from end to end
+const STEPS = 500; // of a slider from end to end, at least
 const QUIET = 600; // milliseconds after a touch in which a slider does not follow the robot
+// The robot beside the sliders: seen from near, and without the names of its frames.
+const NEAR = { hidden: ["frames"], view: { name: "orbit", position: [1.5, -1.1, 0.9], target: [0, 0, 0.2], zoom: 1 } };
 
 export default {
   title: "Joints",
   description: "joints of the robot, with sliders",
   order: 42,
-  layout: { split: "row", sizes: [3, 2], parts: [{ panel: "scene" }, { panel: "joints" }] },
+  layout: { split: "row", sizes: [3, 2], parts: [{ panel: "scene", settings: NEAR }, { panel: "joints" }] },
   mount: (place) => new Joints(place),
 };
 
@@ -47,9 +49,9 @@ class Joints {
   _build() {
     const { body, tools } = this.place;
     this.search = h("input", { placeholder: "find joints", "aria-label": "find joints", size: 10, oninput: () => this._filter() });
-    this.unit = h("button", { title: "radians or degrees", onclick: () => { this.degrees = !this.degrees; this._save(); this._numbers(); } });
-    this.centre = h("button", { title: "all joints to their zero", onclick: () => this._all((joint) => joint.zero) }, "Centre");
-    this.random = h("button", { title: "all joints to places anywhere between their limits", onclick: () => this._all(anywhere) }, "Randomize");
+    this.unit = h("button", { title: "radians or degrees", onclick: () => { this.degrees = !this.degrees; this._save(); this._numbers(); } }, this.degrees ? "deg" : "rad");
+    this.centre = h("button", { title: "all joints to their zero", disabled: true, onclick: () => this._all((joint) => joint.zero) }, "Centre");
+    this.random = h("button", { title: "all joints to places anywhere between their limits", disabled: true, onclick: () => this._all(anywhere) }, "Randomize");
     this.stop = h("button", { title: "publish the joints no more", hidden: true, onclick: () => this._publish(false) }, "Stop publishing");
     this.which = h("select.mono", { "aria-label": "robot", hidden: true, onchange: () => this._describe(this.which.value) });
     this.count = h("span.muted");
@@ -141,7 +143,7 @@ class Joints {
   }
 
   _all(place) {
-    for (const row of this.rows) if (!row.joint.follows && !row.element.hidden) row.move(place(row.joint));
+    for (const row of this.rows) if (!row.joint.follows && !row.element.hidden) row.move(place(row.joint, row));
   }
 
   // Positions are told once per frame, however often a slider moves.
@@ -170,10 +172,10 @@ class Row {
     this.position = null;
     this.touched = -Infinity;
     const { name, type, lower, upper, follows } = joint;
-    const range = upper - lower || 1;
+    this.step = 10 ** Math.floor(Math.log10((upper - lower || 1) / STEPS));
     this.slider = h("input", {
-      type: "range", "aria-label": name, disabled: true, min: lower, max: upper, step: range / STEPS, value: joint.zero,
-      oninput: () => this.move(Number(this.slider.value)),
+      type: "range", "aria-label": name, title: "double click: to its zero", disabled: true, min: lower, max: upper, step: "any", value: joint.zero,
+      oninput: () => this.move(this.round(Number(this.slider.value))),
       ondblclick: () => this.move(joint.zero),
     });
     this.field = h("input.joints-number", {
@@ -193,8 +195,9 @@ class Row {
 
   // The robot says where the joint is.
   heard(position) {
+    if (position === this.position || performance.now() - this.touched < QUIET) return;
     this.position = position;
-    if (performance.now() - this.touched > QUIET) this.draw();
+    this.draw();
   }
 
   move(position) {
@@ -202,6 +205,12 @@ class Row {
     this.position = position;
     this.draw();
     this.panel.moved(this.joint.name, position);
+  }
+
+  // Numbers as people say them; the ends can be reached whatever they are.
+  round(value) {
+    const { lower, upper } = this.joint;
+    return Math.min(Math.max(Number((Math.round(value / this.step) * this.step).toPrecision(12)), lower), upper);
   }
 
   _typed() {
@@ -230,6 +239,6 @@ class Row {
   }
 }
 
-function anywhere({ lower, upper }) {
-  return lower + Math.random() * (upper - lower);
+function anywhere({ lower, upper }, row) {
+  return row.round(lower + Math.random() * (upper - lower));
 }

@@ -191,6 +191,12 @@ class Launches {
     }
   }
 
+  find(words) {
+    this.field.value = this.search = this.search === words ? "" : words;
+    this._show();
+    this._save();
+  }
+
   fold(param) {
     if (!this.folded.delete(param)) this.folded.add(param);
     this._show();

@@ -10,6 +10,11 @@ export function keyOf(param, entry) {
   return `${param} ${entry.label}`;
 }
 
+// Labels end with the number of the start.
+function turn({ label }) {
+  return Number(/-(\d+)$/.exec(label)?.[1] || 0);
+}
+
 export class Launch {
   constructor(panel, param) {
     this.panel = panel;
@@ -45,7 +50,9 @@ export class Launch {
     const text = open ? words.join(" ") : "";
     this.note.hidden = !text;
     if (this.note.textContent !== text) this.note.textContent = text;
-    const shown = open ? entries.slice(0, MOST_ROWS) : [];
+    // Their order is that in which the launch began them; if they are too many, those that need a look are not left out.
+    const few = entries.length > MOST_ROWS ? [...entries].sort((one, other) => (one.state === "running") - (other.state === "running")).slice(0, MOST_ROWS) : entries;
+    const shown = open ? [...few].sort((one, other) => turn(one) - turn(other)) : [];
     const labels = new Set(shown.map((entry) => entry.label));
     for (const [label, row] of this.rows) {
       if (labels.has(label)) continue;
@@ -76,7 +83,7 @@ export class Launch {
         h("button.quiet.turn", { "aria-expanded": String(open), onclick: () => panel.fold(this.param), title: open ? "fold" : "unfold" },
           `${open ? "▾" : "▸"} `, h("b", {}, facts.title || "a launch that does not answer")),
         h("span.muted.where", { title: facts.uri }, `${facts.host}${facts.pid ? `, process ${facts.pid}` : ""}`), this.time,
-        count("died") > 0 && h("span.badge.died", {}, `${count("died")} died`),
+        count("died") > 0 && h("button.badge.died", { title: "show those that died", onclick: () => panel.find("died") }, `${count("died")} died`),
         facts.expected > 0 && h("span.badge", { title: "nodes that have not begun, since what they wait for is not there" }, `${facts.expected} to come`),
         facts.problem && h("span.wrong", {}, facts.problem),
         facts.problem && !panel.place.robot.about.read_only && h("button", {

@@ -1,4 +1,4 @@
-"""Files of ROS packages by ``package://`` URIs: meshes and textures of robots. Nothing else can be reached."""
+"""Files of ROS packages by URI: meshes and textures of robots. Nothing outside of packages can be reached."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import os
 import stat
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from time import monotonic
 from urllib.parse import unquote, urlsplit
 
-from pyros1.finding.packages import PackageIndex
+from pyros1.finding.packages import PackageIndex, package_of
 from pyros1.ground.errors import Error
 
 MAX_SIZE = 64 << 20
@@ -51,17 +52,32 @@ class PackageFiles:
         """Return a file's bytes.
 
         Args:
-            uri: ``package://NAME/PATH``. The path may contain neither ``..`` nor lead out by a link.
+            uri: ``package://NAME/PATH``, or ``file:///PATH`` of a file in a package that is found by its name. The path
+                may contain neither ``..`` nor lead out of the package by a link.
 
         Raises:
             FileError: there is no such file, or it may not be read.
         """
         package, parts = _split(uri)
+        if not package:
+            return self._read(uri, self._within_a_package(uri, parts))
         folder = os.path.realpath(self._folder(package))
         path = os.path.realpath(os.path.join(folder, *parts))
         if os.path.commonpath([folder, path]) != folder:
             raise FileError(f"{uri} leads out of its package")
         return self._read(uri, path)
+
+    def _within_a_package(self, uri: str, parts: list[str]) -> str:
+        path = os.path.realpath(os.path.join(os.sep, *parts))
+        folder, name = package_of(Path(path))
+        try:
+            found = os.path.realpath(self._folder(name))
+        except FileError:
+            found = ""
+        # A package that hides another one of its name is as good as not there, and so is a folder beside all packages.
+        if not found or os.path.realpath(folder) != found:
+            raise FileError(f"{uri} is in no package that is found here")
+        return path
 
     def _folder(self, package: str) -> str:
         with self._lock:
@@ -101,10 +117,10 @@ def _split(uri: str) -> tuple[str, list[str]]:
         parts = urlsplit(uri)
     except ValueError:
         raise FileError("this is no URI") from None
-    if parts.scheme != "package" or not parts.netloc:
-        raise FileError("only URIs of the form package://NAME/PATH are read")
+    if not (parts.scheme == "package" and parts.netloc) and not (parts.scheme == "file" and not parts.netloc):
+        raise FileError("only URIs of the form package://NAME/PATH, and file:///PATH within a package, are read")
     names = [name for name in unquote(parts.path).split("/") if name not in ("", ".")]
     # A name of a package may become a path in a search for it.
-    if not names or any(name in ("", ".", "..") or set(name) & set("\\\0/:") for name in (parts.netloc, *names)):
+    if not names or any(name in (".", "..") or set(name) & set("\\\0/:") for name in (parts.netloc, *names)):
         raise FileError("this leads to no file of a package")
     return parts.netloc, names
