@@ -134,11 +134,60 @@ for v in (b"x", "\\udce4", 5, None, "ok"):
     except Exception as error: print(type(error).__name__)
 """
 
+LOGGING = """
+import tempfile
+folder = tempfile.TemporaryDirectory()
+file = os.path.join(folder.name, "python_logging.conf")
+with open(file, "w") as writer:
+    writer.write('''[loggers]
+keys=root, rosout
+[handlers]
+keys=fileHandler,streamHandler
+[formatters]
+keys=defaultFormatter
+[logger_root]
+level=INFO
+handlers=fileHandler
+[logger_rosout]
+level=INFO
+handlers=streamHandler
+propagate=1
+qualname=rosout
+[handler_fileHandler]
+class=handlers.RotatingFileHandler
+level=DEBUG
+formatter=defaultFormatter
+args=(os.environ['ROS_LOG_FILENAME'],'a', 50000000, 4)
+[handler_streamHandler]
+class=rosgraph.roslogging.RosStreamHandler
+level=DEBUG
+formatter=defaultFormatter
+args=(True,)
+[formatter_defaultFormatter]
+format=[%(name)s][%(levelname)s] %(message)s
+''')
+os.environ["ROS_PYTHON_LOG_CONFIG_FILE"] = file
+os.environ["ROSCONSOLE_FORMAT"] = "${severity}|${node}|${logger}|${function}|${message}"
+os.environ["ROS_LOG_DIR"] = os.path.join(folder.name, "log")
+rospy.init_node("configured")
+print(os.path.relpath(os.environ["ROS_LOG_FILENAME"], folder.name))
+def speak():
+    rospy.logdebug("not shown")
+    rospy.loginfo("information %d", 5)
+    rospy.loginfo("named", logger_name="sub")
+    rospy.logwarn("warning")
+    logging.getLogger("other").warning("of another library")
+speak()
+sys.stdout.flush()
+with open(os.environ["ROS_LOG_FILENAME"]) as reader:
+    print(*[line for line in reader.read().splitlines() if line[:2] == "[o" or line.startswith("[rosout")], sep="\\n")
+"""
+
 
 @pytest.mark.parametrize(
     "program",
-    [ROSOUT, CALLBACKS, TIMES, SERVICES, ARGUMENTS, VALUES],
-    ids=["rosout", "errors of callbacks", "times", "services", "empty arguments", "wrong values"],
+    [ROSOUT, CALLBACKS, TIMES, SERVICES, ARGUMENTS, VALUES, LOGGING],
+    ids=["rosout", "errors of callbacks", "times", "services", "empty arguments", "wrong values", "logging"],
 )
 def test_the_same_as_stock(master: Master, program: str) -> None:
     lines = same(master, "import rospy\n" + TOOLS + program).splitlines()
