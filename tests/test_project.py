@@ -19,7 +19,7 @@ LEVELS = [
     {"finding", "net"},
     {"master", "node"},
     {"graph", "aio", "tf", "observe"},
-    {"actions", "filters", "reconfigure", "diagnostics"},
+    {"actions", "filters", "reconfigure", "diagnostics", "urdf"},
     {"launch", "bag", "topic_tools"},
     {"doctor", "test_nodes", "drop_in"},
     {"web"},
@@ -32,6 +32,7 @@ IMPURE = {"socket", "selectors", "select", "threading", "time", "subprocess", "a
 IMPURE |= {"os", "pathlib", "shutil", "tempfile"}
 PURE = [f"ground/{name}" for name in ("errors.py", "names.py", "timing.py", "expressions", "suggest.py", "shown.py")]
 PURE += ["values", "wire", "msgs"]
+PURE += [f"urdf/{name}.py" for name in ("model", "reading", "kinematics", "joints", "encoded")]
 
 
 def sources() -> list[Path]:

@@ -122,6 +122,33 @@ print(out)
 t("after", lambda: rospy.sleep(1))
 """
 
+JUMPS = (
+    SIMULATED[: SIMULATED.index("tick(10)\n")]
+    + """
+tick(10)
+rates = [rospy.Rate(8), rospy.Rate(8, reset=True)]
+def show(rate):
+    return round(rate.last_time.to_sec(), 3), round(rate.remaining().to_sec(), 3)
+def jump(rate, seconds):
+    thread, out = background(rate.sleep)
+    move(thread, seconds, 0)
+    return show(rate), out
+seconds = 10
+for step in (0.125, 0.1875, 0.4375, 0.25, 100):
+    seconds += step
+    for rate in rates:
+        print(step, jump(rate, seconds))
+        while rate.remaining() <= rospy.Duration(0):  # these do not wait
+            rate.sleep()
+            print("again", show(rate))
+for rate in rates:
+    thread, out = background(rate.sleep)
+    move(thread, 50, -0.25)  # again and again: the first one may come before the sleep
+    print("back", rate.last_time == rospy.Time.now(), [each and each[:2] for each in out])
+    tick(seconds)
+"""
+)
+
 IGNORED = """
 rospy.set_param("/use_sim_time", True)
 rospy.init_node("ignores", disable_rostime=True)
@@ -141,3 +168,7 @@ def test_simulated_time(launcher: Master) -> None:
 @pytest.mark.parametrize("face", FACES)
 def test_simulated_time_is_ignored(launcher: Master, face: str) -> None:
     assert run(face, launcher, HEAD + IGNORED) == "True\n"
+
+
+def test_rates_when_simulated_time_jumps(launcher: Master) -> None:
+    same(launcher, HEAD + JUMPS)

@@ -92,6 +92,16 @@ class Browser:
             text,
         )
 
+    def choose(self, selector: str, value: str) -> None:
+        """Choose an entry of a list by its value."""
+        self.wait("document.querySelector(arguments[0])", selector)
+        self.run(
+            "const list = document.querySelector(arguments[0]); list.value = arguments[1];"
+            "list.dispatchEvent(new Event('change', {bubbles: true}));",
+            selector,
+            value,
+        )
+
     def resize(self, width: int, height: int) -> None:
         """Set the size of the page in pixels."""
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}

@@ -275,3 +275,33 @@ def test_200_nodes_and_1000_topics(browser: Browser, web: Web, environ: dict[str
         )
         print(f"layout {times['layout']:.2f} s, {frames:.0f} frames per second")
         assert frames > 2
+
+
+def test_boxes_are_dragged_and_put_back(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
+    make_node("talker").advertise("chat", String, latch=True).publish(String(data="hi"))
+    make_node("listener").subscribe("chat", String, lambda message: None)
+    browser.open(link(web))
+    wait_for_boxes(browser, "n:/talker", "t:/chat", "n:/listener")
+    drag = """
+        const { picture } = document.querySelector('.graph').graph;
+        const item = picture.scene.items.get('n:/talker');
+        const [x, y] = picture.camera.toScreen(...item.at);
+        const { left, top } = picture.canvas.getBoundingClientRect();
+        picture.canvas.setPointerCapture = () => {};
+        const send = (type, across, button) => picture.canvas.dispatchEvent(new PointerEvent(type, {
+            clientX: left + x + across, clientY: top + y + across, bubbles: true, pointerId: 7,
+            pointerType: 'mouse', button }));
+        const before = [...item.at];
+        send('pointerdown', 0, 0);
+        for (let step = 1; step <= 10; step += 1) send('pointermove', step * 8, -1);
+        send('pointerup', 80, 0);
+        return [before, item.at, picture.camera.scale];
+    """
+    browser.wait(f"!{GRAPH}.picture.scene.step(Infinity)")
+    (x, y), (right, down), scale = browser.run(drag)
+    assert abs(right - x - 80 / scale) < 8 and abs(down - y - 80 / scale) < 8
+    assert browser.run(f"return {GRAPH}.chosen") is None  # it was no click
+    browser.wait("document.querySelector('.zoom button:last-child').offsetParent")
+    browser.click(".zoom button", "↺")
+    browser.wait(f"Math.abs({GRAPH}.picture.scene.items.get('n:/talker').at[0] - arguments[0]) < 1", x)
+    browser.wait("!document.querySelector('.zoom button:last-child').offsetParent")

@@ -77,3 +77,45 @@ def test_curves_are_in_the_link_and_kept(browser: Browser, web: Web) -> None:
     browser.run("localStorage.clear()")
     browser.open(link)
     browser.wait("document.querySelector('.chip .name')?.textContent === '/a/data'")
+
+
+def test_one_field_against_another(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
+    publisher = make_node("walker").advertise("pose", "geometry_msgs/Pose2D")
+    browser.open(web.page("plot"))
+    browser.click(".tools button", "XY")
+    browser.wait_for_text("drawn against the first")
+    add(browser, "/pose/x:y")
+    assert publisher.wait_for_subscribers(timeout=20)
+    chart = "document.querySelector('.plot').plot.charts[0]"
+    browser.wait("document.querySelector('.chip .name')?.textContent === '/pose x, y'")
+    for number in range(101):
+        publisher.publish(publisher.type(x=4 * math.cos(number * math.pi / 50), y=math.sin(number * math.pi / 50)))
+    browser.wait(f"{chart}?.trails?.[0]?.xs.length === 101")
+    trail = browser.run(f"const t = {chart}.trails[0]; return [[...t.xs], [...t.ys]]")
+    for number, (x, y) in enumerate(zip(*trail, strict=True)):
+        assert (x, y) == (4 * math.cos(number * math.pi / 50), math.sin(number * math.pi / 50))
+    # Equal axes: a unit has as many pixels on both.
+    units = f"""(() => {{ const c = {chart}; const {{ x, y }} = c.shown; const over = c.plot.over;
+        return over.clientWidth / (x[1] - x[0]) / (over.clientHeight / (y[1] - y[0])); }})()"""
+    assert abs(browser.run(f"return {units}") - 1) < 1e-6
+    browser.click(".tools button", "Pause")
+    browser.click(".tools button", "1:1")
+    browser.wait(f"Math.abs({units} - 1) > 0.1")
+    # The cursor finds the nearest point, here that at the left end.
+    browser.wait(f"{chart}.trails[0]?.xs.length === 101")
+    browser.run(
+        f"const c = {chart}; const box = c.plot.over.getBoundingClientRect();"
+        "c.plot.over.dispatchEvent(new MouseEvent('mousemove', {bubbles: true,"
+        "clientX: box.left + c.plot.valToPos(-4, 'x') + 6, clientY: box.top + c.plot.valToPos(0, 'y') - 2}));"
+    )
+    browser.wait(f"({SHOWN}['/pose x, y'] || '').startsWith('-4, ')")
+    browser.click("#bar button", "Link")
+    link = browser.wait("location.hash.length > 10 && location.href")
+    browser.run("localStorage.clear()")
+    browser.open(link)
+    browser.wait("document.querySelector('.chip .name')?.textContent === '/pose x, y'")
+    browser.click(".tools button", "XY")
+    browser.wait(f"'/pose/x' in {SHOWN} && '/pose/y' in {SHOWN}")
+    browser.click(".tools button", "XY")
+    browser.click(".chip button[aria-label^=remove]")
+    browser.wait_for_text("drawn against the first")

@@ -65,7 +65,7 @@ def test_messages_are_where_their_frames_are(browser: Browser, web: Web, make_no
     node.advertise("markers", MarkerArray, latch=True).publish(markers)
     words = {
         "scan": "2 points",
-        "cloud": "2 points",
+        "cloud": "2 points, colour: z",
         "plan": "2 poses",
         "grid": "2 \u00d7 2 cells",
         "markers": "4 markers",
@@ -95,7 +95,7 @@ def test_a_goal_is_dragged(browser: Browser, web: Web, make_node: Callable[..., 
     node.subscribe("/move_base_simple/goal", PoseStamped, goals.append)
     browser.open(panel_link(web.link, "scene", {"fixed": "map"}))
     browser.wait(f"{SCENE} && {SCENE}.frames.axes.size === 2")
-    browser.click(".tools button", "top")
+    browser.choose("select[aria-label=view]", "top")
     browser.click(".tools button", "Nav goal")
     drag = """
         const canvas = document.querySelector('.scene canvas'), box = canvas.getBoundingClientRect();

@@ -97,10 +97,11 @@ def test_dynamic_reconfigure_is_live_both_ways(browser: Browser, web: Web, make_
     browser.click(".configure input[type=checkbox]")
     browser.type(".configure select", "1")
     browser.type(".configure input[aria-label=frame]", "odom")
+    wanted = {"rate": 50.0, "on": True, "mode": 1, "frame": "odom"}
+    wait_for(lambda: {name: current.get(name) for name in wanted} == wanted)  # else the page's 50 may come after our 20
     server.update({"rate": 20.0})
     browser.run("document.activeElement.blur()")
     browser.wait("document.querySelector('.configure .num').value === '20'")
-    wait_for(lambda: {k: current.get(k) for k in ("on", "mode", "frame")} == {"on": True, "mode": 1, "frame": "odom"})
 
 
 def wait_for(fits: Callable[[], bool]) -> None:

@@ -247,6 +247,15 @@ def test_a_slow_request_is_cut_off(server: XmlRpcServer) -> None:
     assert server.num_connections == 0
 
 
+def test_pages_of_web_sites_are_refused(server: XmlRpcServer) -> None:
+    """A page that is open in a browser here can send requests here, but not without this field."""
+    body = dumps_call("echo", [1])
+    request = b"POST / HTTP/1.1\r\nContent-Length: %d\r\nConnection: close\r\n%s\r\n"
+    assert raw(server, request % (len(body), b"") + body).startswith(b"HTTP/1.1 200 ")
+    for origin in (b"Origin: http://evil.example\r\n", b"origin: null\r\n"):
+        assert raw(server, request % (len(body), origin) + body).startswith(b"HTTP/1.1 403 ")
+
+
 def test_too_many_connections_make_room_for_new_ones(server: XmlRpcServer, client: XmlRpcClient) -> None:
     begun = [socket.create_connection(("127.0.0.1", server.port), timeout=5) for _ in range(12)]
     for sock in begun:

@@ -431,6 +431,61 @@ node.spin()
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_what_a_forked_process_can_do_with_the_node(program: Any) -> None:
+    assert program(CHILD).end() == (0, "7 3 3\n7 3 3 NodeError NodeError NodeError\n7\n", "")
+
+
+CHILD = """
+import os, sys, threading
+import pyros1
+
+def attempt(action):
+    try:
+        return type(action()).__name__
+    except pyros1.Error as error:
+        assert "was forked" in str(error)
+        return type(error).__name__
+
+with pyros1.Node("parent", argv=[]) as node:
+    node.params["p"] = 7
+    node.advertise_service("s", "std_srvs/SetBool", lambda request: (request.data, "3"))
+    call = node.service("s", "std_srvs/SetBool", persistent=True)
+    publisher = node.advertise("t", "std_msgs/Float64")
+    subscriber = node.subscribe("t", "std_msgs/Float64", print)
+    call(True)
+    ended = threading.Event()
+    def ask():
+        while not ended.is_set():
+            node.params["p"]
+    asking = [threading.Thread(target=ask) for _ in range(3)]  # they have the client's lock when the process is forked
+    for thread in asking:
+        thread.start()
+    print("ready", flush=True)
+    for makes in (False, True):
+        child = os.fork()
+        if not child:
+            words = [node.params["p"], call(True).message, call(False).message]
+            if makes:
+                words += [
+                    attempt(lambda: node.advertise("u", "std_msgs/Float64")),
+                    attempt(lambda: node.wait_for_message("t", "std_msgs/Float64", timeout=30)),
+                    attempt(lambda: node.advertise_service("v", "std_srvs/Empty", lambda request: {})),
+                ]
+                publisher.unregister()
+                subscriber.unregister()
+            print(*words, flush=True)
+            os._exit(0)
+        assert os.waitpid(child, 0)[1] == 0
+    ended.set()
+    for thread in asking:
+        thread.join()
+    call(True)  # on its connection
+    call.close()
+    print(node.params["p"])
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 def test_processes_forked_from_a_node_leave_it_alone(make_node: Any, collect: Any) -> None:
     listener, got = make_node("listener"), collect()
     listener.subscribe("/t", "std_msgs/Float64", got)

@@ -23,7 +23,7 @@ def test_an_entry() -> None:
     console = Console()
     console.take(log("hello"))
     ((entry,), dropped) = console.after(0, 10)
-    assert tuple(entry) == (1, 12.5, 4, "/node", "hello", "f.py", "main", 7, ["/a"])
+    assert tuple(entry) == (1, 12.5, 4, "/node", "hello", "f.py", "main", 7, ["/a"], 500_000_000)
     assert dropped == 0
     assert console.after(1, 10) == ([], 0)
 

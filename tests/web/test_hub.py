@@ -12,7 +12,7 @@ import pytest
 from pyros1.ground.errors import NodeError
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.std_msgs.msg import Float64
-from pyros1.web.hub import Arrival, Hub
+from pyros1.web.hub import MOST_BYTES, Arrival, Hub
 
 from ..bodies import encode
 
@@ -29,13 +29,21 @@ class Subscriptions:
         self.callbacks: dict[str, Callable[[AnyMsg], object]] = {}
         self.ended: list[str] = []
         self.links: list[Any] = []
+        self.sizes: list[int] = []
 
     def subscribe(self, topic: str, callback: Callable[[AnyMsg], object]) -> Any:
         self.callbacks[topic] = callback
         ended = self.ended
 
+        sizes = self.sizes
+
         class Subscriber:
             links = self.links
+            queue_size = 1000
+
+            def set_queue_size(self, size: int) -> None:
+                self.queue_size = size
+                sizes.append(size)
 
             def unregister(self) -> None:
                 ended.append(topic)
@@ -144,7 +152,7 @@ def test_nobody_waits_while_the_master_is_away() -> None:
     def subscribe(topic: str, callback: Callable[[AnyMsg], object]) -> Any:
         assert answer.wait(20)
         over.set()
-        return SimpleNamespace(unregister=unregistered.set, links=[])
+        return SimpleNamespace(unregister=unregistered.set, links=[], queue_size=10)
 
     hub = Hub(subscribe, lambda: 0.0)
     end = hub.listen("/a", lambda arrival: None)
@@ -171,3 +179,58 @@ def test_of_latched_messages_the_newest_is_the_last_and_those_of_the_dead_are_fo
     after: list[float] = []
     hub.listen("/a", numbers(after))
     assert after == [2.0]
+
+
+def test_who_wants_to_know_is_told_when_the_topic_is_subscribed_to(subscriptions: Subscriptions) -> None:
+    jobs: list[Callable[[], None]] = []
+    said: list[str] = []
+    hub = Hub(
+        subscriptions.subscribe,
+        lambda: 0.0,
+        jobs.append,
+        settle=lambda topic, subscriber: said.append(f"settle {topic}"),
+    )
+    for name in ("first", "second"):
+        hub.listen("/a", lambda arrival: None, lambda name=name: said.append(name))  # type: ignore[misc]
+    assert said == []
+    for job in jobs:
+        job()
+    assert said == ["settle /a", "first", "second"]
+    hub.listen("/a", lambda arrival: None, lambda: said.append("third"))
+    assert said[3:] == ["third"]
+
+
+def test_who_wants_to_know_is_told_that_there_is_no_subscription() -> None:
+    def subscribe(topic: str, callback: Callable[[AnyMsg], object]) -> Any:
+        raise NodeError("no")
+
+    said: list[str] = []
+    Hub(subscribe, lambda: 0.0, at_once).listen("/a", lambda arrival: None, lambda: said.append("ready"))
+    waits = Hub(subscribe, lambda: 0.0, lambda work: None)
+    waits.listen("/a", lambda arrival: None, lambda: said.append("closed"))
+    assert said == ["ready"]
+    waits.close()
+    assert said == ["ready", "closed"]
+
+
+def test_large_messages_wait_in_smaller_numbers(hub: Hub, subscriptions: Subscriptions) -> None:
+    hub.listen("/a", lambda arrival: None)
+    subscriptions.send("/a", 1.0)
+    assert subscriptions.sizes == []
+    for size in (MOST_BYTES // 8, MOST_BYTES // 16, 2 * MOST_BYTES):
+        raw = AnyMsg(bytes(size))
+        raw._connection_header = {"callerid": "/talker"}
+        subscriptions.callbacks["/a"](raw)
+    assert subscriptions.sizes == [8, 1]
+
+
+def test_latched_messages_of_many_publishers_are_bounded(hub: Hub, subscriptions: Subscriptions) -> None:
+    hub.listen("/a", lambda arrival: None)
+    for number in range(6):
+        raw = AnyMsg(bytes(MOST_BYTES // 4))
+        raw._connection_header = {"callerid": f"/talker{number}", "latching": "1"}
+        subscriptions.links.append(SimpleNamespace(header={"callerid": f"/talker{number}"}))
+        subscriptions.callbacks["/a"](raw)
+    later: list[Arrival] = []
+    hub.listen("/a", later.append)
+    assert [each.raw._connection_header["callerid"] for each in later] == [f"/talker{n}" for n in range(2, 6)]  # type: ignore[index]

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import socket
 import threading
 from collections.abc import Callable
 from contextlib import closing
+from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import pytest
 from serving import PATIENCE, Served
@@ -15,6 +18,11 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.msgs.std_srvs.srv import Empty
+from pyros1.web import calls
+from pyros1.web.exchanges import AT_ONCE
+from pyros1.web.server import WebServer
+from pyros1.web.wire import RequestError
 
 
 def get(server: Served, path: str, host: str = "localhost", **headers: str) -> tuple[int, dict[str, str], bytes]:
@@ -69,6 +77,35 @@ def test_files_of_the_page(serve: Callable[..., Served]) -> None:
     assert {"console", "plot"} <= {*panels}
 
 
+def test_files_of_packages_need_the_token(serve: Callable[..., Served], tmp_path: Path, monkeypatch: Any) -> None:
+    folder = tmp_path / "src" / "arm"
+    folder.mkdir(parents=True)
+    (folder / "package.xml").write_text("<package><name>arm</name></package>")
+    (folder / "a.stl").write_bytes(b"solid")
+    (folder / "a.html").write_bytes(b"<script>")
+    (folder / "a.png").write_bytes(b"\x89PNG")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "src"))
+    server = serve(token="t")
+
+    def file(uri: str, token: str = "t") -> tuple[int, dict[str, str], bytes]:
+        return get(server, f"/package_file?token={token}&uri={quote(uri, safe='')}")
+
+    status, headers, body = file("package://arm/a.stl")
+    assert (status, headers["content-type"], body) == (200, "application/octet-stream", b"solid")
+    assert headers["x-content-type-options"] == "nosniff"
+    assert file("package://arm/a.png")[1]["content-type"] == "image/png"
+    assert file(f"file://{folder}/a.stl")[2] == b"solid"
+    assert file("package://arm/a.stl", "wrong")[0] == 401
+    for uri in ("package://arm/a.html", "package://arm/package.xml", "package://arm", "", "file:///etc/passwd"):
+        assert file(uri)[0] == 403
+    for uri in ("package://arm/none.stl", "package://arm/../../x.stl", "package://none/a.stl", "file:///etc/x.stl"):
+        status, headers, body = file(uri)
+        assert (status, headers["content-type"]) == (404, "text/plain; charset=utf-8")
+        assert body
+    assert get(server, "/package_file?token=t&uri=%ff%00.stl")[0] == 404
+    assert get(server, "/package_file?" + "a&" * 50)[0] == 401
+
+
 @pytest.mark.parametrize(
     "path",
     [
@@ -96,6 +133,25 @@ def test_a_page_of_another_name_or_site_is_refused(serve: Callable[..., Served])
     with page(server, "t", additional_headers={"Origin": f"http://localhost:{server.port}"}) as socket_:
         socket_.send('{"call": "page.about", "id": 1}')
         assert until(socket_, lambda message: message.get("id") == 1)["result"]["version"]
+
+
+UPGRADE = (
+    "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: " + "A" * 22 + "=="
+)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        f"GET /ws?token=t HTTP/1.1\r\nHost: localhost\r\nOrigin: http://[\r\n{UPGRADE}",
+        f"GET /ws?token=t HTTP/1.1\r\nHost: localhost\r\nOrigin: http://localhost\r\nOrigin: http://evil\r\n{UPGRADE}",
+        f"GET //[?token=t HTTP/1.1\r\nHost: localhost\r\n{UPGRADE}",
+        "GET http://[ HTTP/1.1\r\nHost: localhost",
+        "GET / HTTP/1.1\r\nHost: localhost\r\nHost: localhost",
+    ],
+)
+def test_malformed_requests_are_answered(serve: Callable[..., Served], head: str) -> None:
+    assert ask(serve(token="t"), f"{head}\r\n\r\n".encode())[0] == 400
 
 
 @pytest.mark.parametrize(
@@ -242,3 +298,101 @@ def test_only_some_topics(serve: Callable[..., Served], make_node: Callable[...,
         args = {"topic": "/secret", "type": "std_msgs/Float64", "value": {}}
         socket_.send(json.dumps({"call": "topics.publish", "id": 4, "args": args}))
         assert "--topics" in until(socket_, lambda message: message.get("id") == 4)["error"]
+
+
+def test_services_that_do_not_answer_starve_nobody(serve: Callable[..., Served], make_node: Callable[..., Any]) -> None:
+    began, go_on = threading.Semaphore(0), threading.Event()
+
+    def hang(request: Any) -> Any:
+        began.release()
+        go_on.wait(PATIENCE)
+        return Empty._response_class()
+
+    node = make_node("slow")
+    node.advertise_service("hang", Empty, hang)
+    server = serve(token="t")
+    try:
+        with page(server, "t") as one, page(server, "t") as two:
+            call = {"call": "services.call", "args": {"service": "/hang", "value": {}, "timeout": 600}}
+            for socket_ in (one, two):
+                for number in range(AT_ONCE):
+                    socket_.send(json.dumps({**call, "id": number}))
+            for _ in range(2 * AT_ONCE):
+                assert began.acquire(timeout=PATIENCE)
+            one.send(json.dumps({**call, "id": 100}))
+            assert "wait" in until(one, lambda message: message.get("id") == 100)["error"]
+            for number, socket_ in enumerate((one, two)):
+                socket_.send(json.dumps({"call": "page.about", "id": 200 + number}))
+                assert "result" in until(socket_, lambda message, number=number: message.get("id") == 200 + number)  # type: ignore[misc]
+        names = [thread.name for thread in threading.enumerate()]
+        assert sum(name.startswith("web: services") for name in names) == 2 * AT_ONCE
+        with page(server, "t") as socket_:  # the calls of those that went have ended: their threads are free
+            for number in range(AT_ONCE):
+                socket_.send(json.dumps({**call, "id": number}))
+            for _ in range(AT_ONCE):
+                assert began.acquire(timeout=PATIENCE)
+            go_on.set()
+            for _ in range(AT_ONCE):
+                assert "result" in json.loads(socket_.recv(timeout=PATIENCE))
+    finally:
+        go_on.set()
+
+
+def test_any_free_port_is_one_for_all_addresses_of_the_host(robot: Any) -> None:
+    both = {each[4][0] for each in socket.getaddrinfo("localhost", None, type=socket.SOCK_STREAM)}
+
+    async def ports() -> set[tuple[str, int]]:
+        async with WebServer(robot, robot.access).listen("localhost", 0) as server:
+            return {each.getsockname()[:2] for each in server.sockets}
+
+    found = asyncio.run(ports())
+    assert len({port for _, port in found}) == 1
+    assert {address for address, _ in found} <= both and len(found) >= 1
+
+
+def test_a_port_that_is_taken_is_told(robot: Any) -> None:
+    async def listen(port: int) -> None:
+        async with WebServer(robot, robot.access).listen("127.0.0.1", port):
+            pass
+
+    with closing(socket.create_server(("127.0.0.1", 0))) as taken, pytest.raises(OSError, match="in use"):
+        asyncio.run(listen(taken.getsockname()[1]))
+
+
+def test_forms_of_topics_that_pages_may_not_see(make_robot: Callable[..., Any], make_node: Callable[..., Any]) -> None:
+    node = make_node("talker")
+    node.advertise("/secret", Float64)
+    node.advertise("/act/goal", Float64)
+    robot = make_robot(topics=("/camera/*",))
+    for name, args in (("topics.form", {"topic": "/secret"}), ("actions.form", {"action": "/act"})):
+        with pytest.raises(RequestError, match="--topics"):
+            calls.run(robot, name, args)
+
+
+def test_of_a_page_that_has_gone_not_all_is_done(serve: Callable[..., Served], monkeypatch: pytest.MonkeyPatch) -> None:
+    server = serve(token="t")
+    began, go_on = threading.Semaphore(0), threading.Event()
+    done: list[str] = []
+
+    def run(robot: Any, name: str, args: Any, exchanges: Any = None) -> None:
+        began.release()
+        go_on.wait(PATIENCE)
+        done.append(name)
+
+    monkeypatch.setattr(calls, "run", run)
+    with page(server, "t") as socket_:
+        for number in range(1000):
+            socket_.send(json.dumps({"call": "page.about", "id": number}))
+        assert began.acquire(timeout=PATIENCE)
+    go_on.set()
+    monkeypatch.undo()
+    with page(server, "t") as socket_:  # the others did not delay this one
+        socket_.send('{"call": "page.about", "id": 1}')
+        until(socket_, lambda message: message.get("id") == 1)
+    assert len(done) < 500
+
+
+def test_calls_of_a_server_that_ends_are_refused(robot: Any) -> None:
+    robot.close()
+    with pytest.raises(RequestError, match="ends"):
+        calls.run(robot, "page.about", {})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import threading
+import time
 from concurrent.futures import CancelledError, wait
 
 import pytest
@@ -62,3 +63,43 @@ def test_a_program_ends_though_work_goes_on() -> None:
     code = "import time; from pyros1.web.threads import Threads; Threads(1, 'x').submit(time.sleep, 1000); print('end')"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
     assert done.stdout == "end\n"
+
+
+def test_lanes_take_turns() -> None:
+    threads = Threads(1, "test")
+    begun, go_on = threading.Event(), threading.Event()
+    threads.submit(lambda: (begun.set(), go_on.wait(PATIENCE)))
+    assert begun.wait(PATIENCE)
+    done: list[str] = []
+    busy, other = threads.lane(), threads.lane()
+    work = [busy.submit(done.append, "busy") for _ in range(100)]
+    work += [other.submit(done.append, "other") for _ in range(2)]
+    go_on.set()
+    wait(work, PATIENCE)
+    assert done[:4] == ["busy", "other", "busy", "other"] and len(done) == 102
+    threads.shutdown()
+
+
+def test_threads_without_work_end_and_others_are_made() -> None:
+    threads = Threads(5, "idle test", idle=0.01)
+
+    def count() -> int:
+        return sum(thread.name.startswith("idle test") for thread in threading.enumerate())
+
+    for _ in range(3):
+        together = threading.Barrier(5)
+        wait([threads.submit(together.wait, PATIENCE) for _ in range(5)], PATIENCE)
+        deadline = time.monotonic() + PATIENCE
+        while count():
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+    assert threads.submit(pow, 2, 3).result(PATIENCE) == 8
+    threads.shutdown()
+
+
+def test_work_that_waits_is_done_before_the_end() -> None:
+    threads = Threads(1, "test")
+    done: list[int] = []
+    work = [threads.lane().submit(done.append, number) for number in range(50)]
+    threads.shutdown()
+    assert done == list(range(50)) and all(each.done() for each in work)

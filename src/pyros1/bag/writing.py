@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import threading
 import time
 from collections.abc import Mapping
 from types import TracebackType
@@ -13,6 +12,7 @@ from pyros1.bag.errors import BagError
 from pyros1.bag.format.appending import append
 from pyros1.bag.format.records import NS
 from pyros1.bag.format.writer import CHUNK_THRESHOLD, BagWriter
+from pyros1.bag.turns import Turns
 from pyros1.ground.timing import Time
 from pyros1.msgs import AnyMsg, Message
 
@@ -21,7 +21,7 @@ Header = Mapping[str, str | bytes]
 
 
 class BagOutput:
-    """A bag open for writing; use it in a ``with`` statement. Several threads may write at once.
+    """A bag open for writing; use it in a ``with`` statement. Any thread or signal handler may write and close.
 
     Until it is closed the bag has no index: after a crash `pyros1 bag reindex` recovers what was written, all but the
     last chunk. An exception in the ``with`` block closes the bag as usual: what was written is complete.
@@ -49,7 +49,7 @@ class BagOutput:
         new = not more or (isinstance(target, (str, os.PathLike)) and not os.path.exists(target))
         self.writer = (BagWriter if new else append)(target, compression, chunk_threshold)
         self._conns: dict[Any, int] = {}
-        self._lock = threading.Lock()
+        self._turns = Turns()
 
     @property
     def path(self) -> str:
@@ -79,6 +79,7 @@ class BagOutput:
         Raises:
             SerializationError: a value does not fit its field. Nothing is written then.
             BagError: the stamp cannot be stored, or the header has no type.
+            ValueError: the bag is closed.
             OSError: the disk is full, ... What was written before is kept.
         """
         cls: Any = type(message)
@@ -102,17 +103,18 @@ class BagOutput:
             stamp: as for :meth:`write`.
 
         Raises:
-            BagError, OSError: as for :meth:`write`.
+            BagError, ValueError, OSError: as for :meth:`write`.
         """
         self._put((topic, *sorted(header.items())), topic, data, stamp, header)
 
     def _put(self, key: Any, topic: str, data: bytes | memoryview, stamp: Time | float | None, source: Any) -> None:
-        nanoseconds = _nanoseconds(stamp)
-        with self._lock:
-            conn = self._conns.get(key)
-            if conn is None:
-                conn = self._conns[key] = self.writer.add_connection(topic, self._fields(source))
-            self.writer.write(conn, nanoseconds, data)
+        self._turns.do(self._write, key, topic, data, _nanoseconds(stamp), source)
+
+    def _write(self, key: Any, topic: str, data: bytes | memoryview, nanoseconds: int, source: Any) -> None:
+        conn = self._conns.get(key)
+        if conn is None:
+            conn = self._conns[key] = self.writer.add_connection(topic, self._fields(source))
+        self.writer.write(conn, nanoseconds, data)
 
     def _fields(self, source: Any) -> dict[str, bytes]:
         """Return a connection header as bytes, from one as text, or from a class of messages."""
@@ -130,8 +132,7 @@ class BagOutput:
 
     def flush(self) -> None:
         """Hand all that was written to the system: it survives a crash of this process."""
-        with self._lock:
-            self.writer.flush()
+        self._turns.do(self.writer.flush)
 
     def close(self) -> None:
         """Write the rest and the index, and close the file. A second call does nothing.
@@ -139,8 +140,7 @@ class BagOutput:
         Raises:
             OSError: the file cannot be written; it is closed anyway, and can be reindexed.
         """
-        with self._lock:
-            self.writer.close()
+        self._turns.do(self.writer.close)
 
     def __enter__(self) -> BagOutput:
         return self

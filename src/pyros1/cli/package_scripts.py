@@ -30,6 +30,24 @@ def _republish() -> int:
     return main(sys.argv)
 
 
+def _robot_state_publisher() -> int:
+    from pyros1.urdf.state_publisher import main  # noqa: PLC0415 - as above
+
+    return main(sys.argv)
+
+
+def _joint_state_publisher() -> int:
+    from pyros1.urdf.joint_publisher import main  # noqa: PLC0415 - as above
+
+    return main(sys.argv)
+
+
+def _joint_state_publisher_gui() -> int:
+    from pyros1.cli.joint_sliders import main  # noqa: PLC0415 - as above
+
+    return main(sys.argv)
+
+
 def _tf2_web_republisher() -> int:
     from pyros1.topic_tools.web_frames import main  # noqa: PLC0415 - as above
 
@@ -45,6 +63,9 @@ _TEST_NODES = "advertisetest hztest paramtest publishtest subscribetest"
 SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "dynamic_reconfigure": {"dynparam": "dynparam"},
     "image_transport": {"republish": _republish},
+    "joint_state_publisher": {"joint_state_publisher": _joint_state_publisher},
+    "joint_state_publisher_gui": {"joint_state_publisher_gui": _joint_state_publisher_gui},
+    "robot_state_publisher": {"robot_state_publisher": _robot_state_publisher},
     "rosbag": {"play": "bag play", "record": "bag record"},
     "rostest": dict.fromkeys(_TEST_NODES.split(), _test_node),
     "tf": {

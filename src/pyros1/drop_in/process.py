@@ -27,6 +27,7 @@ class Process:
         wall_time: whether there is a clock without a node.
         ending: whether the end was asked for.
         is_shutdown: whether the node has ended, or its waits have.
+        start_lock: held by the thread that starts the node: there is one node, whichever threads ask for it.
     """
 
     def __init__(self) -> None:
@@ -41,6 +42,8 @@ class Process:
         self._hooks: dict[str, list[Hook]] = {"client": [], "before": [], "after": []}
         self._over: set[str] = set()
         self._lock = threading.RLock()
+        self._asked = [True]  # until somebody ends the node
+        self.start_lock = threading.RLock()
 
     # Start ------------------------------------------------------------------------------------------------------------
 
@@ -55,7 +58,7 @@ class Process:
             self.node = node
             self.arguments = arguments
             waiting, self._waiting = self._waiting, []
-        node.on_shutdown(self._before, early=True)
+        node.on_shutdown(self._node_ends, early=True)
         node.on_shutdown(self._after)
         for begin in waiting:
             begin(node)
@@ -94,14 +97,26 @@ class Process:
         hook("already shutdown")
 
     def shutdown(self, reason: str) -> None:
-        """End the node; without one, run the hooks."""
+        """End the node; without one, run the hooks.
+
+        It returns at once if another thread ends the node, whose hooks may wait for this one.
+        """
         if not self.ending:
             self._reason = reason
-        if self.node is not None:
-            self.node.shutdown(reason)
-        elif not self.ending:
-            self._before()
-            self._after()
+        if self.node is None:
+            if not self.ending:
+                self._before()
+                self._after()
+            return
+        try:
+            del self._asked[0]
+        except IndexError:
+            return
+        self.node.shutdown(reason)
+
+    def _node_ends(self) -> None:
+        self._asked.clear()
+        self._before()
 
     def _before(self) -> None:
         with self._lock:

@@ -6,9 +6,10 @@ Every call is answered with ``[code, message, value]`` (M03): code 1 success, 0 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, Final, NamedTuple
 
+from pyros1.ground.names import SEP
 from pyros1.master import arguments
 from pyros1.master.arguments import Refused, Validator
 from pyros1.master.parameters import Parameters, updates
@@ -20,6 +21,8 @@ Log = Callable[[str, str], object]
 """``log(level, text)`` with level ``debug``, ``info``, ``warn`` or ``error``."""
 
 Answer = tuple[str, Any]
+_TYPES: Final = "topicTypes"
+"""In a record: the types of topics; no method of the API."""
 
 
 class MasterApi:
@@ -31,6 +34,7 @@ class MasterApi:
         on_shutdown: called with the reason when a client asks the master to end.
         pid: this process's id.
         log_calls: log each call, too, with level ``debug``.
+        record: gets each call that has changed something, with its arguments resolved (see `restore`).
 
     Attributes:
         uri: what ``getUri`` answers.
@@ -44,6 +48,7 @@ class MasterApi:
         on_shutdown: Callable[[str], object],
         pid: int,
         log_calls: bool = False,
+        record: Callable[[str, Sequence[Any]], object] | None = None,
     ) -> None:
         self.registry = Registry()
         self.parameters = Parameters()
@@ -53,6 +58,7 @@ class MasterApi:
         self._on_shutdown = on_shutdown
         self._pid = pid
         self._log_calls = log_calls
+        self._record = record
         self._state: tuple[int, PreparedList] = (-1, PreparedList())  # tools often ask for it
 
     def dispatch(self, method: str, params: Sequence[Any]) -> list[Any]:
@@ -81,7 +87,30 @@ class MasterApi:
             if not entry.question:
                 self._log("error", f"{method}: {refused.message}")
             return [refused.code, refused.message, entry.default if refused.value is None else refused.value]
+        if entry.change and self._record is not None:
+            self._record(method, (caller, *values))
         return [1, message, value]
+
+    # ---- to go on after a restart
+
+    def snapshot(self) -> Iterator[tuple[str, Sequence[Any]]]:
+        """Yield the calls that make this state, for `restore`."""
+        yield _TYPES, [self.registry.topic_types()]
+        yield from self.registry.calls()
+        yield "setParam", (SEP, SEP, self.parameters.get(SEP))
+
+    def restore(self, calls: Iterable[tuple[str, Sequence[Any]]]) -> None:
+        """Make recorded calls; nodes are told nothing, and nothing is logged. What cannot be made is left out."""
+        told, logged, recorded = self._notify, self._log, self._record
+        self._notify, self._log, self._record = (lambda _: None), (lambda *_: None), None
+        try:
+            for method, params in calls:
+                if method == _TYPES:
+                    self.registry.know_types(_pairs(params))
+                elif method in METHODS and METHODS[method].change:
+                    self.dispatch(method, params)
+        finally:
+            self._notify, self._log, self._record = told, logged, recorded
 
     # ---- about the master
 
@@ -227,6 +256,16 @@ class MasterApi:
         return f"Unsubscribe to parameter [{key}]", 1
 
 
+def _pairs(params: Sequence[Any]) -> list[tuple[str, str]]:
+    """Return what is well formed in recorded types of topics."""
+    rows = params[0] if params and isinstance(params[0], list) else []
+    return [
+        (row[0], row[1])
+        for row in rows
+        if isinstance(row, list) and len(row) == 2 and isinstance(row[0], str) and isinstance(row[1], str)
+    ]
+
+
 class Method(NamedTuple):
     """A row of the API table.
 
@@ -235,12 +274,14 @@ class Method(NamedTuple):
         default: the value of an answer with a code other than 1.
         arguments: checks of the arguments after the caller's id.
         question: whether it asks for something that may not exist, so that a refusal is not logged.
+        change: whether it changes what the master knows.
     """
 
     perform: Callable[..., Answer]
     default: Any
     arguments: tuple[Validator, ...] = ()
     question: bool = False
+    change: bool = False
 
 
 _TOPIC: Final = arguments.name_of("topic")
@@ -254,23 +295,23 @@ METHODS: Final[dict[str, Method]] = {
     "getPid": Method(MasterApi._get_pid, -1),
     "getUri": Method(MasterApi._get_uri, ""),
     "shutdown": Method(MasterApi._shutdown, 0, (arguments.anything,)),
-    "registerPublisher": Method(MasterApi._register_publisher, [], (_TOPIC, _TYPE, _CALLER_API)),
-    "registerSubscriber": Method(MasterApi._register_subscriber, [], (_TOPIC, _TYPE, _CALLER_API)),
-    "unregisterPublisher": Method(MasterApi._unregister_publisher, 0, (_TOPIC, _CALLER_API)),
-    "unregisterSubscriber": Method(MasterApi._unregister_subscriber, 0, (_TOPIC, _CALLER_API)),
-    "registerService": Method(MasterApi._register_service, 0, (_SERVICE, _SERVICE_API, _CALLER_API)),
-    "unregisterService": Method(MasterApi._unregister_service, 0, (_SERVICE, _SERVICE_API)),
+    "registerPublisher": Method(MasterApi._register_publisher, [], (_TOPIC, _TYPE, _CALLER_API), change=True),
+    "registerSubscriber": Method(MasterApi._register_subscriber, [], (_TOPIC, _TYPE, _CALLER_API), change=True),
+    "unregisterPublisher": Method(MasterApi._unregister_publisher, 0, (_TOPIC, _CALLER_API), change=True),
+    "unregisterSubscriber": Method(MasterApi._unregister_subscriber, 0, (_TOPIC, _CALLER_API), change=True),
+    "registerService": Method(MasterApi._register_service, 0, (_SERVICE, _SERVICE_API, _CALLER_API), change=True),
+    "unregisterService": Method(MasterApi._unregister_service, 0, (_SERVICE, _SERVICE_API), change=True),
     "lookupService": Method(MasterApi._lookup_service, "", (_SERVICE,), question=True),
     "lookupNode": Method(MasterApi._lookup_node, "", (arguments.node_name,), question=True),
     "getPublishedTopics": Method(MasterApi._get_published_topics, 0, (arguments.subgraph,)),
     "getTopicTypes": Method(MasterApi._get_topic_types, []),
     "getSystemState": Method(MasterApi._get_system_state, [[], [], []]),
-    "setParam": Method(MasterApi._set_param, 0, (_KEY, arguments.parameter_value)),
+    "setParam": Method(MasterApi._set_param, 0, (_KEY, arguments.parameter_value), change=True),
     "getParam": Method(MasterApi._get_param, 0, (_KEY,), question=True),
     "hasParam": Method(MasterApi._has_param, False, (_KEY,)),
-    "deleteParam": Method(MasterApi._delete_param, 0, (_KEY,), question=True),
+    "deleteParam": Method(MasterApi._delete_param, 0, (_KEY,), question=True, change=True),
     "searchParam": Method(MasterApi._search_param, 0, (arguments.raw_key,), question=True),
     "getParamNames": Method(MasterApi._get_param_names, []),
-    "subscribeParam": Method(MasterApi._subscribe_param, 0, (_CALLER_API, _KEY)),
-    "unsubscribeParam": Method(MasterApi._unsubscribe_param, 0, (_CALLER_API, _KEY)),
+    "subscribeParam": Method(MasterApi._subscribe_param, 0, (_CALLER_API, _KEY), change=True),
+    "unsubscribeParam": Method(MasterApi._unsubscribe_param, 0, (_CALLER_API, _KEY), change=True),
 }

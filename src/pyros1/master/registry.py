@@ -9,6 +9,7 @@ Pure: methods change the registry and return the notices that must be sent to no
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -33,6 +34,21 @@ class Notice(NamedTuple):
     method: str
     subject: str
     value: tuple[Any, ...] = ()
+
+
+class Known(NamedTuple):
+    """A registered node.
+
+    Attributes:
+        name: its name.
+        api: its API URI.
+        publications, subscriptions: its topics.
+    """
+
+    name: str
+    api: str
+    publications: frozenset[str]
+    subscriptions: frozenset[str]
 
 
 @dataclass(slots=True)
@@ -188,6 +204,42 @@ class Registry:
         _remove(self.param_subscribers, key, node)
         self._nodes[node].parameters.discard(key)
         self._drop_if_idle(node)
+
+    def forget(self, node: str, api: str) -> list[Notice]:
+        """Remove a node with all that it has registered, if this is its API."""
+        entry = self._nodes.get(node)
+        if entry is None or entry.api != api:
+            return []
+        self.version += 1
+        del self._nodes[node]
+        return self._purge(node, entry)
+
+    # ---- to go on after a restart
+
+    def nodes(self) -> list[Known]:
+        """Return all nodes, with the topics that they publish and subscribe."""
+        return [
+            Known(name, entry.api, frozenset(entry.publications), frozenset(entry.subscriptions))
+            for name, entry in self._nodes.items()
+        ]
+
+    def calls(self) -> Iterator[tuple[str, tuple[str, ...]]]:
+        """Yield the calls of the Master API that make these registrations in an empty registry, in order (M23)."""
+        for topic, nodes in self._publishers.items():
+            for node, api in nodes.items():
+                yield "registerPublisher", (node, topic, self._types[topic], api)
+        for topic, nodes in self._subscribers.items():
+            for node, api in nodes.items():
+                yield "registerSubscriber", (node, topic, self._types.get(topic, ANY_TYPE), api)
+        for service, (node, uri) in self._services.items():
+            yield "registerService", (node, service, uri, self._nodes[node].api)
+        for key, nodes in self.param_subscribers.items():
+            for node, api in nodes.items():
+                yield "subscribeParam", (node, api, key)
+
+    def know_types(self, types: Iterable[tuple[str, str]]) -> None:
+        """Take over the types of topics, also of those that have no publisher now (M22)."""
+        self._types = dict(types)
 
     # ---- inside
 

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable
-from typing import Final
+from collections.abc import Callable, Sequence
+from typing import Any, Final
 
 from pyros1.master.api import Log, MasterApi
+from pyros1.master.journal import ALIVE_S, Found, Journal
 from pyros1.master.notify import Notifier
+from pyros1.master.registry import Known
+from pyros1.master.revival import Revival
 from pyros1.net.loop import Loop
 from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_server import ServerLimits, XmlRpcServer
@@ -41,6 +44,10 @@ class Master:
         log_calls: log each call, too, with level ``debug``.
         limits: what clients may use.
         on_error: gets unexpected exceptions; None: they are written to stderr.
+        journal: keeps what is needed to go on after a sudden end; removed by ``stop``. None: nothing is kept.
+        found: what an earlier master's journal says: it is continued. Nodes that are gone are forgotten, others told.
+        on_continued: called on the master's thread, once it is known which nodes of the earlier master are there, with
+            their number and the names of those that are gone.
     """
 
     def __init__(
@@ -55,6 +62,9 @@ class Master:
         log_calls: bool = False,
         limits: ServerLimits = ServerLimits(),  # noqa: B008 - immutable
         on_error: Callable[[BaseException], object] | None = None,
+        journal: Journal | None = None,
+        found: Found | None = None,
+        on_continued: Callable[[int, list[str]], object] | None = None,
     ) -> None:
         self._port = port
         self._bind_host = bind_host
@@ -71,7 +81,13 @@ class Master:
             on_shutdown=self._shutdown_requested,
             pid=os.getpid(),
             log_calls=log_calls,
+            record=None if journal is None else self._record,
         )
+        self._journal = journal
+        self._found = found
+        self._on_continued = on_continued
+        self._revival: Revival | None = None
+        self._gone: list[str] = []
         self._server: XmlRpcServer | None = None
         self._ended = threading.Event()
         self._shutdown_reason: str | None = None
@@ -91,7 +107,14 @@ class Master:
             limits=self._limits,
         )
         self._api.uri = self._server.uri
+        if self._found is not None:
+            self._api.restore(self._found.calls)
+            nodes = self._api.registry.nodes()
+            self._revival = Revival(self._loop, self._caller, nodes, self._forget, self._continued)
+        if self._journal is not None:
+            self._journal.begin(self._api.snapshot())
         self._loop.start()
+        self._loop.call_soon(self._begin)
         self._log("info", f"Master initialized: port[{self._server.port}], uri[{self._server.uri}]")
 
     def stop(self, timeout: float = 5.0) -> None:
@@ -104,6 +127,9 @@ class Master:
         if self._server is not None:
             self._loop.run(self._close, timeout=timeout)
         self._loop.stop(timeout)
+        if self._journal is not None:
+            self._journal.close()
+            self._journal = None
 
     @property
     def uri(self) -> str:
@@ -128,7 +154,45 @@ class Master:
         """
         return self._ended.wait(timeout)
 
+    def _begin(self) -> None:
+        if self._revival is not None:
+            self._revival.begin()
+        if self._journal is not None:
+            self._tick()
+
+    def _record(self, method: str, params: Sequence[Any]) -> None:
+        if self._journal is None:
+            return
+        self._journal.add((method, params))
+        if self._journal.is_due:
+            self._journal.begin(self._api.snapshot())
+
+    def _tick(self) -> None:
+        if self._journal is None or self._ended.is_set():
+            return
+        if self._journal.is_due:
+            self._journal.begin(self._api.snapshot())
+        self._journal.tick()
+        self._loop.call_later(ALIVE_S, self._tick)
+
+    def _forget(self, node: Known, why: str) -> None:
+        """Forget a node of the earlier master that is gone, unless it has come back under another API meanwhile."""
+        if self._api.registry.node_api(node.name) != node.api:
+            return
+        self._gone.append(node.name)
+        self._log("warn", f"[{node.name}] of the earlier master is gone: {why}")
+        self._notifier.send(self._api.registry.forget(node.name, node.api))
+
+    def _continued(self, here: int) -> None:
+        if self._journal is not None:
+            self._journal.begin(self._api.snapshot())
+        self._log("info", f"{here} nodes of the earlier master are there, {len(self._gone)} are gone")
+        if self._on_continued is not None:
+            self._on_continued(here, self._gone)
+
     def _close(self) -> None:
+        if self._revival is not None:
+            self._revival.close()
         if self._server is not None:
             self._server._close()
         self._caller._close()

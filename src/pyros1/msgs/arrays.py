@@ -46,6 +46,17 @@ class Packers(dict[int, Callable[..., bytes]]):
         return self[len(values)](*values)
 
 
+class Truths(Packers):
+    """The same for booleans, numpy's included."""
+
+    def pack(self, values: Any) -> bytes:
+        """Pack an array of any length."""
+        try:
+            return super().pack(values)
+        except struct.error:
+            return super().pack(list(map(truth, values)))
+
+
 # Buffer formats with the same bytes as a struct code: the name of an 8-byte integer depends on the platform.
 _SAME = {"q": "ql", "Q": "QL", "B": "B?"}
 
@@ -68,9 +79,7 @@ def octets(value: Any, length: int) -> bytes:
     """Return the value of a uint8[] or char[] field, which is not bytes yet, as bytes.
 
     Args:
-        value: list or tuple of ints, or anything with the buffer interface. It is copied, since it may change before it
-            is
-            sent.
+        value: list or tuple of ints, or a buffer of single bytes. It is copied, since it may change before it is sent.
         length: the field's fixed length, or -1.
 
     Raises:
@@ -80,7 +89,15 @@ def octets(value: Any, length: int) -> bytes:
         if length >= 0 and len(value) != length:
             raise ValueError("wrong length")
         return bytes(value)
-    return memoryview(value).tobytes()
+    view = memoryview(value)
+    if view.itemsize != 1:  # the bytes of its numbers, or its numbers as bytes? Each would be wrong for some programs
+        raise TypeError("it is an array of other numbers than uint8: give its tobytes(), or convert it")
+    return view.tobytes()
+
+
+def truth(value: Any) -> Any:
+    """Return the boolean of numpy, which struct does not take, as Python's; and all else as it is."""
+    return bool(value) if getattr(getattr(value, "dtype", None), "kind", "") == "b" else value
 
 
 def pack_strings(values: Sequence[str]) -> bytes:

@@ -88,6 +88,10 @@ def _check_field(cls: Any, slot_type: str, value: Any, name: str) -> None:
         if 0 <= length < len(value):
             raise SerializationError(f"field {name} has {len(value)} bytes, {slot_type} takes {length}")
         return
+    elif is_octets and getattr(getattr(value, "dtype", None), "itemsize", 1) != 1:
+        raise SerializationError(
+            f"field {name} takes bytes or an array of uint8, not of {value.dtype}: give its tobytes(), or convert it"
+        )
     elif not isinstance(value, (list, tuple, bytes)) and not hasattr(value, "__len__"):
         raise SerializationError(f"field {name} must be a list or tuple type, not {_show(value)}")
     if length >= 0 and len(value) != length:
@@ -101,7 +105,11 @@ def _check_single(cls: Any, base: str, value: Any, name: str) -> None:
     if code is None:
         _check_other(cls, base, value, name)
     elif base == "bool":
-        if value not in (0, 1):
+        try:
+            known = value in (0, 1)
+        except ValueError:  # an array of numpy's
+            known = False
+        if not known:
             raise SerializationError(f"field {name} is not a bool, but {_show(value)}")
     elif code in "fd":
         try:

@@ -59,8 +59,12 @@ class Copier(Source):
             converted = f"{self.unpack('d')}({self.pack('d')}({local}))"
             self.emit(f"if {local}.__class__ is not float: {local}, = {converted}")
             self.emit(f"{target} = {local}")
+        elif base == "bool":
+            local = self.assign("truth", source)
+            self.emit(f"if {local}.__class__ is not bool: {local} = {self.ref(arrays.truth, 'as_bool')}({local})")
+            self.convert("?", local, target)
         elif code is not None:
-            self.convert("?" if base == "bool" else code, source, target)
+            self.convert(code, source, target)
         elif base == "string":
             local = self.assign("text", source)
             converted = f"{local}.encode().decode()"
@@ -95,7 +99,7 @@ class Copier(Source):
         if length >= 0:
             self.emit(f"if len({local}) != {length}: raise ValueError('wrong length')")
         if code is not None:
-            packers = self.ref(arrays.Packers(code), "packers", ("packers", code))
+            packers = self.packers(base, code)
             unpack_code = "?" if base == "bool" else code
             unpackers = self.ref(arrays.Unpackers(unpack_code), "unpackers", ("unpackers", unpack_code))
             copied = f"{unpackers}[len({local})]({packers}.pack({local}), 0)"

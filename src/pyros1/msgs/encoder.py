@@ -74,7 +74,11 @@ class Encoder(Source):
                 self._array(base, length, cls._classes.get(base), expression)
 
     def _single(self, base: str, nested: type[Message] | None, expression: str) -> None:
-        if base in STRUCT_CODES:
+        if base == "bool":
+            local = self.assign("truth", expression)
+            self.emit(f"if {local}.__class__ is not bool: {local} = {self.ref(arrays.truth, 'as_bool')}({local})")
+            self.value(STRUCT_CODES[base], local)
+        elif base in STRUCT_CODES:
             self.value(STRUCT_CODES[base], expression)
         elif base == "string":
             text = self.assign("text", f"{expression}.encode()")
@@ -115,11 +119,12 @@ class Encoder(Source):
         else:
             self.value("I", f"len({local})")
         if code is not None:
-            packers = self.ref(arrays.Packers(code), "packers", ("packers", code))
             self.large = True
-            # struct does not accept single booleans of numpy, but it accepts whole arrays of them.
-            whole = f"{local}.__class__ is not list" if base == "bool" else f"len({local}) > 256"
-            self.piece(f"{packers}.pack({local}) if {whole} else {packers}[len({local})](*{local})")
+            packers = self.packers(base, code)
+            if base == "bool":
+                self.piece(f"{packers}.pack({local})")
+            else:
+                self.piece(f"{packers}.pack({local}) if len({local}) > 256 else {packers}[len({local})](*{local})")
         elif base == "string":
             self.piece(f"{self.ref(arrays.pack_strings, 'strings')}({local})")
         elif nested is None:

@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from pyros1.ground.timing import Duration, Time
+from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 
 MAX_INLINE = 200
@@ -147,6 +148,10 @@ class Source:
 
     def unpack(self, fmt: str) -> str:
         return self.ref(struct.Struct("<" + fmt).unpack_from, "unpack", ("unpack", fmt))
+
+    def packers(self, base: str, code: str) -> str:
+        kind = arrays.Truths if base == "bool" else arrays.Packers
+        return self.ref(kind(code), "packers", ("packers", kind, code))
 
     def fits(self, cls: type[Message]) -> bool:
         """Return whether a nested message of this class may be inlined."""

@@ -84,7 +84,9 @@ class ConnectHandle:
                 return
             sock.close()
             last_error = code
-        self._fail(UnreachableError(f"cannot connect to {self._host}:{self._port}: {os.strerror(last_error)}"))
+        failure = UnreachableError(f"cannot connect to {self._host}:{self._port}: {os.strerror(last_error)}")
+        failure.__cause__ = OSError(last_error, os.strerror(last_error))
+        self._fail(failure)
 
     def _writable(self, mask: int) -> None:
         sock = self._sock

@@ -25,7 +25,7 @@ class XmlRpcClient:
     """Client of one URI, over one connection that is kept open.
 
     Calls from several threads take turns. A signal handler that calls on top of a call of its own thread gets another
-    connection.
+    connection, and so does a forked process.
 
     Args:
         uri: ``http://host:port/``.
@@ -40,11 +40,15 @@ class XmlRpcClient:
         self.timeout = timeout
         self._host, self._port = parse_uri(uri)
         self._path = "/" + uri.partition("://")[2].partition("/")[2]
+        self._closed = False
+        self._sock: socket.socket | None = None
+        self._begin()
+
+    def _begin(self) -> None:
         self._lock = threading.RLock()
         self._busy = False  # the thread that has the lock is making a call
-        self._sock: socket.socket | None = None
         self._parser = ResponseParser()  # of the connection: it remembers the form of the answers
-        self._closed = False
+        self._pid = os.getpid()
 
     def call(self, method: str, *params: Any, timeout: float | None = None) -> Any:
         """Call a method and wait for its answer.
@@ -63,6 +67,9 @@ class XmlRpcClient:
         body = dumps_call(method, params)
         seconds = self.timeout if timeout is None else timeout
         deadline = monotonic() + seconds
+        if self._pid != os.getpid():
+            self._drop()  # the connection, and who holds the lock, are the other process's
+            self._begin()
         if not self._lock.acquire(timeout=max(0.0, seconds)):
             raise self._too_late(seconds)
         if self._busy:

@@ -137,6 +137,7 @@ class _Connection:
                     break
                 self.began = self.active
                 self.closing = not request.keep_alive
+                self.server.caller = self.sock
                 self._write(self.server.answer(request))
         except HttpError as error:
             self.closing = True
@@ -196,6 +197,7 @@ class XmlRpcServer:
     Attributes:
         uri: ``http://host:port/``.
         port: the port listened on.
+        caller: connection of the call that is being answered; for `dispatch`.
 
     Raises:
         OSError: the address cannot be listened on, for example because the port is taken.
@@ -214,6 +216,7 @@ class XmlRpcServer:
         self.loop = loop
         self.limits = limits
         self._dispatch = dispatch
+        self.caller: socket.socket | None = None
         self._connections: dict[_Connection, None] = {}
         self._buffered = 0
         self._sweeper: TimerHandle | None = None
@@ -255,6 +258,8 @@ class XmlRpcServer:
             return self.refusal(501, f"Unsupported method ({request.method!r})", keep_alive=request.keep_alive)
         if request.path not in _PATHS:
             return self.refusal(404, "No such page", keep_alive=request.keep_alive)
+        if request.from_page:  # a site that is open in a browser on this machine must not talk to the robot
+            return self.refusal(403, "Web pages may not call this", keep_alive=request.keep_alive)
         return build_response(200, self._call(request.body), keep_alive=request.keep_alive, date=self._date())
 
     def refusal(self, status: int, text: str, *, keep_alive: bool) -> bytes:

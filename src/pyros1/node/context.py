@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import threading
 from collections.abc import Callable, Mapping
@@ -9,7 +10,7 @@ from functools import cached_property
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pyros1.ground.errors import NodeShutdownError, UnknownHostError
+from pyros1.ground.errors import NodeError, NodeShutdownError, UnknownHostError
 from pyros1.net.bell import Event
 from pyros1.net.loop import Loop, LoopThread
 from pyros1.node.checks import check_timeout
@@ -106,6 +107,7 @@ class Context:
         self.subscriptions: dict[str, Subscribed] = {}
         self.services: dict[str, Provided] = {}
         self._unknown_hosts: set[str] = set()
+        self._pid = os.getpid()
 
     @cached_property
     def delivery_threads(self) -> DeliveryThreads:
@@ -149,6 +151,20 @@ class Context:
         """Raise NodeShutdownError when the node is shutting down."""
         if self.stopping.is_set():
             raise NodeShutdownError(f"{self.name} is shutting down")
+
+    @property
+    def forked(self) -> bool:
+        """Whether this process was forked from that of the node, whose threads it does not have."""
+        return os.getpid() != self._pid
+
+    def check_here(self) -> None:
+        """Raise NodeError in a forked process, and NodeShutdownError when the node is shutting down."""
+        if self.forked:
+            raise NodeError(
+                f"this process was forked from that of {self.name}, where topics and services must be made and ended; "
+                "or fork before the node starts, and give each process a node"
+            )
+        self.check_running()
 
 
 def find_local_context(uri: str) -> Context | None:

@@ -59,6 +59,7 @@ class Topics:
     ) -> Publisher[Any]:
         """Publish on a topic; see ``Node.advertise``."""
         context = self._context
+        context.check_here()
         with self._lock:
             context.check_running()
             publication = self.publications.get(name)
@@ -90,6 +91,8 @@ class Topics:
         return Publisher(created, message_class, lambda: self._unadvertise(created))
 
     def _unadvertise(self, publication: Publication) -> None:
+        if self._context.forked:
+            return
         with self._lock:
             publication.handles -= 1
             if publication.handles or self._context.stopping.is_set():
@@ -142,6 +145,7 @@ class Topics:
         """
         context = self._context
         view = array_view(arrays)
+        context.check_here()
         with self._lock:
             context.check_running()
             subscription = self.subscriptions.get(name)
@@ -188,6 +192,8 @@ class Topics:
             self._context.loop.call_soon(subscription.update_publishers, list(uris), False)
 
     def _unsubscribe(self, subscriber: Subscriber[Any]) -> None:
+        if self._context.forked:
+            return
         with self._lock:
             subscription = self.subscriptions.get(subscriber.name)
             if subscription is None or subscription.remove(subscriber) or self._context.stopping.is_set():
@@ -203,7 +209,7 @@ class Topics:
         try:
             unregistered()
         finally:
-            subscription.close()
+            subscription.close(wait=False)  # the caller may hold a lock for which the callback waits
 
     def _drop_subscription(self, subscription: Subscription) -> None:
         with self._lock:

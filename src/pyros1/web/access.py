@@ -28,7 +28,7 @@ class Access:
         names: names under which the server may be reached, besides those of loopback; addresses count as names.
         any_address: whether every IP address is such a name, as on a server that listens on all interfaces.
         read_only: whether pages may not change anything.
-        origins: other sites whose pages may come in if they have the token, such as ``http://localhost:8000``.
+        origins: other sites whose pages may come in, such as ``http://localhost:8000``, with the token if there is one.
         topics: patterns such as ``/camera/*`` of topics, services and parameters that pages may see; empty for all.
         bags: folders whose bags pages may see, and into which they may record; and single bags.
     """
@@ -50,7 +50,7 @@ class Access:
         return name in LOOPBACK or name in self.names or (self.any_address and _is_address(name))
 
     def is_our_page(self, origin: str | None, host: str | None) -> bool:
-        """Return whether an Origin header is that of our own page, or of a site that may come in.
+        """Return whether an Origin header is that of our own page, or of a site that was named.
 
         Programs that are not browsers send none.
         """
@@ -60,13 +60,13 @@ class Access:
         return parts.scheme in ("http", "https") and parts.netloc.lower() == (host or "").lower()
 
     @property
-    def lets_viewers_in_from_anywhere(self) -> bool:
-        """Whether viewers such as Foxglove may come from pages of other sites.
+    def lets_programs_in_from_anywhere(self) -> bool:
+        """Whether programs of other sites may come in: those of rosbridge, and viewers such as Foxglove.
 
         They are web applications of their own (https://app.foxglove.dev, a Lichtblick on another port, ``file://`` in
         their desktop forms), so their Origin is never ours. With the right token they may come in, for the token is
         what only the person with the link can have given them. A server without a token has nothing else that tells
-        such a page from any other, so it lets none in.
+        such a page from any other, so it lets in those only that were named. What our own page says is for it alone.
         """
         return bool(self.token)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable
@@ -34,6 +35,8 @@ class Entry(NamedTuple):
     function: str
     line: int
     topics: list[str]
+    nanoseconds: int
+    """Of the time, within its second: the time alone is not that exact."""
 
 
 class Console:
@@ -41,9 +44,13 @@ class Console:
 
     Args:
         size: most messages that are kept.
+
+    Attributes:
+        run: name of this run of the server; the numbers of messages begin anew with each.
     """
 
     def __init__(self, size: int = SIZE) -> None:
+        self.run = secrets.token_hex(8)
         self._lock = threading.Lock()
         self._entries: deque[Entry] = deque(maxlen=size)
         self._count = 0
@@ -60,31 +67,24 @@ class Console:
         text = message.msg[: _LONGEST + 1]
         if len(text) > _LONGEST:
             text = f"{text[:_LONGEST]}..."
+        file, function = message.file[:_LONGEST_NAME], message.function[:_LONGEST_NAME]
+        topics = [topic[:_LONGEST_NAME] for topic in message.topics[:_MOST_TOPICS]]
+        name, stamp = message.name[:_LONGEST_NAME], message.header.stamp
         with self._lock:
             self._count += 1
             if len(self._entries) == self._entries.maxlen:
                 self._forget()
-            self._characters += len(text)
+            level, line = message.level, message.line
+            entry = Entry(self._count, stamp.to_sec(), level, name, text, file, function, line, topics, stamp.nsecs)
+            self._characters += _characters(entry)
             while self._characters > MOST_CHARACTERS and self._entries:
                 self._forget()
-            self._entries.append(
-                Entry(
-                    self._count,
-                    message.header.stamp.to_sec(),
-                    message.level,
-                    message.name[:_LONGEST_NAME],
-                    text,
-                    message.file[:_LONGEST_NAME],
-                    message.function[:_LONGEST_NAME],
-                    message.line,
-                    [topic[:_LONGEST_NAME] for topic in message.topics[:_MOST_TOPICS]],
-                )
-            )
+            self._entries.append(entry)
         for listener in self._listeners:
             listener()
 
     def _forget(self) -> None:
-        self._characters -= len(self._entries.popleft().text)
+        self._characters -= _characters(self._entries.popleft())
 
     def after(self, number: int, most: int) -> tuple[list[Entry], int]:
         """Return the messages behind one.
@@ -113,6 +113,10 @@ class Console:
                 self._listeners = tuple(each for each in self._listeners if each is not listener)
 
         return end
+
+
+def _characters(entry: Entry) -> int:
+    return sum(map(len, (entry.text, entry.node, entry.file, entry.function, *entry.topics)))
 
 
 def _slice(entries: deque[Entry], start: int, most: int) -> Iterable[Entry]:

@@ -13,9 +13,15 @@ from typing import Any
 from pyros1.ground.errors import Error
 from pyros1.msgs import AnyMsg, Message
 from pyros1.observe.decoder import Decoder
+from pyros1.web.threads import Threads
 
 _MOST_LATCHED = 100
 """Most publishers of a topic whose latched messages are kept."""
+MOST_BYTES = 32 << 20
+"""Most bytes of a publisher's messages that wait for slow listeners, and of a topic's latched messages that are kept;
+but one always is."""
+_AT_ONCE = 16
+"""Most topics that are subscribed to at the same time; more wait."""
 Listener = Callable[["Arrival"], object]
 """Called with each message, in a thread of the node. It must be quick, and raises nothing."""
 
@@ -62,12 +68,14 @@ class Arrival:
 class Hub:
     """The subscriptions.
 
-    To subscribe may take as long as the master is away. So a thread of its own does it, and nobody waits.
+    To subscribe may take as long as the master is away. So other threads do it, and nobody waits who does not want to.
 
     Args:
         subscribe: subscribes to undecoded messages of a topic; returns a subscriber. It may raise Error.
         now: returns the time of the node's clock in seconds.
         start: runs a function that may wait.
+        settle: waits a moment until the publishers of a topic that are there have been reached; gets the topic and the
+            subscriber.
     """
 
     def __init__(
@@ -75,19 +83,24 @@ class Hub:
         subscribe: Callable[[str, Callable[[AnyMsg], object]], Any],
         now: Callable[[], float],
         start: Callable[[Callable[[], None]], object] | None = None,
+        settle: Callable[[str, Any], object] = lambda topic, subscriber: None,
     ) -> None:
         self._subscribe = subscribe
+        self._settle = settle
         self._now = now
-        self._begin = start or _in_a_thread
+        self._threads = Threads(_AT_ONCE, "web: subscribes")
+        self._begin = start or self._threads.submit
         self._lock = threading.Lock()
         self._feeds: dict[str, _Feed] = {}
 
-    def listen(self, topic: str, listener: Listener) -> Callable[[], None]:
+    def listen(self, topic: str, listener: Listener, ready: Callable[[], object] | None = None) -> Callable[[], None]:
         """Call a listener with the messages of a topic from now on.
 
         Args:
             topic: the topic's full name.
             listener: see `Listener`.
+            ready: called once, from any thread, when the topic is subscribed to and its publishers are reached, or when
+                that was not possible.
 
         A topic that is latched has a message already; the listener is called with it at once, in this thread.
 
@@ -97,24 +110,30 @@ class Hub:
         with self._lock:
             known = self._feeds.get(topic)
             feed = self._feeds[topic] = known or _Feed(self._now)
-            latched = feed.join(listener)  # before the first message can come
+            place, latched = feed.join(listener)  # before the first message can come
+        if ready is not None:
+            feed.when_settled(ready)
         if known is None:
             self._begin(lambda: self._open(topic, feed))
         for arrival in latched:
             listener(arrival)
-        return lambda: self._leave(topic, feed, listener)
+        return lambda: self._leave(topic, feed, place)
 
     def _open(self, topic: str, feed: _Feed) -> None:
         try:
-            feed.begun(self._subscribe(topic, feed.arrived))
+            subscriber = self._subscribe(topic, feed.arrived)
+            if feed.begun(subscriber):
+                self._settle(topic, subscriber)
         except Error:  # the node has ended, or the topic's name is not legal
             with self._lock:
                 if self._feeds.get(topic) is feed:
                     del self._feeds[topic]
+        finally:
+            feed.settled()
 
-    def _leave(self, topic: str, feed: _Feed, listener: Listener) -> None:
+    def _leave(self, topic: str, feed: _Feed, place: object) -> None:
         with self._lock:
-            if feed.leave(listener) or self._feeds.get(topic) is not feed:
+            if feed.leave(place) or self._feeds.get(topic) is not feed:
                 return
             del self._feeds[topic]
         feed.end()
@@ -125,10 +144,7 @@ class Hub:
             feeds, self._feeds = list(self._feeds.values()), {}
         for feed in feeds:
             feed.end()
-
-
-def _in_a_thread(work: Callable[[], None]) -> None:
-    threading.Thread(target=work, name="web: subscribes", daemon=True).start()
+        self._threads.shutdown(wait=False, cancel_futures=True)
 
 
 class _Feed:
@@ -137,52 +153,90 @@ class _Feed:
         self._decoder = Decoder()
         self._lock = threading.Lock()
         self._latched: dict[str, Arrival] = {}  # by publisher, the newest at the end
-        self._listeners: tuple[Listener, ...] = ()
+        self._listeners: dict[object, Listener] = {}
+        self._called: tuple[Listener, ...] | None = ()  # all of them; None: they have changed
         self._subscriber: Any = None
-        self._ended = False
+        self._largest = 0
+        self._ended = self._settled = False
+        self._awaiting: list[Callable[[], object]] = []
 
-    def begun(self, subscriber: Any) -> None:
-        """Take the subscriber, or end it if nobody listens any more."""
+    def begun(self, subscriber: Any) -> bool:
+        """Take the subscriber, or end it if nobody listens any more; return whether somebody does."""
         with self._lock:
             if not self._ended:
                 self._subscriber = subscriber
-                return
+                self._limit()
+                return True
         subscriber.unregister()
+        return False
+
+    def when_settled(self, ready: Callable[[], object]) -> None:
+        """Call a function once when `settled` has been called."""
+        with self._lock:
+            if not self._settled:
+                self._awaiting.append(ready)
+                return
+        ready()
+
+    def settled(self) -> None:
+        """Note that the topic is subscribed to, or cannot be."""
+        with self._lock:
+            self._settled = True
+            awaiting, self._awaiting = self._awaiting, []
+        for ready in awaiting:
+            ready()
 
     def end(self) -> None:
         """Listen no more."""
         with self._lock:
-            self._ended, self._listeners = True, ()
+            self._ended, self._listeners, self._called = True, {}, ()
             subscriber, self._subscriber = self._subscriber, None
         if subscriber is not None:
             subscriber.unregister()
+        self.settled()
 
-    def join(self, listener: Listener) -> list[Arrival]:
-        """Add a listener; return the latched messages of publishers that are there, which it has not seen."""
+    def _limit(self) -> None:
+        """Let fewer messages wait if they are large."""
+        most = MOST_BYTES // max(1, self._largest)
+        if self._subscriber is not None and most < self._subscriber.queue_size:
+            self._subscriber.set_queue_size(max(1, most))
+
+    def join(self, listener: Listener) -> tuple[object, list[Arrival]]:
+        """Add a listener; return its place, and the latched messages of publishers that are there."""
+        place = object()
         with self._lock:
-            self._listeners = (*self._listeners, listener)
+            self._listeners[place] = listener
+            self._called = None
             if self._latched and self._subscriber is not None:
                 here = {link.header.get("callerid", "") for link in self._subscriber.links if link.header}
                 self._latched = {name: each for name, each in self._latched.items() if name in here}
-            return list(self._latched.values())
+            return place, list(self._latched.values())
 
-    def leave(self, listener: Listener) -> bool:
+    def leave(self, place: object) -> bool:
         """Remove a listener; return whether there are others, or it was not one."""
         with self._lock:
-            left = tuple(each for each in self._listeners if each is not listener)
-            was_here = len(left) < len(self._listeners)
-            self._listeners = left
-            return bool(left) or not was_here
+            was_here = self._listeners.pop(place, None) is not None
+            self._called = None
+            return bool(self._listeners) or not was_here
 
     def arrived(self, raw: AnyMsg) -> None:
         arrival = Arrival(raw, self._now(), monotonic(), self._decoder)
         header = raw._connection_header or {}
         with self._lock:
-            listeners = self._listeners
+            if self._called is None:
+                self._called = tuple(self._listeners.values())
+            listeners = self._called
+            if len(raw._buff) > self._largest:
+                self._largest = len(raw._buff)
+                self._limit()
             if header.get("latching") == "1":
-                self._latched.pop(header.get("callerid", ""), None)
-                while len(self._latched) >= _MOST_LATCHED:
-                    del self._latched[next(iter(self._latched))]
-                self._latched[header.get("callerid", "")] = arrival
+                self._keep(header.get("callerid", ""), arrival)
         for listener in listeners:
             listener(arrival)
+
+    def _keep(self, publisher: str, arrival: Arrival) -> None:
+        self._latched.pop(publisher, None)
+        self._latched[publisher] = arrival
+        size = sum(len(each.raw._buff) for each in self._latched.values())
+        while len(self._latched) > _MOST_LATCHED or (size > MOST_BYTES and len(self._latched) > 1):
+            size -= len(self._latched.pop(next(iter(self._latched))).raw._buff)

@@ -32,7 +32,8 @@ def panel_link(link: str, panel: str, settings: Mapping[str, Any]) -> str:
 
 def note_file(home: Path, master_uri: str) -> Path:
     """Return the place of the note about the server for a master, in the folder of ROS's own files."""
-    return home / "pyros1" / f"web-{sha256(master_uri.encode()).hexdigest()[:16]}.json"
+    uri = master_uri.rstrip("/")
+    return home / "pyros1" / f"web-{sha256(uri.encode()).hexdigest()[:16]}.json"
 
 
 @contextlib.contextmanager

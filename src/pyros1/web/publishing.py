@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterable
+from time import monotonic
+from typing import Any, NamedTuple
 
 from pyros1.msgs import Message, load_message
 from pyros1.msgs.json_form import from_json
@@ -13,8 +14,17 @@ from pyros1.web.wire import RequestError
 
 _CONNECT = 0.5
 """Seconds that subscribers of a topic have to connect before its first message."""
+IDLE, IDLE_LATCHED = 120.0, 3600.0
+"""Seconds after its last message until a publisher ends. What is latched is for those who come later."""
 MOST = 100
 """Most topics that are published at the same time; beyond that, the one that was used least recently ends."""
+
+
+class _Key(NamedTuple):
+    topic: str
+    type: str
+    md5sum: str
+    latch: bool
 
 
 class Publishing:
@@ -23,13 +33,21 @@ class Publishing:
     Args:
         node: returns the server's node.
         find: returns the class of a type; it raises MessageError.
+        clock: seconds.
     """
 
-    def __init__(self, node: Callable[[], Node], find: Callable[[str], type[Message]] = load_message) -> None:
+    def __init__(
+        self,
+        node: Callable[[], Node],
+        find: Callable[[str], type[Message]] = load_message,
+        clock: Callable[[], float] = monotonic,
+    ) -> None:
         self._node = node
         self._find = find
+        self._clock = clock
         self._lock = threading.Lock()
-        self._publishers: dict[tuple[str, str, bool], Any] = {}
+        # With the time of the last use; the one that was used least recently is the first.
+        self._publishers: dict[_Key, tuple[Any, float]] = {}
 
     def publish(self, topic: str, type_name: str, value: Any, latch: bool = False) -> int:
         """Publish a message.
@@ -55,35 +73,62 @@ class Publishing:
         connections: int = publisher.num_connections
         return connections
 
+    def advertise(self, topic: str, type_name: str) -> None:
+        """Let subscribers connect before the first message, which they would miss else.
+
+        Raises:
+            MessageError: no such type.
+            NodeError: the server publishes the topic with another type.
+        """
+        self._publisher(self._node(), topic, self._find(type_name), False)
+
     def _publisher(self, node: Node, topic: str, cls: type[Message], latch: bool) -> Any:
-        key = (topic, cls._type, latch)
+        key = _Key(topic, cls._type, cls._md5sum, latch)
         with self._lock:
-            known = self._publishers.pop(key, None)
+            known, _ = self._publishers.pop(key, (None, 0.0))
             if known is not None:
-                self._publishers[key] = known
+                self._publishers[key] = known, self._clock()
                 return known
-            others = [each for each in self._publishers if each[0] == topic]
+            others = [each for each in self._publishers if each.topic == topic]
             while len(self._publishers) - len(others) >= MOST:
                 others.append(next(each for each in self._publishers if each not in others))
             ended = [self._publishers.pop(each) for each in others]
-        for publisher in ended:
-            publisher.unregister()
+        _end(ended)
         node.master.ping()  # to advertise would wait for a master that is away
         try:
             publisher = node.advertise(topic, cls, latch=latch)
         except TypeError as error:
             raise RequestError(str(error)) from None
         with self._lock:
-            known = self._publishers.setdefault(key, publisher)
+            known, _ = self._publishers.setdefault(key, (publisher, self._clock()))
         if known is not publisher:
             publisher.unregister()  # another page was quicker
             return known
         publisher.wait_for_subscribers(timeout=_CONNECT)
         return publisher
 
+    def end(self, topic: str) -> None:
+        """Publish a topic no more."""
+        with self._lock:
+            ended = [self._publishers.pop(key) for key in list(self._publishers) if key.topic == topic]
+        _end(ended)
+
+    def tidy(self) -> None:
+        """End those that have not been used for a while."""
+        now = self._clock()
+        with self._lock:
+            idle = {key: now - used for key, (_, used) in self._publishers.items()}
+            old = [key for key, seconds in idle.items() if seconds > (IDLE_LATCHED if key.latch else IDLE)]
+            ended = [self._publishers.pop(key) for key in old]
+        _end(ended)
+
     def close(self) -> None:
         """End all."""
         with self._lock:
-            publishers, self._publishers = list(self._publishers.values()), {}
-        for publisher in publishers:
-            publisher.unregister()
+            ended, self._publishers = list(self._publishers.values()), {}
+        _end(ended)
+
+
+def _end(publishers: Iterable[tuple[Any, float]]) -> None:
+    for publisher, _ in publishers:
+        publisher.unregister()

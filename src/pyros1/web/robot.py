@@ -18,6 +18,8 @@ from pyros1.web.bags.library import Library
 from pyros1.web.bags.shelf import Shelf
 from pyros1.web.console import Console
 from pyros1.web.hub import Hub
+from pyros1.web.package_files import PackageFiles
+from pyros1.web.parameters import Parameters
 from pyros1.web.publishing import Publishing
 from pyros1.web.scene.world import World
 from pyros1.web.system import System
@@ -30,6 +32,8 @@ _TOPICS_AGE = 0.5
 """Seconds for which the master's list of topics is believed."""
 _FEW, _SOME, _MANY = 10, 100, 2_000
 """Most messages that wait for slow views: of types for pictures and clouds, of unknown types, and of others."""
+_CONNECT = 0.5
+"""Seconds in which publishers that are there have to be reached; who waits for that waits no longer."""
 _CALLER = "/pyros1_web"
 
 
@@ -40,6 +44,9 @@ class Robot:
         master_uri: the master.
         access: what pages may see and do.
         make_node: makes the server's node; it raises MasterUnreachableError at once if no master answers.
+
+    Attributes:
+        when_killed: called, from any thread, when someone else has told the server's node to end.
     """
 
     def __init__(self, master_uri: str, access: Access, make_node: Callable[[], Node]) -> None:
@@ -48,15 +55,18 @@ class Robot:
         self.master = MasterClient(_CALLER, master_uri, timeout=3.0)
         self.graph: Graph = _CachedGraph(self.master)
         self.system = System(self.graph)
+        self.parameters = Parameters(self.master, access, self.check_visible)
         self.console = Console()
         self.world = World(self.listen)
+        self.files = PackageFiles()
         self.bags = Library(Shelf(access.bags), access.may_see)
         self.trouble = "looking for the master"
+        self.when_killed: Callable[[], object] = lambda: None
         self._make_node = make_node
         self._node: Node | None = None
         self._ended = threading.Event()
         self._found = threading.Event()
-        self._hub = Hub(self._subscribe, self._now)
+        self._hub = Hub(self._subscribe, self._now, settle=self._settle)
         self.types = Types(self.listen)
         self.publishing = Publishing(lambda: self.node, self.types.find)
         self._thread = threading.Thread(target=self._start, name="web: looks for the master", daemon=True)
@@ -70,9 +80,9 @@ class Robot:
         """The server's node.
 
         Raises:
-            RequestError: there is none yet; the text says why.
+            RequestError: there is none yet, or it has been told to end; the text says why.
         """
-        if self._node is None:
+        if self._node is None or self.trouble:
             raise RequestError(self.trouble)
         return self._node
 
@@ -84,7 +94,7 @@ class Robot:
         """
         return self._found.wait(timeout)
 
-    def listen(self, topic: str, listener: Any) -> Callable[[], None]:
+    def listen(self, topic: str, listener: Any, ready: Callable[[], object] | None = None) -> Callable[[], None]:
         """See `Hub.listen`.
 
         Raises:
@@ -92,7 +102,16 @@ class Robot:
         """
         self.check_visible(topic)
         _ = self.node
-        return self._hub.listen(topic, listener)
+        return self._hub.listen(topic, listener, ready)
+
+    def check_running(self) -> None:
+        """Check that the server goes on.
+
+        Raises:
+            RequestError: it ends.
+        """
+        if self._ended.is_set():
+            raise RequestError("the server ends")
 
     def check_visible(self, name: str) -> None:
         """Check that pages may see a topic, service or parameter.
@@ -102,6 +121,10 @@ class Robot:
         """
         if not self.access.may_see(name):
             raise RequestError(f"{name} is not among those that this server shows (--topics)")
+
+    def tidy(self) -> None:
+        """End what has not been used for a while. To be called now and then."""
+        self.publishing.tidy()
 
     def close(self) -> None:
         """End all, also what waits for a master that is away. Again does no harm."""
@@ -134,12 +157,22 @@ class Robot:
             self._node, self.trouble = node, ""
             with suppress(NodeError):  # it has ended while the master was away
                 self.console.start(node)
+                node.on_shutdown(self._node_ends)
             self._found.set()
             return
 
     def _subscribe(self, topic: str, callback: Callable[[AnyMsg], object]) -> Any:
         # Bounded: a view that is slow must not hold back the robot's publishers.
         return self.node.subscribe(topic, AnyMsg, callback, queue_size=self._queue_size(topic))
+
+    def _node_ends(self) -> None:
+        if not self._ended.is_set():
+            self.trouble = "the server's node was told to end"
+            self.when_killed()
+
+    def _settle(self, topic: str, subscriber: Any) -> None:
+        publishers = self.graph.state().publishers.get(topic, ())
+        subscriber.wait_for_publishers(len(publishers), _CONNECT)
 
     def _queue_size(self, topic: str) -> int:
         try:

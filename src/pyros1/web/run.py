@@ -15,8 +15,8 @@ _PATIENCE = 10.0
 """Seconds that the end may take."""
 
 
-def run_server(robot: Robot, access: Access, host: str, port: int, started: Callable[[int], object]) -> None:
-    """Run until SIGINT or SIGTERM, which only the main thread gets.
+def run_server(robot: Robot, access: Access, host: str, port: int, started: Callable[[int], object]) -> bool:
+    """Run until SIGINT or SIGTERM, which only the main thread gets, or until somebody tells the server's node to end.
 
     Args:
         robot: what the pages are about; it is started here, and closed at the end.
@@ -25,23 +25,35 @@ def run_server(robot: Robot, access: Access, host: str, port: int, started: Call
         port: 0 for any.
         started: called with the port when pages can come.
 
+    Returns:
+        Whether somebody told the node to end.
+
     Raises:
         OSError: the port cannot be had.
     """
     try:
-        asyncio.run(_serve(robot, access, host, port, started))
+        return asyncio.run(_serve(robot, access, host, port, started))
     except KeyboardInterrupt:
-        pass
+        return False
     finally:
         robot.close()
 
 
-async def _serve(robot: Robot, access: Access, host: str, port: int, started: Callable[[int], object]) -> None:
+async def _serve(robot: Robot, access: Access, host: str, port: int, started: Callable[[int], object]) -> bool:
     ended = asyncio.Event()
+    was_killed = False
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):  # Windows; not the main thread
             loop.add_signal_handler(number, ended.set)
+
+    def killed() -> None:
+        nonlocal was_killed
+        was_killed = True
+        with contextlib.suppress(RuntimeError):  # it has ended already
+            loop.call_soon_threadsafe(ended.set)
+
+    robot.when_killed = killed
     async with WebServer(robot, access).listen(host, port) as server:
         robot.start()
         started(next(iter(server.sockets)).getsockname()[1])
@@ -49,3 +61,4 @@ async def _serve(robot: Robot, access: Access, host: str, port: int, started: Ca
         # Before the pages are closed: what they wait for ends with the node.
         with contextlib.suppress(asyncio.TimeoutError):
             await asyncio.wait_for(asyncio.to_thread(robot.close), _PATIENCE)
+    return was_killed

@@ -8,27 +8,33 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
 import json
 import logging
-from collections.abc import AsyncIterator, Coroutine, Sequence
+import socket
+from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
 from concurrent.futures import Executor
+from contextlib import closing
 from http import HTTPStatus
 from time import monotonic
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import parse_qs, urlsplit
 
 from websockets.asyncio.server import Server, ServerConnection, serve
-from websockets.datastructures import Headers
+from websockets.datastructures import Headers, MultipleValuesError
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
+from websockets.protocol import State
 from websockets.typing import Subprotocol
 
-from pyros1.web import wire
+from pyros1.web import calls, wire
 from pyros1.web.access import Access
 from pyros1.web.assets import SECURITY, Assets
+from pyros1.web.exchanges import AT_ONCE
 from pyros1.web.foxglove import PROTOCOLS as FOXGLOVE
 from pyros1.web.foxglove.connection import Viewer
 from pyros1.web.foxglove.shared import Shared
+from pyros1.web.package_files import FileError
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.driver import Bridge
 from pyros1.web.rosbridge.intake import MAX_FRAME
@@ -40,13 +46,35 @@ from pyros1.web.wire import RequestError
 PROTOCOL = Subprotocol("pyros1.v1")
 SOCKET = "/ws"
 """Path of the page's WebSocket."""
+PACKAGE_FILE = "/package_file"
+"""Path of meshes and textures: ``/package_file?token=...&uri=package://NAME/PATH``."""
+_KINDS = {
+    "bmp": "image/bmp",
+    "dae": "application/octet-stream",
+    "gif": "image/gif",
+    "jpeg": "image/jpeg",
+    "jpg": "image/jpeg",
+    "mtl": "application/octet-stream",
+    "obj": "application/octet-stream",
+    "png": "image/png",
+    "stl": "application/octet-stream",
+    "tga": "application/octet-stream",
+    "webp": "image/webp",
+}
+"""Files of packages that pages get, by the ends of their names: none that a browser would show as a page or run."""
 _OTHERS = ("/", "/rosbridge")
 """Paths of the WebSockets of other programs."""
 MOST_PAGES = 64
 _MOST_CALLS = 16
 """Most calls of a page that run at the same time; more wait."""
+_MOST_LAST = 64
+"""Most requests that are done of a page that has gone: the last word counts, but not thousands."""
 _THREADS = 32
 """Threads for pushes; as many for calls, which may take long and must not delay pushes."""
+_TIDY = 10.0
+"""Seconds between two looks for what is not used any more."""
+_ATTEMPTS = 20
+"""To find a port that is free at all addresses of a host."""
 _TOGETHER = 0.003
 """Seconds: what becomes due so soon after something else is looked at together with it."""
 
@@ -65,7 +93,8 @@ class WebServer:
         self._assets = Assets()
         self._pushes = Threads(_THREADS, "web: pushes")
         self._calls = Threads(_THREADS, "web: calls")
-        self._bridge = Bridge(robot)
+        self._services = Threads(MOST_PAGES * AT_ONCE, "web: services")
+        self._bridge = Bridge(robot, self._services)
         self._viewers = Shared(robot)
         self._pages = 0
 
@@ -84,43 +113,73 @@ class WebServer:
         quiet.addHandler(logging.NullHandler())
         quiet.propagate = False
         try:
-            async with serve(
-                self._page,
-                host,
-                port,
-                process_request=self._answer,
-                select_subprotocol=_choose_protocol,
-                max_size=MAX_FRAME,
-                max_queue=16,
-                compression=None,
-                server_header=None,
-                close_timeout=2,
-                ping_interval=2,  # what a page publishes again and again ends soon after it has vanished
-                ping_timeout=4,
-                logger=quiet,
-            ) as server:
-                yield server
+            async with await self._serve(host, port) as server:
+                tidying = asyncio.create_task(self._tidy())
+                try:
+                    yield server
+                finally:
+                    tidying.cancel()
         finally:
-            self._pushes.shutdown(wait=False, cancel_futures=True)
-            self._calls.shutdown(wait=False, cancel_futures=True)
+            for threads in (self._pushes, self._calls, self._services):
+                threads.shutdown(wait=False, cancel_futures=True)
             self._bridge.close()
 
-    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+    async def _serve(self, host: str, port: int) -> Server:
+        """Listen; with port 0, on one free port for all addresses of the host."""
+        for left in range(_ATTEMPTS - 1, -1, -1):
+            try:
+                server: Server = await serve(
+                    self._page,
+                    host,
+                    port or await _free_port(host),
+                    process_request=self._answer,
+                    select_subprotocol=_choose_protocol,
+                    max_size=MAX_FRAME,
+                    max_queue=2,  # frames of the largest size; small ones are read together
+                    compression=None,
+                    server_header=None,
+                    close_timeout=2,
+                    ping_interval=2,  # what a page publishes again and again ends soon after it has vanished
+                    ping_timeout=4,
+                    logger=logging.getLogger("pyros1.web"),
+                )
+                return server
+            except OSError as error:
+                if port or not left or error.errno != errno.EADDRINUSE:
+                    raise
+        raise AssertionError  # the last attempt returns or raises
+
+    async def _tidy(self) -> None:
+        while True:
+            await asyncio.sleep(_TIDY)
+            await asyncio.get_running_loop().run_in_executor(self._calls, self._robot.tidy)
+
+    async def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """Answer an HTTP request; None lets a WebSocket begin."""
+        try:
+            return await self._checked(request)
+        except (ValueError, MultipleValuesError):  # of urlsplit; Host or Origin twice
+            return _plain(HTTPStatus.BAD_REQUEST, "This is no request.\n")
+
+    async def _checked(self, request: Request) -> Response | None:
         host = request.headers.get("Host")
         if not self._access.is_our_name(host):
             return _plain(HTTPStatus.FORBIDDEN, "This server has another name. Use the link that it printed.\n")
         path = urlsplit(request.path).path
         if path == SOCKET or (path in _OTHERS and _wants_socket(request)):
             return self._admit(request)
+        if path == PACKAGE_FILE:
+            if not self._access.has_token(request.path):
+                return _plain(HTTPStatus.UNAUTHORIZED, "The link has a token. Use the link that the server printed.\n")
+            loop = asyncio.get_running_loop()
+            return await loop.run_in_executor(self._calls, self._package_file, request.path)
         return self._file(path, request.headers.get("If-None-Match"))
 
     def _admit(self, request: Request) -> Response | None:
-        """Let a page's WebSocket begin, or say why not."""
+        """Let a WebSocket begin, or say why not. See `Access.lets_programs_in_from_anywhere`."""
         origin, host = request.headers.get("Origin"), request.headers.get("Host")
-        if not self._access.is_our_page(origin, host) and not (
-            _offers_foxglove(request) and self._access.lets_viewers_in_from_anywhere
-        ):
+        from_anywhere = _is_of_a_program(request) and self._access.lets_programs_in_from_anywhere
+        if not from_anywhere and not self._access.is_our_page(origin, host):
             return _plain(HTTPStatus.FORBIDDEN, "Another site's page may not come in.\n")
         if not self._access.has_token(request.path):
             return _plain(HTTPStatus.UNAUTHORIZED, "The link has a token. Use the link that the server printed.\n")
@@ -141,15 +200,30 @@ class WebServer:
             return _response(HTTPStatus.NOT_MODIFIED, b"", headers)
         return _response(HTTPStatus.OK, asset.body, headers)
 
+    def _package_file(self, path: str) -> Response:
+        try:
+            uri = parse_qs(urlsplit(path).query, max_num_fields=20).get("uri", [""])[0]
+        except ValueError:
+            uri = ""
+        kind = _KINDS.get(uri.rpartition(".")[2].lower())
+        if kind is None:
+            return _plain(HTTPStatus.FORBIDDEN, f"only {', '.join(_KINDS)} files are given out\n")
+        try:
+            return _response(HTTPStatus.OK, self._robot.files.read(uri), {"Content-Type": kind})
+        except FileError as error:
+            return _plain(HTTPStatus.NOT_FOUND, f"{error}\n")
+
     async def _page(self, socket: ServerConnection) -> None:
         self._pages += 1
         try:
+            # Each takes turns with the others.
+            pushes, calls, services = (each.lane() for each in (self._pushes, self._calls, self._services))
             if socket.subprotocol in FOXGLOVE:
-                await Viewer(socket, self._viewers, self._pushes, self._calls).run()
+                await Viewer(socket, self._viewers, pushes, calls, services).run()
             elif socket.request is not None and urlsplit(socket.request.path).path in _OTHERS:
                 await self._bridge.serve(socket)
             else:
-                await _Page(socket, self._robot, self._pushes, self._calls).run()
+                await _Page(socket, self._robot, pushes, calls, services).run()
         finally:
             self._pages -= 1
 
@@ -157,22 +231,30 @@ class WebServer:
 class _Page:
     """Drives a `Session`: one task reads, one looks what is due, one per push and per call."""
 
-    def __init__(self, socket: ServerConnection, robot: Robot, pushes: Executor, calls: Executor) -> None:
+    def __init__(
+        self, socket: ServerConnection, robot: Robot, pushes: Executor, calls: Executor, services: Executor
+    ) -> None:
         self._socket = socket
         self._pushes = pushes
         self._calls = calls
+        self._services = services
         self._loop = asyncio.get_running_loop()
         self._awake = asyncio.Event()
         self._waking = False
         self._session = Session(robot, self._wake)
         self._tasks: set[asyncio.Task[None]] = set()
         self._room = asyncio.Semaphore(_MOST_CALLS)
+        self._long = 0  # calls of services: nothing waits for their end
 
     async def run(self) -> None:
-        self._begin(self._look())
+        self._begin(self._look)
+        left = _MOST_LAST
         try:
             async for text in self._socket:
                 await self._take(text)
+                left -= self._socket.state is not State.OPEN
+                if left <= 0:
+                    break
         except ConnectionClosed:
             pass
         finally:
@@ -188,8 +270,16 @@ class _Page:
             await self._socket.close(1008, str(error)[:100])
             return
         if isinstance(request, wire.Call):
+            if request.name in calls.LONG:
+                if self._long < AT_ONCE:
+                    self._long += 1
+                    self._begin(self._call_service, request)
+                else:
+                    problem = f"{AT_ONCE} calls of services wait for their answers already"
+                    await self._socket.send(wire.failure(request.id, problem))
+                return
             await self._room.acquire()
-            self._begin(self._call(request))
+            self._begin(self._call, request)
             return
         for frame in await self._loop.run_in_executor(self._pushes, self._session.handle, request):
             await self._socket.send(frame)
@@ -201,13 +291,20 @@ class _Page:
         finally:
             self._room.release()
 
+    async def _call_service(self, call: wire.Call) -> None:
+        try:
+            frame = await self._loop.run_in_executor(self._services, self._session.answer, call)
+            await self._socket.send(frame)
+        finally:
+            self._long -= 1
+
     async def _look(self) -> None:
         while True:
             self._awake.clear()
             self._waking = False
             numbers, again = self._session.due(monotonic())
             for number in numbers:
-                self._begin(self._push(number))
+                self._begin(self._push, number)
             wait = None if again is None else max(0.0, again - monotonic())
             await wait_for_event(self._awake, wait)
             await asyncio.sleep(_TOGETHER)
@@ -217,10 +314,10 @@ class _Page:
         if frame is not None:
             await self._socket.send(frame)  # a slow page is waited for here
 
-    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
+    def _begin(self, work: Callable[..., Coroutine[Any, Any, None]], *args: Any) -> None:
         async def guarded() -> None:
             with contextlib.suppress(ConnectionClosed):
-                await work
+                await work(*args)
 
         task = asyncio.create_task(guarded())
         self._tasks.add(task)
@@ -233,16 +330,28 @@ class _Page:
                 self._loop.call_soon_threadsafe(self._awake.set)
 
 
+async def _free_port(host: str) -> int:
+    """Return a port that is free at one address of a host, so most likely at the others, too; 0 if there is none."""
+    look_up = asyncio.get_running_loop().getaddrinfo
+    for family, kind, protocol, _, address in await look_up(host or None, None, type=socket.SOCK_STREAM):
+        with contextlib.suppress(OSError), closing(socket.socket(family, kind, protocol)) as probe:
+            probe.bind((address[0], 0, *address[2:]))
+            port: int = probe.getsockname()[1]
+            return port
+    return 0
+
+
 def _wants_socket(request: Request) -> bool:
     return "websocket" in request.headers.get("Upgrade", "").lower()
 
 
-def _offers_foxglove(request: Request) -> bool:
-    """Return whether it is of a viewer that speaks Foxglove's protocol and not ours."""
+def _is_of_a_program(request: Request) -> bool:
+    """Return whether it is of a client of rosbridge or a viewer, neither of which speaks our page's protocol."""
     offered = [
         name.strip() for header in request.headers.get_all("Sec-WebSocket-Protocol") for name in header.split(",")
     ]
-    return PROTOCOL not in offered and not {*FOXGLOVE}.isdisjoint(offered)
+    is_viewer = not {*FOXGLOVE}.isdisjoint(offered)
+    return PROTOCOL not in offered and (is_viewer or urlsplit(request.path).path in _OTHERS)
 
 
 def _choose_protocol(_: ServerConnection, offered: Sequence[Subprotocol]) -> Subprotocol | None:

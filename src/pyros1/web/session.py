@@ -8,6 +8,7 @@ from typing import Any
 
 from pyros1.ground.errors import Error
 from pyros1.web import calls, views, wire
+from pyros1.web.exchanges import Exchanges
 from pyros1.web.robot import Robot
 from pyros1.web.views.view import View
 from pyros1.web.wire import RequestError
@@ -63,6 +64,7 @@ class Session:
         self._robot = robot
         self._wake = wake
         self._streams: dict[int, _Stream] = {}
+        self._exchanges = Exchanges()
 
     def due(self, now: float) -> tuple[list[int], float | None]:
         """Return the streams for which `push` is to be called now, and when to ask again.
@@ -119,14 +121,15 @@ class Session:
     def answer(self, call: wire.Call) -> str:
         """Do what a call says; return the frame of the answer."""
         try:
-            return wire.result(call.id, calls.run(self._robot, call.name, call.args))
+            return wire.result(call.id, calls.run(self._robot, call.name, call.args, self._exchanges))
         except Error as error:
             return wire.failure(call.id, str(error))
         except Exception as error:  # noqa: BLE001 - a fault of ours, of which the page shall know
             return wire.failure(call.id, f"a fault of this server: {error!r:.500}")
 
     def close(self) -> None:
-        """End all streams."""
+        """End all streams, and calls of services."""
+        self._exchanges.close()
         for number in list(self._streams):
             self._close(number)
 

@@ -2,46 +2,70 @@
 
 from __future__ import annotations
 
-import queue
 import threading
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 _T = TypeVar("_T")
-_Job = tuple["Future[Any]", Callable[..., Any], tuple[Any, ...], dict[str, Any]]
+_IDLE = 10.0
+
+
+class _Job(NamedTuple):
+    future: Future[Any]
+    function: Callable[..., Any]
+    args: tuple[Any, ...]
+    named: dict[str, Any]
 
 
 class Threads(Executor):
-    """Threads, made when they are needed.
+    """Threads, made when they are needed. Those that had nothing to do for a while end.
 
     Args:
         most: number of threads; more work waits.
         name: of the threads.
+        idle: seconds without work after which a thread ends.
     """
 
-    def __init__(self, most: int, name: str) -> None:
+    def __init__(self, most: int, name: str, idle: float = _IDLE) -> None:
         self._most = most
         self._name = name
-        self._lock = threading.Lock()
-        self._jobs: queue.SimpleQueue[_Job | None] = queue.SimpleQueue()
+        self._idle_time = idle
+        self._changed = threading.Condition()
+        self._lanes: dict[object, deque[_Job]] = {}  # those in which something waits, in the order of their turns
+        self._waiting = 0  # work
         self._idle = 0
-        self._threads: list[threading.Thread] = []
+        self._threads: set[threading.Thread] = set()
+        self._made = 0
         self._ended = False
+
+    def lane(self) -> Executor:
+        """Return an executor on the same threads whose work takes turns with that of other lanes.
+
+        So one that has much to do delays others by one piece of work at a time.
+        """
+        return _Lane(self)
 
     def submit(self, fn: Callable[..., _T], /, *args: Any, **kwargs: Any) -> Future[_T]:
         """See `concurrent.futures.Executor.submit`."""
+        return self.submit_in(self, fn, *args, **kwargs)
+
+    def submit_in(self, lane: object, fn: Callable[..., _T], /, *args: Any, **kwargs: Any) -> Future[_T]:
+        """Submit work of a lane."""
         future: Future[_T] = Future()
-        with self._lock:
+        with self._changed:
             if self._ended:
                 raise RuntimeError("the server ends")
-            self._jobs.put((future, fn, args, kwargs))
-            if self._idle:
-                self._idle -= 1
-            elif len(self._threads) < self._most:
-                thread = threading.Thread(target=self._work, name=f"{self._name} {len(self._threads)}", daemon=True)
-                self._threads.append(thread)
+            self._lanes.setdefault(lane, deque()).append(_Job(future, fn, args, kwargs))
+            self._waiting += 1
+            if self._waiting > self._idle and len(self._threads) < self._most:
+                self._made += 1
+                thread = threading.Thread(target=self._work, name=f"{self._name} {self._made}", daemon=True)
+                self._threads.add(thread)
                 thread.start()
+            else:
+                self._changed.notify()
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
@@ -51,29 +75,51 @@ class Threads(Executor):
             wait: whether to wait for that.
             cancel_futures: whether to leave out what has not begun.
         """
-        with self._lock:
+        with self._changed:
             self._ended = True
-            while cancel_futures:
-                try:
-                    job = self._jobs.get_nowait()
-                except queue.Empty:
-                    break
-                if job is not None:
-                    job[0].cancel()
-            for _ in self._threads:
-                self._jobs.put(None)
+            if cancel_futures:
+                for jobs in self._lanes.values():
+                    for job in jobs:
+                        job.future.cancel()
+                self._lanes.clear()
+                self._waiting = 0
+            threads = list(self._threads)
+            self._changed.notify_all()
         if wait:
-            for thread in self._threads:
+            for thread in threads:
                 thread.join()
 
     def _work(self) -> None:
-        while (job := self._jobs.get()) is not None:
-            future, function, args, named = job
-            if future.set_running_or_notify_cancel():
+        while (job := self._next()) is not None:
+            if job.future.set_running_or_notify_cancel():
                 try:
-                    future.set_result(function(*args, **named))
+                    job.future.set_result(job.function(*job.args, **job.named))
                 except BaseException as error:  # noqa: BLE001 - who asked gets it
-                    future.set_exception(error)
-            del job, future, function, args, named  # nothing is kept while the thread waits
-            with self._lock:
+                    job.future.set_exception(error)
+            del job  # nothing is kept while the thread waits
+
+    def _next(self) -> _Job | None:
+        """Wait for work; None: the thread is to end."""
+        with self._changed:
+            while not self._lanes:
                 self._idle += 1
+                came = not self._ended and self._changed.wait(self._idle_time)
+                self._idle -= 1
+                if not came and not self._lanes:
+                    self._threads.discard(threading.current_thread())
+                    return None
+            lane = next(iter(self._lanes))
+            jobs = self._lanes.pop(lane)
+            job = jobs.popleft()
+            if jobs:
+                self._lanes[lane] = jobs  # behind the others
+            self._waiting -= 1
+            return job
+
+
+class _Lane(Executor):
+    def __init__(self, threads: Threads) -> None:
+        self._threads = threads
+
+    def submit(self, fn: Callable[..., _T], /, *args: Any, **kwargs: Any) -> Future[_T]:
+        return self._threads.submit_in(self, fn, *args, **kwargs)

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from pyros1.web.hub import Arrival
 
 _PATIENCE = 2.0
-"""Seconds in which a message has to come."""
 _MOST = 1_000
 
 
@@ -22,10 +21,16 @@ class Types:
 
     Args:
         listen: see `pyros1.web.robot.Robot.listen`.
+        patience: seconds in which a message has to come.
     """
 
-    def __init__(self, listen: Callable[[str, Callable[[Arrival], object]], Callable[[], None]]) -> None:
+    def __init__(
+        self,
+        listen: Callable[[str, Callable[[Arrival], object]], Callable[[], None]],
+        patience: float = _PATIENCE,
+    ) -> None:
         self._listen = listen
+        self._patience = patience
         self._learned: dict[str, type[Message]] = {}
 
     def find(self, name: str) -> type[Message]:
@@ -41,25 +46,33 @@ class Types:
     def find_on(self, topic: str, name: str) -> type[Message]:
         """Return the class of a type; learn it from a message of a topic if it is not installed.
 
+        It is learned each time, since another publisher may have another definition. If no message comes soon, what was
+        learned before counts.
+
         Raises:
-            UnknownTypeError: it is not installed, and no message of the topic comes soon.
+            UnknownTypeError: it is not installed, no message of the topic comes soon, and none has come before.
             DefinitionError: its definition is wrong.
             MessageError: the publisher's definition cannot be used.
             RequestError: there is no master yet, or pages may not see the topic.
         """
         try:
-            return self.find(name)
+            return load_message(name)
         except UnknownTypeError:
             came: queue.SimpleQueue[Arrival] = queue.SimpleQueue()
             end = self._listen(topic, came.put)
             try:
-                cls = type(came.get(timeout=_PATIENCE).message)
+                cls = type(came.get(timeout=self._patience).message)
             except queue.Empty:
+                if name in self._learned:
+                    return self._learned[name]
                 raise UnknownTypeError(
                     f"{name} is not installed here, and no message has come on {topic} that would bring its definition"
                 ) from None
             finally:
                 end()
-        if cls._type == name and len(self._learned) < _MOST:
+        if cls._type == name:
+            self._learned.pop(name, None)
+            while len(self._learned) >= _MOST:
+                del self._learned[next(iter(self._learned))]
             self._learned[name] = cls
         return cls

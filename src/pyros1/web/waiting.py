@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+from time import monotonic
+
+from pyros1.web.pending import Pending
 
 
 async def wait_for_event(event: asyncio.Event, seconds: float | None) -> None:
@@ -16,3 +19,21 @@ async def wait_for_event(event: asyncio.Event, seconds: float | None) -> None:
         await asyncio.wait({waiting}, timeout=seconds)
     finally:
         waiting.cancel()
+
+
+async def wait_until_over(pending: Pending, woken: asyncio.Event, seconds: float) -> None:
+    """Wait until nothing is pending, or so many seconds; then give up what is.
+
+    Args:
+        pending: what is under way.
+        woken: set when it is over.
+        seconds: most that this takes.
+    """
+    until = monotonic() + seconds
+    while True:
+        woken.clear()
+        left = until - monotonic()
+        if not pending or left <= 0:
+            break
+        await wait_for_event(woken, left)
+    pending.give_up()

@@ -43,14 +43,15 @@ class HttpLimits(NamedTuple):
 
 
 class Request:
-    """A request. ``keep_alive``: the connection stays open after the answer."""
+    """A request. ``keep_alive``: the connection stays open after the answer; ``from_page``: a web page made it."""
 
-    __slots__ = ("body", "keep_alive", "method", "path")
+    __slots__ = ("body", "from_page", "keep_alive", "method", "path")
 
-    def __init__(self, method: str, path: str, keep_alive: bool) -> None:
+    def __init__(self, method: str, path: str, keep_alive: bool, from_page: bool = False) -> None:
         self.method = method
         self.path = path
         self.keep_alive = keep_alive
+        self.from_page = from_page
         self.body = b""
 
 
@@ -308,10 +309,10 @@ class RequestParser(_Parser[Request]):
             raise HttpError(f"not an HTTP request: {first[:40]!r}")
         if match.group(1) == "POST" and "content-length" not in headers and "transfer-encoding" not in headers:
             raise HttpError("a POST request without Content-Length", 411)
-        return Request(match.group(1), match.group(2), keep_alive(match.group(3), headers))
+        return Request(match.group(1), match.group(2), keep_alive(match.group(3), headers), "origin" in headers)
 
     def _like(self, model: Request) -> Request:
-        return Request(model.method, model.path, model.keep_alive)
+        return Request(model.method, model.path, model.keep_alive, model.from_page)
 
     def _length_unknown(self) -> _State | None:
         return None

@@ -95,11 +95,11 @@ def test_a_parent_is_served(parent: Parent, environ: dict[str, str], tmp_path: P
     client = XmlRpcClient(uri, timeout=DEADLINE)
     try:
         assert client.call("launch", "<launch>")[0] == -1
-        assert client.call("get_pid") == [1, "", os.getpid()]
+        assert client.call("get_pid") == [1, str(os.getpid()), os.getpid()]
         assert client.call("launch", XML) == [1, "launched", [["Process<g/stay-1>", "Process<g/fail-2>"], ["none"]]]
         until(lambda: ("process_died", "g/fail-2", 3) in parent.calls, "the end of a node is told")
         # That a node has ended is told before it is taken off the list.
-        until(lambda: client.call("get_node_names")[2] == ["/g/stay"], "the node that has ended is listed no more")
+        until(lambda: client.call("get_node_names")[2] == ["g/stay-1"], "the node that has ended is listed no more")
         assert client.call("shutdown") == [1, "success", 1]
     finally:
         client.close()

@@ -26,9 +26,9 @@ def test_questions_about_processes(tmp_path: Path) -> None:
     try:
         supervisor.start(ProcessSpec("ns/a-1", "/ns/a", words, dict(os.environ), str(tmp_path), str(tmp_path / "a")))
         assert server.param_name() == f"/roslaunch/uris/host_localhost__{server.uri.rstrip('/').rpartition(':')[2]}"
-        assert client.call("get_pid") == [1, "", os.getpid()]
+        assert client.call("get_pid") == [1, str(os.getpid()), os.getpid()]
         assert client.call("list_processes") == [1, "processes on parent machine", [[["ns/a-1", 1]], []]]
-        assert client.call("get_node_names") == [1, "node names", ["/ns/a"]]
+        assert client.call("get_node_names") == [1, "node names", ["ns/a-1"]]
         assert client.call("list_children") == [1, "roslaunch children", []]
         code, _, info = client.call("process_info", "ns/a-1")
         assert (code, info["alive"], info["spawn_count"], info["pid"]) == (1, True, 1, supervisor.active[0].pid)
@@ -38,6 +38,31 @@ def test_questions_about_processes(tmp_path: Path) -> None:
         supervisor.shut_down()
         assert client.call("list_processes")[2] == [[], [["ns/a-1", 1]]]
         assert client.call("process_info", "ns/a-1")[2]["exit_code"] < 0
+    finally:
+        supervisor.shut_down()
+        client.close()
+        server.close()
+
+
+def test_who_may_not_control_it_sees_it_but_not_its_secrets(tmp_path: Path) -> None:
+    supervisor = Supervisor(Console(io.StringIO(), io.StringIO()), sigint_timeout=0.1, sigterm_timeout=0.1)
+    address = LocalAddress("localhost", "127.0.0.1", socket.AF_INET)
+    callers: list[tuple[str, int]] = []
+
+    def refuse(connection: socket.socket) -> str:
+        callers.append(connection.getpeername())
+        return "not for you"
+
+    server = LaunchServer(supervisor, address, "robot.launch", refuse)
+    client = XmlRpcClient(server.uri)
+    try:
+        supervisor.start(ProcessSpec("a-1", "/a", ["/bin/sleep", "60"], {"SECRET": "word"}, str(tmp_path)))
+        assert client.call("control", "stop", "/a") == [-1, "not for you", 0]
+        assert client.call("process_info", "a-1")[2]["env"] == {}
+        launch = client.call("status")[2]["launch"]
+        assert (launch["title"], launch["pid"], launch["refusal"]) == ("robot.launch", os.getpid(), "not for you")
+        assert callers and callers[0][0] == "127.0.0.1"
+        assert not supervisor.find("/a").held
     finally:
         supervisor.shut_down()
         client.close()

@@ -16,7 +16,7 @@ from pyros1.cli.main import entry as entry_point
 from pyros1.ground.errors import Error
 from pyros1.launch.running.api import LaunchServer
 from pyros1.launch.running.console import Console
-from pyros1.launch.running.control import URIS, Launch, Status, running_launches
+from pyros1.launch.running.control import URIS, Launch, Status, launch_uris, running_launches, stock_status
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.supervisor import Supervisor
 from pyros1.launch.running.usage import group_usages
@@ -69,6 +69,8 @@ def test_states_and_orders(launch: Launch) -> None:
     until(lambda: entry(launch, "long-1").starts == 3 and entry(launch, "long-1").state == "running")
     launch.tell("start", "/short")
     until(lambda: entry(launch, "short-2").starts == 2)
+    launch.tell("stop", "long-1")  # by its label, too
+    until(lambda: entry(launch, "long-1").state == "stopped")
     for verb, node in (("stop", "/none"), ("explode", "/long")):
         with pytest.raises(Error):
             launch.tell(verb, node)
@@ -88,6 +90,36 @@ def test_launches_are_found_through_the_master(launch: Launch) -> None:
     finally:
         client.close()
         master.stop()
+
+
+def test_parameters_of_any_shape_do_no_harm(master: Master) -> None:
+    client = MasterClient("/me", master.uri)
+    try:
+        for value in (5, {"a": {"b": 1}, "c": "no uri", "d": 7}):
+            client.set_param(URIS, value)
+            assert running_launches(client) == []
+        assert launch_uris(client) == {f"{URIS}/c": "no uri"}
+        client.set_param(f"{URIS}/e", master.uri)  # it answers, but is no launch
+        assert running_launches(client) == []
+    finally:
+        client.close()
+
+
+def test_answers_of_a_stock_launch() -> None:
+    info = {
+        "args": ["/usr/lib/x/y", "__name:=relay", "__log:=/home/me/.ros/log/1/g-relay-2.log"],
+        "env": {"ROS_NAMESPACE": "/g"}, "alive": True, "respawn": False, "required": True, "pid": 7,
+    }  # fmt: skip
+    assert stock_status("g/relay-2", 1, True, info) == Status(
+        "g/relay-2", "/g/relay", "running", 7, 1, required=True, log="/home/me/.ros/log/1/g-relay-2"
+    )
+    assert stock_status("a-1", 3, True, {**info, "alive": False, "respawn": True, "exit_code": 1}).state == "waiting"
+    assert stock_status("a-1", 1, False, {**info, "alive": False, "exit_code": 1}).state == "died"
+    gone = stock_status("g/sub/a-1", 1, False, {})
+    assert (gone.node, gone.state, gone.exit_code) == ("/g/sub/a", "ended", None)
+    assert stock_status("master", 1, True, {}).node == "/master"
+    odd = stock_status("a-1", 1, True, {"args": [5, None], "env": 7, "pid": "x", "alive": "no"})
+    assert (odd.node, odd.pid, odd.log) == ("/a", 0, "")
 
 
 def test_the_table() -> None:

@@ -266,6 +266,29 @@ def test_a_required_node_may_be_stopped_by_hand(bench: Bench) -> None:
         bench.supervisor.find("/other")
 
 
+def test_the_news_of_an_end_is_old_when_it_runs_again(bench: Bench) -> None:
+    first = bench.folder / "was here"
+    code = f"import pathlib, signal; here = pathlib.Path({str(first)!r}); here.exists() or (here.touch(), exit(3)); signal.pause()"
+    bench.supervisor.start(bench.spec("node-1", code, required=True))
+    node = bench.supervisor.find("node-1")
+    assert node.wait(time.monotonic() + DEADLINE)
+    bench.supervisor.restart_node(node)  # before anybody has heard of its end
+    with Running(bench) as running:
+        running.do(lambda: bench.supervisor.stop_node(node), "[node-1] stopped")
+        assert running.thread.is_alive() and node.spawn_count == 2
+    assert "REQUIRED" not in bench.err.getvalue()
+
+
+def test_a_node_that_waits_for_its_next_start_is_stopped(bench: Bench) -> None:
+    bench.supervisor.start(bench.spec("node-1", "exit(3)", respawn=True, delay=60.0))
+    node = bench.supervisor.find("node-1")
+    assert node.wait(time.monotonic() + DEADLINE)
+    with Running(bench) as running:
+        bench.supervisor.do(lambda: bench.supervisor.stop_node(node))
+        running.do(lambda: bench.supervisor.start_node(node), "process[node-1]: started with pid")
+        assert node.spawn_count == 2
+
+
 def test_what_cannot_be_started_is_said(bench: Bench) -> None:
     spec = bench.spec("none-1", "")
     spec.words = ["/no/such/program"]

@@ -384,7 +384,7 @@ def test_unregistered_callbacks_are_not_called_by_a_later_spin(make_node: Any, t
 @pytest.mark.parametrize("callbacks", ["inline", "spin"])
 @pytest.mark.parametrize("queue_size", [None, 1])
 def test_unregistering_does_not_wait_for_a_pause_in_the_messages(
-    make_node: Any, transport: str, in_thread: Any, callbacks: str, queue_size: int | None
+    make_node: Any, transport: str, in_thread: Any, until: Any, callbacks: str, queue_size: int | None
 ) -> None:
     talker, listener = make_node("talker"), make_node("listener", callbacks=callbacks)
     publisher = talker.advertise("t", Float64, queue_size=1)
@@ -401,6 +401,51 @@ def test_unregistering_does_not_wait_for_a_pause_in_the_messages(
             listener.spin_once(0.1)
         links = subscription_of(listener).links
         subscriber.unregister()
-        assert links and not any(link.connected for link in links)
+        assert links
+        until(lambda: not any(link.connected for link in links))  # while the other one still talks
     finally:
         ended.set()
+
+
+def test_unregistering_does_not_wait_for_a_callback(make_node: Any, transport: str, until: Any) -> None:
+    """The caller may hold a lock for which the callback waits."""
+    talker, listener = make_node("talker"), make_node("listener")
+    publisher = talker.advertise("t", Float64)
+    lock, inside, left = threading.Lock(), threading.Event(), threading.Event()
+
+    def callback(_message: Any) -> None:
+        inside.set()
+        if lock.acquire(timeout=30):
+            left.set()
+
+    for _ in range(3):
+        with lock:
+            subscriber = listener.subscribe("t", Float64, callback)
+            assert publisher.wait_for_subscribers(timeout=5)
+            publisher.publish(1.0)
+            assert inside.wait(5)
+            links = subscription_of(listener).links
+            subscriber.unregister()
+            assert not left.is_set()
+        assert left.wait(5)
+        lock.release()
+        until(lambda links=links: not any(link.connected for link in links) and not publisher.num_connections)
+        inside.clear()
+        left.clear()
+
+
+def test_a_callback_waits_for_the_latched_message_of_its_own_topic(make_node: Any, transport: str) -> None:
+    talker, listener = make_node("talker"), make_node("listener")
+    talker.advertise("t", Float64, latch=True).publish(3.0)
+    got: list[Any] = []
+    done = threading.Event()
+
+    def callback(_message: Any) -> None:
+        if not done.is_set():
+            got.append(listener.wait_for_message("t", Float64, timeout=10).data)
+            listener.subscribe("t", Float64, lambda message: got.append(message.data + 1))
+            done.set()
+
+    listener.subscribe("t", Float64, callback)
+    assert done.wait(15)
+    assert got == [3.0, 4.0]

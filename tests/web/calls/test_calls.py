@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from pyros1.graph import Graph
 from pyros1.ground.errors import Error
 from pyros1.msgs import AnyMsg, Message, from_definition
 from pyros1.msgs.std_srvs.srv import SetBool, SetBoolResponse
@@ -130,6 +131,19 @@ def test_nodes_loggers_and_their_end(make_node: Make, robot: Robot) -> None:
     assert calls.run(robot, "nodes.loggers", {"node": "/worker"})[0][1].lower() == "error"
     calls.run(robot, "nodes.kill", {"node": "/worker"})
     assert ended.wait(PATIENCE)
+    with pytest.raises(RequestError, match="of this page's server"):
+        calls.run(robot, "nodes.kill", {"node": robot.node.name})
+
+
+def test_who_tells_the_servers_node_to_end_is_heard(make_node: Make, robot: Robot) -> None:
+    killed = threading.Event()
+    robot.when_killed = killed.set
+    other = Graph(make_node("other").master).node(robot.graph.node_uri(robot.node.name) or "", PATIENCE)
+    other.shutdown("user request")
+    other.close()
+    assert killed.wait(PATIENCE)
+    with pytest.raises(RequestError, match="told to end"):
+        robot.listen("/topic1", print)
 
 
 def test_types_that_are_not_installed_come_with_their_messages(make_node: Make, robot: Robot) -> None:

@@ -337,3 +337,17 @@ def test_a_viewer_that_does_not_read_delays_nobody_and_then_sees_the_newest(serv
 
 def viewer_number(payload: bytes) -> bytes:
     return payload[4:7]
+
+
+def test_an_answer_to_the_first_word_is_heard(serve: Start, make_node: Make) -> None:
+    node = make_node("robot")
+    echo = node.advertise("echo", String)
+    node.subscribe("words", String, lambda message: echo.publish(message.data.upper()))
+    server = serve(token="t")
+    for _ in range(5):
+        with Viewer(server) as viewer:
+            channel = {"id": 1, "topic": "/words", "encoding": "json", "schemaName": "std_msgs/String"}
+            viewer.subscribe("/echo")
+            viewer.send("advertise", channels=[channel])
+            viewer.socket.send(b"\x01" + struct.pack("<I", 1) + b'{"data": "word"}')
+            assert viewer.message() == struct.pack("<I", 4) + b"WORD"

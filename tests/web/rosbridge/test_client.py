@@ -7,13 +7,16 @@ from collections.abc import Callable
 from time import monotonic
 from typing import Any
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.sensor_msgs.msg import Imu
+from pyros1.web.exchanges import AT_ONCE
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.client import MOST_CALLS, Client
+from pyros1.web.rosbridge.outbox import MOST_TOLD
 from pyros1.wire.handshake import TopicType
 
 _VALUES = st.recursive(
@@ -89,7 +92,10 @@ def test_any_operations(robot: Robot, frames: list[dict[str, Any]]) -> None:
 
     client = Client(robot, now, lambda: None)
     try:
-        client.handle(map(json.dumps, frames))
+        done = client.handle(map(json.dumps, frames))
+        while not done:
+            client.subscribing.give_up()
+            done = client.handle(())
         told, _ = client.take(monotonic())
         assert all(isinstance(frame, (str, bytes)) for frame in told)
     finally:
@@ -122,11 +128,44 @@ def test_calls_without_end_are_refused(robot: Robot) -> None:
     try:
         call = json.dumps({"op": "call_service", "service": "/rosapi/get_time", "id": 1})
         client.handle([call] * (MOST_CALLS + 5))
-        assert len(begun) == MOST_CALLS
+        assert len(begun) == AT_ONCE
         told = [json.loads(frame) for frame in client.take(monotonic())[0]]
         assert [each["result"] for each in told] == [False] * 5
-        for run in begun:
+        for run in begun:  # which grows: one that ends makes room for the next
             run()
+        assert len(begun) == MOST_CALLS
         assert all(json.loads(frame)["result"] for frame in client.take(monotonic())[0])
+    finally:
+        client.close()
+
+
+def test_what_comes_behind_a_subscription_waits_until_it_is_made(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    ready: list[Callable[[], object]] = []
+    monkeypatch.setattr(robot, "listen", lambda topic, listener, done: ready.append(done) or (lambda: None))
+    go_on: list[None] = []
+    client = Client(robot, lambda function: None, lambda: None, lambda: go_on.append(None))
+    try:
+        subscriptions = [{"op": "subscribe", "topic": topic} for topic in ("/a", "/b")]
+        wrong = {"op": "unsubscribe", "topic": "/c", "id": "x"}
+        assert not client.handle(map(json.dumps, [{"op": "set_level", "level": "info"}, *subscriptions, wrong, wrong]))
+        assert len(ready) == 2 and not list(client.take(monotonic())[0])
+        ready[0]()
+        assert not client.handle(()) and not go_on
+        ready[1]()
+        assert go_on and client.handle(())
+        assert len(list(client.take(monotonic())[0])) == 2
+    finally:
+        client.close()
+
+
+def test_calls_wait_while_the_client_does_not_read_its_answers(robot: Robot) -> None:
+    begun: list[Callable[[], object]] = []
+    client = Client(robot, begun.append, lambda: None)
+    try:
+        client.outbox.tell("x" * (MOST_TOLD + 1))
+        client.handle([json.dumps({"op": "call_service", "service": "/rosapi/get_time", "id": 1})])
+        assert not begun
+        client.take(monotonic())
+        assert len(begun) == 1
     finally:
         client.close()

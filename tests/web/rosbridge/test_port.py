@@ -23,6 +23,7 @@ from pyros1.msgs.std_srvs.srv import SetBool, SetBoolRequest
 from pyros1.node import Node
 from pyros1.web.access import Access
 from pyros1.web.robot import Robot
+from pyros1.web.server import PROTOCOL
 
 Serve = Callable[..., Served]
 MakeNode = Callable[..., Any]
@@ -58,16 +59,23 @@ def test_who_may_come_in(serve: Serve) -> None:
     for query, origin, status in (
         ("", None, "401"),
         ("?token=x", None, "401"),
-        ("?token=t", "http://evil.example", "403"),
+        ("?token=x", "http://other.example", "401"),
         ("", "http://ui.example", "401"),
     ):
         with pytest.raises(InvalidStatus, match=status):
             client(server, query, origin=origin)
     for path in ("/", "/rosbridge"):
-        for origin in (None, "http://ui.example", f"http://localhost:{server.port}"):
+        for origin in (None, "http://ui.example", "http://other.example", "null", f"http://localhost:{server.port}"):
             with client(server, "?token=t", path, origin=origin) as socket_:
                 assert ask(socket_, "/rosapi/get_time")["result"]
+    with pytest.raises(InvalidStatus, match="403"):  # it could speak as our page
+        client(server, "?token=t", "/", origin="http://other.example", subprotocols=[PROTOCOL])
     with client(serve(token=""), subprotocols=["rosbridge_v2"]) as socket_:  # type: ignore[list-item]
+        assert ask(socket_, "/rosapi/get_time")["result"]
+    open_to_one = serve(token="", origins=("http://ui.example",))
+    with pytest.raises(InvalidStatus, match="403"):
+        client(open_to_one, origin="http://other.example")
+    with client(open_to_one, origin="http://ui.example") as socket_:
         assert ask(socket_, "/rosapi/get_time")["result"]
 
 
@@ -346,3 +354,15 @@ def test_a_client_that_is_early_waits_for_the_servers_node(
         assert socket_.ping().wait(PATIENCE)  # it was read
         go.set()
         assert hear(socket_)["msg"] == {"data": 1.5}
+
+
+def test_an_answer_to_the_first_word_is_heard(serve: Serve, make_node: MakeNode) -> None:
+    node = make_node("robot")
+    echo = node.advertise("echo", String)
+    node.subscribe("words", String, lambda message: echo.publish(message.data.upper()))
+    server = serve(token="")
+    for number in range(10):
+        with client(server) as socket_:
+            tell(socket_, "subscribe", topic="/echo", type="std_msgs/String")
+            tell(socket_, "publish", topic="/words", msg={"data": f"word {number}"})
+            assert hear(socket_)["msg"] == {"data": f"WORD {number}"}

@@ -5,24 +5,15 @@ from __future__ import annotations
 import json
 import struct
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.msgs.geometry_msgs.msg import PoseStamped
-from pyros1.msgs.nav_msgs.msg import OccupancyGrid, Path
-from pyros1.msgs.sensor_msgs.msg import LaserScan, PointCloud2, PointField
+from pyros1.msgs.geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped, WrenchStamped
+from pyros1.msgs.nav_msgs.msg import GridCells, OccupancyGrid, Path
+from pyros1.msgs.sensor_msgs.msg import LaserScan, Temperature
 from pyros1.web.scene import shapes
 from pyros1.web.scene.shapes import SHAPES, ShapeError
-
-XYZ = [PointField("x", 0, 7, 1), PointField("y", 4, 7, 1), PointField("z", 8, 7, 1)]
-
-
-def cloud(count: int, **more: object) -> PointCloud2:
-    data = np.arange(3 * count, dtype=np.float32).tobytes()
-    values = {"height": 1, "width": count, "fields": XYZ, "point_step": 12, "row_step": 12 * count, "data": data}
-    return PointCloud2(**{**values, **more})  # type: ignore[arg-type]
 
 
 def test_a_scan_with_holes() -> None:
@@ -31,47 +22,6 @@ def test_a_scan_with_holes() -> None:
     assert struct.unpack("<2f", blob) == (1.0, float("inf"))
     facts, blob = shapes.laser_scan(LaserScan(ranges=[1.0, 2.0], intensities=[3.0, 4.0]))
     assert struct.unpack("<4f", blob) == (1.0, 2.0, 3.0, 4.0)
-
-
-def test_points_are_passed_on() -> None:
-    message = cloud(5)
-    facts, blob = shapes.point_cloud(message)
-    assert (facts["count"], facts["step"], facts["every"]) == (5, 12, 1)
-    assert facts["fields"]["z"] == [8, 7, 1]
-    assert blob == message.data
-
-
-def test_padding_between_rows_is_left_out() -> None:
-    rows = [np.arange(6, dtype=np.float32) + 10 * row for row in range(3)]
-    data = b"".join(row.tobytes() + b"\xff" * 8 for row in rows)
-    facts, blob = shapes.point_cloud(cloud(2, height=3, row_step=32, data=data))
-    assert facts["count"] == 6
-    assert blob == b"".join(row.tobytes() for row in rows)
-    assert shapes.point_cloud(cloud(2, height=3, row_step=32, data=data[:-8]))[1] == blob  # the last row without it
-
-
-def test_of_large_clouds_some_points_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shapes, "MOST_POINTS", 10)
-    facts, blob = shapes.point_cloud(cloud(25))
-    assert (facts["count"], facts["every"]) == (9, 3)
-    assert np.frombuffer(blob, np.float32)[::3].tolist() == [9.0 * number for number in range(9)]
-
-
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        ({"fields": XYZ[:2]}, "without x, y and z"),
-        ({"fields": []}, "no fields"),
-        ({"point_step": 0}, "do not fit"),
-        ({"point_step": 8}, "ends behind its point"),
-        ({"data": b"123"}, "do not fit"),
-        ({"width": 4_000_000_000}, "do not fit"),
-        ({"height": 4_000_000_000}, "do not fit"),
-    ],
-)
-def test_clouds_that_contradict_themselves(more: dict[str, object], said: str) -> None:
-    with pytest.raises(ShapeError, match=said):
-        shapes.point_cloud(cloud(5, **more))
 
 
 def test_maps() -> None:
@@ -103,7 +53,42 @@ def test_default_messages_of_every_type(kind: str) -> None:
     try:
         facts, blob = SHAPES[kind](load_message(kind)())
     except ShapeError:
-        assert kind == "sensor_msgs/PointCloud2"
+        assert kind == "sensor_msgs/PointCloud2"  # without fields
     else:
         json.dumps(facts, allow_nan=False)
         assert isinstance(blob, bytes)
+
+
+def test_a_covariance_is_an_ellipsoid() -> None:
+    message = PoseWithCovarianceStamped()
+    assert "spread" not in shapes.pose_with_covariance(message)[0]  # not known
+    covariance = [0.0] * 36
+    covariance[0], covariance[7], covariance[14], covariance[35] = 0.25, 4.0, 1.0, 0.09
+    message.pose.covariance = covariance
+    facts, _ = shapes.pose_with_covariance(message)
+    lengths = sorted(sum(value * value for value in axis) ** 0.5 for axis in facts["spread"])
+    assert lengths == pytest.approx([0.5, 1.0, 2.0])
+    assert facts["turn"] == pytest.approx(0.3)
+
+
+@given(st.lists(st.floats(), min_size=36, max_size=36))
+def test_any_covariance(covariance: list[float]) -> None:
+    message = PoseWithCovarianceStamped()
+    message.pose.covariance = covariance
+    json.dumps(shapes.pose_with_covariance(message)[0], allow_nan=False)
+
+
+def test_numbers_with_units() -> None:
+    wrench = WrenchStamped()
+    wrench.wrench.force.z, wrench.wrench.torque.x = 2.0, float("nan")
+    facts, _ = shapes.wrench(wrench)
+    assert (facts["straight"], facts["around"], facts["units"]) == ([0, 0, 2.0], [None, 0, 0], ["N", "N m"])
+    facts, _ = SHAPES["sensor_msgs/Temperature"](Temperature(temperature=21.5))
+    assert (facts["value"], facts["unit"]) == (21.5, "\u00b0C")
+
+
+def test_of_too_many_cells_some_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shapes, "MOST_POSES", 2)
+    facts, blob = shapes.grid_cells(GridCells(cell_width=0.5, cell_height=0.25, cells=[Point(1.0, 2.0, 0.0)] * 5))
+    assert (facts["count"], facts["more"], facts["size"]) == (2, 3, [0.5, 0.25])
+    assert struct.unpack("<6f", blob) == (1.0, 2.0, 0.0) * 2

@@ -307,6 +307,126 @@ def test_playing_publishes_until_the_page_leaves(
     assert not any(topic == "/value" for topic, _ in make_node("observer").master.get_published_topics())
 
 
+class Listener:
+    """What comes on /value."""
+
+    def __init__(self, node: Node) -> None:
+        self.got: list[float] = []
+        self._come = threading.Condition()
+        node.subscribe("/value", "std_msgs/Float64", self._take)
+
+    def _take(self, message: Any) -> None:
+        with self._come:
+            self.got.append(message.data)
+            self._come.notify_all()
+
+    def until(self, fits: Callable[[list[float]], bool]) -> None:
+        with self._come:
+            assert self._come.wait_for(lambda: fits(self.got), PATIENCE), self.got[-20:]
+
+
+def nothing_is_left(node: Node) -> bool:
+    """Return whether nothing is published any more, and no thread plays."""
+    topics = {topic for topic, _ in node.master.get_published_topics()}
+    threads = {thread.name for thread in threading.enumerate()}
+    return not topics & {"/value", "/event", "/clock"} and "web: plays" not in threads
+
+
+@pytest.mark.parametrize("state", ["running", "paused", "ended"])
+def test_playing_that_is_stopped_leaves_nothing_behind(
+    show: Callable[..., Shown], shelved: Robot, run: str, make_node: Callable[..., Node], state: str
+) -> None:
+    node = make_node("listener")
+    listener = Listener(node)
+    rate, start = (100.0, 19.0) if state == "ended" else (1.0, 0.0)
+    play = show("bag_play", path=run, rate=rate, start=start, clock=True)
+    listener.until(bool)
+    if state == "paused":
+        play.view.change({"path": run, "rate": rate, "paused": True, "clock": True})
+    play.until(lambda status: status["state"] == state)
+    assert {"/value", "/event", "/clock"} <= {topic for topic, _ in node.master.get_published_topics()}
+    play.close()
+    assert nothing_is_left(node)
+    bag = shelved.bags.borrow(run)  # it stays open for those who look at it
+    shelved.bags.release(bag)
+
+
+def test_a_loop_begins_again_until_it_is_no_loop(
+    show: Callable[..., Shown], run: str, make_node: Callable[..., Node]
+) -> None:
+    node = make_node("listener")
+    listener = Listener(node)
+    options = {"path": run, "rate": 100.0, "topics": ["/value"]}
+    play = show("bag_play", loop=True, **options)
+    listener.until(lambda got: got.count(20.0) >= 3)
+    again = [index for index, value in enumerate(listener.got[1:]) if value == 0.0]
+    assert len(again) >= 2 and all(listener.got[index] == 20.0 for index in again)  # each turn to its end
+    play.view.change({**options, "loop": False})
+    play.until(lambda status: status["state"] == "ended")
+    play.close()
+    assert nothing_is_left(node)
+
+
+def test_a_bag_that_breaks_while_it_is_played_says_so_and_can_be_played_again(
+    show: Callable[..., Shown], bags: Path, make_node: Callable[..., Node]
+) -> None:
+    node = make_node("listener")
+    listener = Listener(node)
+    path = bags / "breaks.bag"
+    write(path, 60)
+    size = path.stat().st_size
+    show("bag_file", path=str(path)).until(lambda data: "topics" in data)
+    with open(path, "r+b") as file:  # the index was read; the messages in the middle are overwritten now
+        file.seek(size // 3)
+        good = file.read(size // 3)
+        file.seek(size // 3)
+        file.write(b"\xff" * len(good))
+    options = {"path": str(path), "rate": 100.0, "topics": ["/value"]}
+    play = show("bag_play", loop=True, **options)
+    status = play.until(lambda status: status["state"] == "failed").data
+    assert status["problem"] and 0 < status["time"] < 60.0
+    listener.until(bool)
+    with open(path, "r+b") as file:
+        file.seek(size // 3)
+        file.write(good)
+    play.view.change({**options, "start": 0.0})
+    assert play.until(lambda status: status["state"] == "ended").data["problem"] == ""
+    listener.until(lambda got: got[-1] == 60.0)
+    play.close()
+    assert nothing_is_left(node)
+
+
+def test_a_server_that_ends_while_it_plays_leaves_nothing_behind(
+    make_robot: Callable[..., Robot], bags: Path, make_node: Callable[..., Node]
+) -> None:
+    node = make_node("listener")
+    listener = Listener(node)
+    robot = make_robot(bags=(str(bags),))
+    path = str(bags / "run.bag")
+    shown = [Shown(robot, "bag_file", {"path": path})]
+    shown[0].until()
+    shown.append(Shown(robot, "bag_play", {"path": path, "loop": True}))
+    listener.until(bool)
+    robot.close()
+    for each in reversed(shown):
+        each.close()
+    assert nothing_is_left(node)
+
+
+def test_the_clock_is_not_published_where_pages_may_not_see_it(make_robot: Callable[..., Robot], bags: Path) -> None:
+    robot = make_robot(bags=(str(bags),), topics=("/value",))
+    path = str(bags / "run.bag")
+    shown = Shown(robot, "bag_file", {"path": path})
+    shown.until()
+    with pytest.raises(RequestError, match="--topics"):
+        Shown(robot, "bag_play", {"path": path, "clock": True})
+    play = Shown(robot, "bag_play", {"path": path, "paused": True})
+    with pytest.raises(RequestError, match="--topics"):
+        play.view.change({"path": path, "clock": True})
+    play.close()
+    shown.close()
+
+
 def test_playing_is_refused_where_one_may_only_look(make_robot: Callable[..., Robot], bags: Path) -> None:
     robot = make_robot(bags=(str(bags),), read_only=True)
     path = str(bags / "run.bag")

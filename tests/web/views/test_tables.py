@@ -11,10 +11,12 @@ import pytest
 
 from pyros1.actions import SimpleServer
 from pyros1.msgs.actionlib_tutorials.msg import FibonacciAction, FibonacciFeedback, FibonacciResult
+from pyros1.msgs.dynamic_reconfigure.msg import ConfigDescription, Group, ParamDescription
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.reconfigure import Parameters, Server
 from pyros1.web import calls
 from pyros1.web.robot import Robot
+from pyros1.web.views import reconfigure
 from pyros1.web.wire import RequestError
 
 PATIENCE = 20.0
@@ -66,12 +68,12 @@ def test_publishing_at_a_rate_lasts_as_long_as_the_view(make_node: Make, watch: 
 
 def test_publishing_at_a_rate_is_refused(make_robot: Make, watch: Make) -> None:
     args = {"topic": "/t", "type": "std_msgs/Float64", "value": {}}
-    with pytest.raises(RequestError, match="read-only"):
-        watch("publish", make_robot(read_only=True), **args)
     with pytest.raises(RequestError, match="hz is a number"):
         watch("publish", **args, hz=1e9)
     with pytest.raises(RequestError, match="not among those"):
         watch("publish", make_robot(topics=("/a",)), **args)
+    with pytest.raises(RequestError, match="read-only"):
+        watch("publish", make_robot(read_only=True), **args)
 
 
 def test_parameters_and_what_others_change(make_node: Make, watch: Make, robot: Robot) -> None:
@@ -110,6 +112,24 @@ def test_dynamic_reconfigure_both_ways(make_node: Make, watch: Make, robot: Robo
     for wrong in ({"values": {"rate": "x"}}, {"types": {}}, {"values": []}):
         with pytest.raises(RequestError):
             calls.run(robot, "reconfigure.update", {**args, **wrong})
+
+
+def test_groups_of_dynamic_reconfigure(make_node: Make, watch: Make) -> None:
+    parameters = Parameters()
+    parameters.add("top", 1)
+    outer = parameters.group("outer")
+    outer.add("first", 1)
+    parameters.group("inner", parent=outer).add("second", 2)
+    Server(make_node("motor"), parameters, lambda config, level: config)
+    shown = watch("reconfigure", node="/motor").until(lambda data: True)
+    groups = {each["name"]: each["groups"] for each in shown["parameters"]}
+    assert groups == {"top": [], "first": ["outer"], "second": ["outer", "inner"]}
+
+
+def test_groups_that_go_round_in_circles() -> None:
+    message = ConfigDescription(groups=[Group(name="a", id=1, parent=2), Group(name="b", id=2, parent=1)])
+    message.groups[0].parameters = [ParamDescription(name="x", type="int")]
+    assert reconfigure.parameters(message)[0]["groups"] == ["b", "a"]
 
 
 def test_goals_of_an_action(make_node: Make, watch: Make, robot: Robot) -> None:

@@ -193,29 +193,68 @@ class BagWriter:
         Raises:
             BagError: the time cannot be stored in a bag.
             OSError: the file cannot be written.
+            ValueError: the bag is closed.
         """
+        if self._closed:
+            raise ValueError("I/O operation on closed bag")
         if not 0 <= time <= MAX_TIME:
             raise BagError(self.path, f"the time {time / NS:.3f} s cannot be stored: bags can hold 0 to 2^32 s")
-        content = self._content
-        if len(content) + len(data) > MAX_CHUNK and content:
+        if len(self._content) + len(data) > MAX_CHUNK and self._content:
             self.flush()
-            content = self._content
-        self._index.setdefault(conn, []).append((time, len(content)))
+        before = self._state()
+        content, index = before[0], before[3]
         secs, nsecs = divmod(time, NS)
-        content += self._heads[conn]
-        content += _TIME_AND_SIZE.pack(secs, nsecs, len(data))
-        self.messages += 1
-        if len(content) + len(data) > self.chunk_threshold or (len(data) >= _LARGE and self.compression == "none"):
-            self._content = bytearray()
-            self._put_content([content, data])
-        else:
-            content += data
+        try:
+            index.setdefault(conn, []).append((time, len(content)))
+            content += self._heads[conn]
+            content += _TIME_AND_SIZE.pack(secs, nsecs, len(data))
+            self.messages += 1
+            if len(content) + len(data) > self.chunk_threshold or (len(data) >= _LARGE and self.compression == "none"):
+                self._content = bytearray()
+                self._put_content([content, data])
+            else:
+                content += data
+        except OSError:
+            raise
+        except BaseException:
+            self._undo(before, conn)
+            raise
 
     def flush(self) -> None:
         """Close the open chunk and hand it to the system, so that a crash of this process does not lose it."""
-        if self._content:
+        if not self._content:
+            return
+        before = self._state()
+        try:
             content, self._content = self._content, bytearray()
             self._put_content([content])
+        except OSError:
+            raise
+        except BaseException:
+            self._undo(before)
+            raise
+
+    def _state(self) -> tuple[bytearray, int, int, dict[int, list[tuple[int, int]]], int, int]:
+        """Return the open chunk, its size, that of the file, the index, and the numbers of chunks and messages."""
+        content = self._content
+        return content, len(content), self._size, self._index, len(self._infos), self.messages
+
+    def _undo(self, before: tuple[Any, ...], conn: int | None = None) -> None:
+        """Take back a message or chunk in the middle of which a signal handler raised: Ctrl-C ends most recordings."""
+        content, length, size, index, chunks, messages = before
+        if len(self._infos) > chunks:
+            return  # it had been written
+        self._cut(size)
+        places = index.get(conn, ())
+        if places and places[-1][1] == length:
+            places.pop()
+        self._content, self._index = content[:length], {number: each for number, each in index.items() if each}
+        self.messages = messages
+
+    def _cut(self, size: int) -> None:
+        self._file.truncate(size)
+        self._file.seek(size)
+        self._size = size
 
     def _put_content(self, parts: Sequence[Buffer]) -> None:
         """Write a chunk with the messages of the index, then empty that; the content is in parts, and not copied."""
@@ -256,9 +295,7 @@ class BagWriter:
                 self._append(part)
         except OSError:
             self.messages -= sum(map(entry_count, entries.values()))
-            self._file.truncate(pos)
-            self._file.seek(pos)
-            self._size = pos
+            self._cut(pos)
             raise
         counts = b"".join(_COUNT.pack(conn, entry_count(packed)) for conn, packed in entries.items())
         ends = [_time(packed, at) for packed in entries.values() for at in (0, len(packed) - _ENTRY.size)]

@@ -26,6 +26,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     values.port = options.port
     values.timeout = options.timeout
     values.master_logger_level = options.level
+    values.no_journal = options.no_journal
     if options.sigint_timeout is not None:
         values.sigint_timeout = options.sigint_timeout
     if options.sigterm_timeout is not None:
@@ -88,6 +89,11 @@ COMMAND = Command(
             dest="sigterm_timeout",
             type="float",
             help="seconds from SIGTERM to SIGKILL",
+        ),
+        Flag(
+            "--no-journal",
+            dest="no_journal",
+            help="after being killed, begin with nothing",
         ),
         examples=[
             ("", "listen on the port of ROS_MASTER_URI, or 11311"),

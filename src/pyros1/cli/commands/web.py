@@ -19,6 +19,15 @@ if TYPE_CHECKING:
 
 PORT = 9090
 _EVERYWHERE = ("0.0.0.0", "::", "")
+_ONE = {
+    "image": ("topic", "topic"),
+    "topics": ("selected", "topic"),
+    "services": ("selected", "service"),
+    "nodes": ("selected", "node"),
+    "params": ("configure", "node with dynamic_reconfigure"),
+    "launches": ("node", "node"),
+}
+"""Panels that take one name: the setting that gets it, and what it is."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -72,9 +81,11 @@ def _serve(invocation: Invocation, options: Any, uri: str, started: Callable[[st
     )
     robot = Robot(uri, access, _node_maker(invocation, uri))
     try:
-        run_server(
+        was_killed = run_server(
             robot, access, options.host, options.port, lambda port: started(_link(options.host, port, access.token))
         )
+        if was_killed:
+            print("somebody told the node of this server to end, so the server ends", file=sys.stderr)
     except OSError as error:
         reason = error.strerror or str(error)
         raise CommandError(
@@ -96,11 +107,11 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
         options.files = [os.path.abspath(word) for word in words]
         clock = {"clock": True} if options.clock else {}
         return panel, {"files": options.files, **clock} if words else clock
-    if panel == "image" and len(words) == 1:
-        return panel, {"topic": invocation.resolve(words[0])}
+    if panel in _ONE and len(words) == 1:
+        return panel, {_ONE[panel][0]: invocation.resolve(words[0])}
     if panel != "plot":
         if words:
-            raise UsageError(f"the panel {panel} takes {'one topic' if panel == 'image' else 'no arguments'}")
+            raise UsageError(f"the panel {panel} takes {f'one {_ONE[panel][1]}' if panel in _ONE else 'no arguments'}")
         return panel, {}
     from pyros1.observe.fields import expand  # noqa: PLC0415
 
@@ -110,6 +121,8 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
         settings["period"] = options.period
     if options.paused:
         settings["paused"] = True
+    if options.xy:
+        settings["xy"] = True
     return panel, settings
 
 
@@ -145,7 +158,8 @@ COMMAND = Command(
             action="append",
             default=[],
             metavar="ORIGIN",
-            help="other site whose pages may connect, with the token: for example http://localhost:8000; null: files",
+            help="with --token '', a site whose pages may connect: for example http://localhost:8000; null: files. "
+            "With a token, it is the token that lets pages of other sites in",
         ),
         Flag("--read-only", dest="read_only", help="pages may look, but publish, call, set and stop nothing"),
         Option(
@@ -153,7 +167,8 @@ COMMAND = Command(
             action="append",
             default=[],
             metavar="PATTERN",
-            help="show only topics, services and parameters that match, for example '/camera/*'; may be repeated",
+            help="show only topics, services, actions and parameters whose names match, for example '/camera/*', "
+            "also in bags; names of nodes and definitions of types stay visible; may be repeated",
         ),
         Option(
             "--bags",
@@ -165,18 +180,22 @@ COMMAND = Command(
         Flag("--open", dest="open", help="open the page in this machine's browser; so does naming a panel"),
         Option("-p", "--period", type="float", metavar="SECONDS", help="of a plot: seconds to show"),
         Flag("-P", "--start-paused", dest="paused", help="of a plot: begin paused"),
+        Flag("--xy", help="of a plot: the second of two curves against the first"),
         Flag("--clock", help="of a bag: publish the clock when it is played"),
         # rqt and its plugins take these; the page has nothing to clear or discover
         Flag("-e", "--empty", hidden=True),
         Flag("--clear-config", dest="clear_config", hidden=True),
         Flag("--force-discover", dest="force_discover", hidden=True),
         Argument("panel", optional=True, help="the panel to open: graph, console, plot ..."),
-        Argument("argument", optional=True, many=True, help="what it shows: curves, the topic of an image, bags"),
+        Argument(
+            "argument", optional=True, many=True, help="what it shows: curves, the topic of an image, a node, bags"
+        ),
         usage="[options] [PANEL [ARGUMENT ...]]",
         description="Graph, console, plots, messages, parameters and services, live. Needs pyros1[web].",
         examples=[
             ("--open", "the robot in this machine's browser"),
             ("plot /velocity/data,/force_cmd/data", "a plot, from a server that runs or a new one"),
+            ("plot --xy /odom/pose/pose/position/x:y", "one field against another"),
             ("bag run.bag", "what is in a bag; it can be played from there"),
             ("--host 0.0.0.0 --read-only", "for other machines, to look only"),
         ],
@@ -189,8 +208,15 @@ COMMAND = Command(
         "rqt_console": ("console",),
         "rqt_graph": ("graph",),
         "rqt_image_view": ("image",),
+        "rqt_launch": ("launches",),
+        "rqt_logger_level": ("nodes",),
         "rqt_plot": ("plot",),
+        "rqt_publisher": ("topics",),
+        "rqt_reconfigure": ("params",),
+        "rqt_service_caller": ("services",),
         "rqt_tf_tree": ("frames",),
+        "rqt_top": ("launches",),
+        "rqt_topic": ("topics",),
         "rviz": ("scene",),
         "rxconsole": ("console",),
         "rxgraph": ("graph",),

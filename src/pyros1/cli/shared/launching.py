@@ -60,6 +60,7 @@ def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
         notify_timeout=values.timeout,
         prefix=values.prefix,
         master_log_level=level,
+        journal=values.core and not getattr(values, "no_journal", False),
     )
     console = Console(title=options.show_title)
     session = Session(plan, options, resources.packages, resources.environ, console)

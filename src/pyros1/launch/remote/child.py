@@ -115,7 +115,7 @@ class _ChildServer(LaunchServer):
 
     def __init__(self, child: Child, supervisor: Supervisor, environ: Mapping[str, str]) -> None:
         self._child = child
-        super().__init__(supervisor, host_from_environment(environ, {}))
+        super().__init__(supervisor, host_from_environment(environ, {}), f"part {child.name} of another launch")
 
     def dispatch(self, method: str, params: Sequence[Any]) -> Triple:
         if method == "launch":
@@ -141,6 +141,7 @@ class Child:
 
     def __init__(self, name: str, parent_uri: str, run_id: str, options: Options, resources: Resources) -> None:
         environ = resources.environ
+        self.name = name
         self._resources = resources
         self._options = options
         try:

@@ -1,16 +1,23 @@
-"""The launcher's XML-RPC API (X92), for tools such as roswtf."""
+"""The launcher's XML-RPC API (X92), for tools such as roswtf; ``status`` and ``control`` are our own.
+
+Everybody may ask. ``control`` stops and starts what the launch file describes, as it describes it, so it never runs
+anything else; and only those may use it who could also send signals to the processes (`callers`). They alone are told
+the environment of a process, which often holds secrets.
+"""
 
 from __future__ import annotations
 
 import os
+import socket
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from pyros1.ground.errors import LaunchError
+from pyros1.launch.running.callers import why_refused
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.supervisor import Supervisor
-from pyros1.launch.running.usage import group_usages
+from pyros1.launch.running.usage import Usage, group_usages
 from pyros1.net.hosts import LocalAddress
 from pyros1.net.loop import Loop
 from pyros1.net.xmlrpc_server import XmlRpcServer, unknown_method
@@ -24,10 +31,21 @@ class LaunchServer:
     Args:
         supervisor: supervisor of the launch's processes.
         address: addresses to listen on and to advertise.
+        title: what is launched, for people: names of files.
+        refuse: returns why a caller may not control the launch; empty if it may.
     """
 
-    def __init__(self, supervisor: Supervisor, address: LocalAddress) -> None:
+    def __init__(
+        self,
+        supervisor: Supervisor,
+        address: LocalAddress,
+        title: str = "roslaunch",
+        refuse: Callable[[socket.socket], str] = why_refused,
+    ) -> None:
         self._supervisor = supervisor
+        self._title = title
+        self._refuse = refuse
+        self._started = time.monotonic()
         self._loop = Loop("roslaunch")
         self._server = XmlRpcServer(
             self._loop, self.dispatch, bind_host=address.bind, advertised_host=address.advertised
@@ -53,16 +71,12 @@ class LaunchServer:
     def dispatch(self, method: str, params: Sequence[Any]) -> Triple:
         """Return the answer to a call, ``[code, message, value]``."""
         answers: dict[str, Callable[[Sequence[Any]], Triple]] = {
-            "get_pid": lambda _: [1, "", os.getpid()],
+            "get_pid": lambda _: [1, str(os.getpid()), os.getpid()],
             "list_processes": self._list_processes,
-            "get_node_names": lambda _: [
-                1,
-                "node names",
-                [process.spec.node for process in self._supervisor.active],
-            ],
+            "get_node_names": lambda _: [1, "node names", [process.spec.label for process in self._supervisor.active]],
             "list_children": lambda _: [1, "roslaunch children", []],
             "process_info": self._process_info,
-            "status": lambda _: [1, "processes", self._status()],
+            "status": self._status,
             "control": self._control,
         }
         if method not in answers:
@@ -73,34 +87,34 @@ class LaunchServer:
         lists = [_counts(self._supervisor.active), _counts(self._supervisor.dead)]
         return [1, "processes on parent machine", lists]
 
-    def _status(self) -> list[dict[str, Any]]:
+    def _status(self, params: Sequence[Any]) -> Triple:
         usages = group_usages()
         now = time.monotonic()
-        entries = []
-        for process in [*self._supervisor.active, *self._supervisor.dead]:
-            usage = process.usage(usages)
-            entry: dict[str, Any] = {
-                "label": process.spec.label,
-                "node": process.spec.node,
-                "state": _state(process, process in self._supervisor.dead),
-                "pid": process.pid,
-                "starts": process.spawn_count,
-                "uptime": now - process.started if process.alive else -1.0,
-                "cpu": usage.cpu,
-                # XML-RPC's integers have 32 bits.
-                "memory": float(usage.memory),
-                "machine": process.machine,
-            }
-            if process.exit_code is not None:
-                entry["exit_code"] = process.exit_code
-            entries.append(entry)
-        return entries
+        dead = self._supervisor.dead
+        entries = [
+            _entry(process, process.usage(usages), now, over=process in dead)
+            for process in [*self._supervisor.active, *dead]
+        ]
+        launch = {
+            "title": self._title,
+            "pid": os.getpid(),
+            "uptime": now - self._started,
+            "expected": self._supervisor.expected,
+            "refusal": self._refusal(),
+        }
+        return [1, "status", {"launch": launch, "processes": entries}]
+
+    def _refusal(self) -> str:
+        caller = self._server.caller
+        return "" if caller is None else self._refuse(caller)
 
     def _control(self, params: Sequence[Any]) -> Triple:
         supervisor = self._supervisor
         verbs = {"stop": supervisor.stop_node, "start": supervisor.start_node, "restart": supervisor.restart_node}
         if len(params) != 2 or params[0] not in verbs:
             return [-1, "control needs one of stop, start and restart, and a node name", 0]
+        if why := self._refusal():
+            return [-1, why, 0]
         try:
             process = supervisor.find(str(params[1]))
         except LaunchError as error:
@@ -112,22 +126,47 @@ class LaunchServer:
         name = params[0] if params else None
         for process in [*self._supervisor.active, *self._supervisor.dead]:
             if process.spec.label == name:
+                spec = process.spec
                 info: dict[str, Any] = {
                     "spawn_count": process.spawn_count,
-                    "name": process.spec.label,
+                    "name": spec.label,
                     "alive": process.alive,
-                    "respawn": process.spec.respawn,
-                    "required": process.spec.required,
+                    "respawn": spec.respawn,
+                    "respawn_delay": float(spec.respawn_delay),
+                    "required": spec.required,
                     "pid": process.pid,
-                    "args": " ".join(process.spec.words),
-                    "cwd": process.spec.cwd,
-                    "env": process.spec.env,
-                    "log_file": f"{process.spec.log_base}*.log" if process.spec.log_base else "",
+                    "args": spec.words,
+                    "cwd": spec.cwd,
+                    "env": {} if self._refusal() else spec.env,
+                    "log_output": not spec.to_screen,
+                    "log_file": f"{spec.log_base}*.log" if spec.log_base else "",
                 }
                 if process.exit_code is not None:
                     info["exit_code"] = process.exit_code
                 return [1, "process info", info]
         return [-1, f"no process by that name: {name}", {}]
+
+
+def _entry(process: Process, usage: Usage, now: float, *, over: bool) -> dict[str, Any]:
+    spec = process.spec
+    entry: dict[str, Any] = {
+        "label": spec.label,
+        "node": spec.node,
+        "state": _state(process, over),
+        "pid": process.pid,
+        "starts": process.spawn_count,
+        "uptime": now - process.started if process.alive else -1.0,
+        "cpu": usage.cpu,
+        # XML-RPC's integers have 32 bits.
+        "memory": float(usage.memory),
+        "machine": process.machine,
+        "required": spec.required,
+        "respawn": spec.respawn,
+        "log": spec.log_base or "",
+    }
+    if process.exit_code is not None:
+        entry["exit_code"] = process.exit_code
+    return entry
 
 
 def _state(process: Process, over: bool) -> str:

@@ -1,20 +1,31 @@
 """Access to running launches: list their processes, and stop, start or restart one.
 
-Every launch publishes its address in a parameter below ``/roslaunch/uris`` (X81). Stock launches do, too, but they only
-report names and process ids.
+Every launch publishes its address in a parameter below ``/roslaunch/uris`` (X81). Stock launches do, too; they tell how
+their processes are, but cannot be told anything. What a launch answers may come from anybody, so its shape is checked
+and its size is bounded.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from pyros1.ground.errors import Error, LaunchError, ParameterNotSetError, XmlRpcFault
+from pyros1.ground.errors import Error, LaunchError, MasterError, ParameterNotSetError, ProtocolError, XmlRpcFault
+from pyros1.launch.running.usage import UNKNOWN, age, group_usages, launch_files
+from pyros1.net.hosts import is_local, parse_uri
 from pyros1.net.master_client import MasterClient, unpack
 from pyros1.net.xmlrpc_client import XmlRpcClient
 
 URIS = "/roslaunch/uris"
+STATES = ("running", "waiting", "stopping", "stopped", "finished", "died", "ended")
 _TIMEOUT = 5.0
+_MOST_PROCESSES = 2_000
+_MOST_ASKED = 200
+"""Processes of a stock launch that are asked for one by one."""
+_LONGEST = 1_000
+"""Most characters of a text."""
+_STOCK = "this is a stock roslaunch, which tells how its nodes are, but cannot stop or start them"
 
 
 @dataclass(frozen=True)
@@ -25,14 +36,17 @@ class Status:
         label: its name in the launch.
         node: the node's full name.
         state: ``running``, ``waiting`` (for its respawn), ``stopping``, ``stopped`` (by the
-            user), ``finished`` or ``died``.
+            user), ``finished``, ``died``, or ``ended`` (nobody knows how).
         pid: process id, 0 if it never ran.
         starts: how often it was started.
-        uptime: seconds since the last start, negative if it does not run.
+        uptime: seconds since the last start, negative if it does not run or this is unknown.
         cpu: CPU time used so far in seconds, negative if unknown.
         memory: resident memory in bytes, negative if unknown.
         machine: name of its machine, empty for the machine of its launch.
-        exit_code: exit code, None while it runs.
+        exit_code: exit code, None while it runs, or if it is unknown.
+        required: whether its launch ends when it ends.
+        respawn: whether it is started again whenever it ends.
+        log: path of its log files without ``.log``, empty for none.
     """
 
     label: str
@@ -45,6 +59,30 @@ class Status:
     memory: int = -1
     machine: str = ""
     exit_code: int | None = None
+    required: bool = False
+    respawn: bool = False
+    log: str = ""
+
+
+@dataclass(frozen=True)
+class Report:
+    """A launch and its processes at one moment.
+
+    Attributes:
+        title: names of its files, or what else it is.
+        pid: its process id.
+        uptime: seconds since it began, negative if unknown.
+        expected: how many of its nodes wait for what they need before their first start.
+        refusal: why we may not stop and start its processes; empty if we may.
+        processes: its processes, in the order of their start.
+    """
+
+    title: str
+    pid: int
+    uptime: float = -1.0
+    expected: int = 0
+    refusal: str = ""
+    processes: list[Status] = field(default_factory=list)
 
 
 class Launch:
@@ -52,61 +90,185 @@ class Launch:
 
     Args:
         uri: URI of its API.
+        timeout: seconds that a call may take.
+
+    Raises:
+        ProtocolError: the URI is not valid.
     """
 
-    def __init__(self, uri: str) -> None:
+    def __init__(self, uri: str, timeout: float = _TIMEOUT) -> None:
         self.uri = uri
-        self._client = XmlRpcClient(uri, timeout=_TIMEOUT)
+        self._client = XmlRpcClient(uri, timeout=timeout)
 
     def _call(self, method: str, *params: Any) -> Any:
         return unpack(self._client.call(method, *params), f"the launch at {self.uri}, called with {method},")
+
+    def report(self) -> Report:
+        """Return how it is.
+
+        Raises:
+            Error: the launch does not answer, or not as a launch does.
+        """
+        try:
+            answer = self._call("status")
+        except XmlRpcFault:
+            return self._stock_report()
+        try:
+            about = answer["launch"]
+            return Report(
+                title=_text(about["title"]),
+                pid=int(about["pid"]),
+                uptime=float(about["uptime"]),
+                expected=int(about["expected"]),
+                refusal=_text(about["refusal"]),
+                processes=[_status(entry) for entry in answer["processes"][:_MOST_PROCESSES]],
+            )
+        except (KeyError, TypeError, ValueError, OverflowError):
+            raise ProtocolError(f"{self.uri} is not the address of a launch") from None
 
     def status(self) -> list[Status]:
         """Return its processes, in the order of their start.
 
         Raises:
-            Error: the launch does not answer.
+            Error: as `report`.
+        """
+        return self.report().processes
+
+    def _stock_report(self) -> Report:
+        here = is_local(parse_uri(self.uri)[0])
+        usages = group_usages() if here else {}
+        try:
+            active, dead = self._call("list_processes")
+            pid = int(self._call("get_pid"))
+            entries = [(_text(label), int(count), True) for label, count in active]
+            entries += [(_text(label), int(count), False) for label, count in dead]
+        except (TypeError, ValueError, OverflowError):
+            raise ProtocolError(f"{self.uri} is not the address of a launch") from None
+        processes = []
+        for number, (label, count, running) in enumerate(entries[:_MOST_PROCESSES]):
+            info = self.info(label) if number < _MOST_ASKED else {}
+            entry = stock_status(label, count, running, info)
+            if here and entry.state == "running":
+                usage = usages.get(entry.pid, UNKNOWN)
+                entry = replace(entry, cpu=usage.cpu, memory=usage.memory, uptime=age(entry.pid))
+            processes.append(entry)
+        title = _text(launch_files(pid)) if here else ""
+        return Report(title or "a stock roslaunch", pid, age(pid) if here else -1.0, 0, _STOCK, processes)
+
+    def info(self, label: str) -> Mapping[str, Any]:
+        """Return what else is known of a process: ``args``, ``cwd`` and more, as the launch gives it.
+
+        Raises:
+            UnreachableError: the launch does not answer.
+            DeadlineError: it does not answer in time.
         """
         try:
-            return [_status(entry) for entry in self._call("status")]
-        except XmlRpcFault:
-            active, dead = self._call("list_processes")
-        nodes = [(label, count, "running") for label, count in active]
-        nodes += [(label, count, "died") for label, count in dead]
-        return [
-            Status(label, "/" + label.rpartition("-")[0], state, self._pid(label), int(count))
-            for label, count, state in nodes
-        ]
-
-    def _pid(self, label: str) -> int:
-        try:
-            return int(self._call("process_info", label).get("pid", 0))
-        except (Error, AttributeError, ValueError):
-            return 0
+            info = self._call("process_info", label)
+        except (XmlRpcFault, MasterError, ProtocolError):
+            return {}  # stock does not know the dead, and fails for the master
+        return info if isinstance(info, dict) else {}
 
     def tell(self, verb: str, node: str) -> None:
         """Tell the launch to stop, start or restart a node. Return before this is done.
 
         Args:
             verb: ``stop``, ``start`` or ``restart``.
-            node: the node's full name.
+            node: the node's full name, or its label.
 
         Raises:
-            Error: the launch cannot do that.
+            Error: the launch cannot do that, or will not.
         """
         try:
             self._call("control", verb, node)
         except XmlRpcFault as error:
-            raise LaunchError(f"the launch of {node} is a stock roslaunch, which cannot {verb} nodes") from error
+            raise LaunchError(f"the launch of {node} cannot {verb} it: {_STOCK}") from error
 
     def close(self) -> None:
         """Close the connection."""
         self._client.close()
 
 
-def _status(entry: dict[str, Any]) -> Status:
-    known = {field.name: entry[field.name] for field in fields(Status) if field.name in entry}
-    return Status(**{**known, "memory": int(known.get("memory", -1))})
+def _status(entry: Mapping[str, Any]) -> Status:
+    exit_code = entry.get("exit_code")
+    state = entry["state"]
+    return Status(
+        label=_text(entry["label"]),
+        node=_text(entry["node"]),
+        state=state if state in STATES else "died",
+        pid=int(entry["pid"]),
+        starts=int(entry["starts"]),
+        uptime=float(entry.get("uptime", -1.0)),
+        cpu=float(entry.get("cpu", -1.0)),
+        memory=int(entry.get("memory", -1)),
+        machine=_text(entry.get("machine", "")),
+        exit_code=None if exit_code is None else int(exit_code),
+        required=bool(entry.get("required")),
+        respawn=bool(entry.get("respawn")),
+        log=_text(entry.get("log", "")),
+    )
+
+
+def stock_status(label: str, starts: int, active: bool, info: Mapping[str, Any]) -> Status:
+    """Return how a process of a stock launch is.
+
+    Args:
+        label: its name in the launch.
+        starts: how often it was started.
+        active: whether it runs or may run again.
+        info: what the launch answers to ``process_info``; empty if nothing.
+    """
+    args = info.get("args")
+    words = [word for word in args if isinstance(word, str)] if isinstance(args, list) else []
+    environ = info.get("env")
+    given = {word[:3]: word.partition(":=")[2] for word in words if word.startswith(("__name:=", "__log:="))}
+    namespace = str(environ.get("ROS_NAMESPACE", "")).strip("/") if isinstance(environ, dict) else ""
+    name = given.get("__n") or label.rpartition("/")[2].rpartition("-")[0] or label
+    if not words:
+        namespace = label.rpartition("/")[0]
+    running = active and info.get("alive", True) is not False
+    exit_code = _number(info["exit_code"], None) if "exit_code" in info else None
+    state = "died" if exit_code else "ended" if exit_code is None else "finished"
+    if running or (active and info.get("respawn") is True):
+        state = "running" if running else "waiting"
+    return Status(
+        label=label,
+        node=_text(f"/{namespace}/{name}" if namespace else f"/{name}"),
+        state=state,
+        pid=_number(info.get("pid"), 0),
+        starts=starts,
+        exit_code=None if running else exit_code,
+        required=info.get("required") is True,
+        respawn=info.get("respawn") is True,
+        log=_text(given.get("__l", "").removesuffix(".log")),
+    )
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError("not a text")
+    return value if len(value) <= _LONGEST else f"{value[:_LONGEST]}..."
+
+
+def _number(value: Any, default: Any) -> Any:
+    return value if isinstance(value, int) and not isinstance(value, bool) else default
+
+
+def launch_uris(master: MasterClient) -> dict[str, str]:
+    """Return the URIs of the launches of a system by the names of their parameters; some may be gone.
+
+    Args:
+        master: the system's master.
+
+    Raises:
+        MasterError: the master refuses, or does not answer.
+    """
+    try:
+        uris = master.get_param(URIS)
+    except ParameterNotSetError:
+        return {}
+    return (
+        {f"{URIS}/{name}": uri for name, uri in uris.items() if isinstance(uri, str)} if isinstance(uris, dict) else {}
+    )
 
 
 def running_launches(master: MasterClient) -> list[tuple[Launch, list[Status]]]:
@@ -115,13 +277,12 @@ def running_launches(master: MasterClient) -> list[tuple[Launch, list[Status]]]:
     Args:
         master: the system's master.
     """
-    try:
-        uris = master.get_param(URIS)
-    except ParameterNotSetError:
-        return []
     found = []
-    for uri in sorted(set(map(str, uris.values()))) if isinstance(uris, dict) else ():
-        launch = Launch(uri)
+    for uri in sorted(set(launch_uris(master).values())):
+        try:
+            launch = Launch(uri)
+        except ProtocolError:
+            continue
         try:
             found.append((launch, launch.status()))
         except Error:

@@ -17,6 +17,7 @@ from pyros1.net.hosts import LocalAddress
 from pyros1.net.log_file import LogFile
 
 if TYPE_CHECKING:
+    from pyros1.launch.running.continued import Continued
     from pyros1.node.node import Node
 
 LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
@@ -43,6 +44,7 @@ class Core:
         on_shutdown: called with the reason when a client tells the master to shut down.
         notify_timeout: seconds to wait for the answer of a node to a notification, None for the default.
         log_level: lowest level in master.log: debug (with each call of the master), info, warn, error or fatal.
+        continued: the journal, and what is continued; None: neither.
     """
 
     def __init__(
@@ -56,6 +58,7 @@ class Core:
         on_shutdown: Callable[[str], object],
         notify_timeout: float | None = None,
         log_level: str = "info",
+        continued: Continued | None = None,
     ) -> None:
         from pyros1.master.server import NOTIFY_TIMEOUT_S, Master  # noqa: PLC0415 - only if no master runs yet
 
@@ -70,6 +73,9 @@ class Core:
             on_shutdown=on_shutdown,
             notify_timeout=NOTIFY_TIMEOUT_S if notify_timeout is None else notify_timeout,
             log_calls=log_level == "debug",
+            journal=None if continued is None else continued.journal,
+            found=None if continued is None else continued.found,
+            on_continued=None if continued is None else continued.report,
         )
         self._logged = LOG_LEVELS[LOG_LEVELS.index(log_level) :]
         self._environ = {**environ, "ROS_MASTER_URI": uri}

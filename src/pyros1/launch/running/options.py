@@ -26,6 +26,7 @@ class Options:
         prefix: write the node's name before each line on the screen.
         master_log_level: lowest level in the log of a master started here: debug, info, warn, error or fatal.
         keep_running: continue when no process is left, as a core always does.
+        journal: a core keeps a journal, and continues a core that was killed.
     """
 
     core: bool = False
@@ -44,3 +45,4 @@ class Options:
     prefix: bool = False
     master_log_level: str = "info"
     keep_running: bool = False
+    journal: bool = False

@@ -31,6 +31,7 @@ from pyros1.launch.reading.resources import PackageFinder
 from pyros1.launch.running.api import LaunchServer
 from pyros1.launch.running.check import unsendable
 from pyros1.launch.running.console import Console
+from pyros1.launch.running.continued import Continued
 from pyros1.launch.running.core import ROSVERSION, Core, write_pid_file
 from pyros1.launch.running.core_file import CoreFile, read_core_file
 from pyros1.launch.running.logs import make_run_folder, ros_home, run_log
@@ -88,6 +89,7 @@ class Session:
     exit_code: int = 0
     _core: Core | None = None
     _core_file: CoreFile = field(default_factory=CoreFile)
+    _continued: Continued | None = None
     _server: LaunchServer | None = None
     _starter: Starter | None = None
     _log: TextIO | None = None
@@ -151,6 +153,8 @@ class Session:
             running = self._find_master()
             if not running:
                 self._core_file = read_core_file(self.environ, self.packages)
+            if self.options.journal:
+                self._continued = Continued(self.environ, parse_uri(self._uri)[1], self.console)
             run_id, folder = self._prepare(running)
             self._start(running, run_id, folder)
             if trial is not None and self._starter is not None:
@@ -242,6 +246,8 @@ class Session:
             if run_id and theirs and run_id != theirs:
                 raise LaunchError(f"run_id on parameter server does not match declared run_id: {theirs} vs {run_id}")
             run_id = run_id or theirs
+        elif self._continued is not None:
+            run_id = run_id or self._continued.run_id
         run_id = run_id or str(uuid.uuid1())
         if "/" in run_id or run_id.startswith("."):
             raise LaunchError(f"not a valid run id: {run_id!r}")
@@ -259,7 +265,7 @@ class Session:
 
     def _start(self, running: bool, run_id: str, folder: Path) -> None:
         self.console.title(self.options.title)
-        self._server = LaunchServer(self._supervisor, self._address)
+        self._server = LaunchServer(self._supervisor, self._address, self.options.title)
         self.console.bold(f"started roslaunch server {self._server.uri}")
         if self.options.core:
             self.console.line(f"ros_comm version {ROSVERSION.strip()}")
@@ -316,11 +322,14 @@ class Session:
             on_shutdown=self.stop,
             notify_timeout=self.options.notify_timeout,
             log_level=self.options.master_log_level,
+            continued=self._continued,
         )
         try:
             self._core.start_master()
         except LaunchError:
             self._core = None
+            if self._continued is not None:
+                self._continued.drop()
             raise
         try:
             self._master.ping()

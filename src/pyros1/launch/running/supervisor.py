@@ -11,7 +11,7 @@ import queue
 import signal
 import time
 from collections.abc import Callable, Iterable
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from pyros1.ground.errors import LaunchError
 from pyros1.ground.interrupts import Insistence, catch
@@ -23,7 +23,14 @@ from pyros1.launch.running.warden import Warden
 
 _KILL_WAIT = 2.0
 _REMAINS_POLL = 0.05
-Event = tuple[Literal["exit", "stop", "hurry", "do"], "Process | str | Callable[[], object] | None"]
+Event = tuple[Literal["exit", "stop", "hurry", "do"], "_End | str | Callable[[], object] | None"]
+
+
+class _End(NamedTuple):
+    """The end of a run of a process; it may run again when the event's turn comes."""
+
+    process: Process
+    run: int
 
 
 class Supervisor:
@@ -112,7 +119,7 @@ class Supervisor:
         self._console.bold(f"process[{process.spec.label}]: started with pid [{process.pid}]")
 
     def _exited(self, process: Process) -> None:
-        self._events.put(("exit", process))
+        self._events.put(("exit", _End(process, process.spawn_count)))
 
     def stop(self, reason: str = "") -> None:
         """Tell `run` to return. Callable from any thread and from signal handlers."""
@@ -140,7 +147,7 @@ class Supervisor:
                 return str(what or "")
             if kind == "do" and callable(what):
                 what()
-            elif isinstance(what, Process) and self._died(what):
+            elif isinstance(what, _End) and what.run == what.process.spawn_count and self._died(what.process):
                 return "required process died"
 
     def _next_event(self) -> Event | None:

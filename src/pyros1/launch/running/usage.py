@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from pathlib import Path
 from typing import NamedTuple
 
@@ -42,3 +43,31 @@ def group_usages(proc: Path = Path("/proc")) -> dict[int, Usage]:
         before = found.get(group, Usage(0.0, 0))
         found[group] = Usage(before.cpu + ticks / tick, before.memory + pages * page)
     return found
+
+
+def age(pid: int, proc: Path = Path("/proc")) -> float:
+    """Return the seconds since a process on this machine was started; negative if unknown.
+
+    Args:
+        pid: its process id.
+        proc: path of the proc file system.
+    """
+    try:
+        ticks = int((proc / str(pid) / "stat").read_text().rpartition(")")[2].split()[19])
+        return max(0.0, time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK"))
+    except (AttributeError, OSError, ValueError, IndexError):
+        return -1.0
+
+
+def launch_files(pid: int, proc: Path = Path("/proc")) -> str:
+    """Return the names of the launch files on the command line of a process on this machine; empty if unknown.
+
+    Args:
+        pid: its process id.
+        proc: path of the proc file system.
+    """
+    try:
+        words = (proc / str(pid) / "cmdline").read_text(errors="replace").split("\0")
+    except OSError:
+        return ""
+    return ",".join(os.path.basename(word) for word in words if word.endswith((".launch", ".launch.xml")))

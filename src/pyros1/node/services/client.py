@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import socket
 import threading
 from collections.abc import Mapping
@@ -156,10 +157,14 @@ class ServiceClient:
         # The class is made when it is first used: here, not in a signal handler in the middle of an import.
         service_class._request_class()
         _ = service_class._request_class._encode_frame, service_class._response_class._decode
+        self._begin()
+
+    def _begin(self) -> None:
         self._kept: _Call | None = None
         self._under_way: set[_Call] = set()
         self._lock = threading.RLock()  # of a persistent connection: one call at a time
         self._busy = False  # the thread that has the lock is making a call there
+        self._pid = os.getpid()
 
     def __call__(self, *args: Any, **fields: Any) -> Any:
         """Call the service without a time limit; see `call`."""
@@ -201,6 +206,10 @@ class ServiceClient:
             raise SerializationError(f"service [{self.name}]: {error}") from None
         data = frame if isinstance(frame, bytes) else b"".join(frame)
         deadline = None if timeout is None else monotonic() + timeout
+        if self._pid != os.getpid():
+            for other in [*self._under_way, *([self._kept] if self._kept else [])]:
+                other.sock.close()  # in a forked process: these connections are the other one's
+            self._begin()
         if self._own() is not None:
             server = self._own(self._look_up())
             if server is not None:

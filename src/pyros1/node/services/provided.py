@@ -47,6 +47,7 @@ class Services:
         Args:
             direct: whether to answer at once, even in a node that spins.
         """
+        self._context.check_here()
         with self._lock:
             self._context.check_running()
             if name in self.servers:
@@ -63,6 +64,8 @@ class Services:
         return server
 
     def _unadvertise(self, server: ServiceServer) -> None:
+        if self._context.forked:
+            return
         if not self._context.stopping.is_set():
             self._registrar().unregister("registerService", server.name, server.uri, self._context.uri)
         self._drop(server)

@@ -85,27 +85,28 @@ class Delivery:
         self._spinning: Spinning[Source, Item] = Spinning(deliver_item)
         self._dropped = 0  # except for those of these two
         self.links = Links(self, driver, self._spinning.forget, on_lost)
-        self._queues: tuple[tuple[deque[Any], Callable[[Any], None]], ...] = (
-            (self._begun, self._go_on),
-            (self._readable, self._receive_from),
-            (self._local, self._take_from),
-        )
+        queues = ((self._begun, self._go_on), (self._readable, self._receive_from), (self._local, self._take_from))
+        self._queues: tuple[tuple[deque[Any], Callable[[Any], None]], ...] = queues
         self._ownership = threading.Lock()
         self._owner = 0  # the owner's thread
         self._woken = False  # a thread has been woken and will become the owner
-        self._closed = False
+        self._closed = self._disposed = False
 
     # From other threads -----------------------------------------------------------------------------------------------
 
     def add(self, link: TcpSource) -> None:
         """Start to receive from a link."""
         self._new.append(link)
+        self._disposed = False
         self.wake()
         if self._closed:
             self.close()
 
-    def submit(self, job: Callable[[], None]) -> None:
-        """Run a job between messages."""
+    def submit(self, job: Callable[[], None], by_callback: bool = False) -> None:
+        """Run a job between messages; or now, if it may, and does, come from a callback: that may wait for it."""
+        if by_callback and self._owner == threading.get_ident():
+            job()
+            return
         self._jobs.append(job)
         self.wake()
 
@@ -157,6 +158,8 @@ class Delivery:
                     self._take_from(self._local.popleft())
         finally:
             self._give_back()
+            if self._closed:
+                self.links.driver.wake(self)
 
     def open(self, inbox: Inbox[Source, Item]) -> None:
         """Begin to take messages out of an inbox."""
@@ -177,12 +180,12 @@ class Delivery:
         """Deliver nothing more; `close` must still be called."""
         self._closed = True
 
-    def close(self, timeout: float = 5.0) -> None:
-        """Close all links; wait at most ``timeout`` seconds for a running callback."""
+    def close(self, timeout: float = 5.0, wait: bool = True) -> None:
+        """Close all links; wait at most ``timeout`` seconds for a running callback, or let its thread do it later."""
         self._closed = True
         if self._owner == threading.get_ident():
             return  # a callback ends its own subscription: the owner does the rest
-        if self._ownership.acquire(timeout=timeout):
+        if self._ownership.acquire(timeout=timeout if wait else 0):
             self.links.driver.call(self._dispose, timeout)
             self._ownership.release()
 
@@ -198,7 +201,7 @@ class Delivery:
             self._readable.append(fd)
         self._woken = False
         cooperative = self.links.driver.cooperative
-        while self._something or self._closed:
+        while not self._disposed if self._closed else self._something:
             if not self._ownership.acquire(blocking=False):
                 return  # the owner sees what is there when it has ended
             self._owner = threading.get_ident()
@@ -209,9 +212,7 @@ class Delivery:
                 self.links.driver.wake(self)  # for what was left
                 raise
             self._give_back()
-            if self._closed:
-                return
-            if cooperative:
+            if cooperative and not self._closed:
                 if self._something:
                     self.wake()
                 return
@@ -228,9 +229,7 @@ class Delivery:
     @property
     def _something(self) -> object:
         """Whether work waits."""
-        if self._new or self._jobs:
-            return True
-        return (self._readable or self._local or self._begun) and not self._held
+        return self._new or self._jobs or ((self._readable or self._local or self._begun) and not self._held)
 
     @property
     def _held(self) -> bool:
@@ -292,6 +291,7 @@ class Delivery:
             self._rearm(rest.link)
 
     def _dispose(self) -> None:
+        self._disposed = True
         for link in self.links:
             self.links.close(link)
         while self._new:

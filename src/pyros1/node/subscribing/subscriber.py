@@ -149,6 +149,11 @@ class Subscriber(Generic[_M]):
         """Number of messages dropped on this side because the callbacks were too slow."""
         return self._subscription.delivery.dropped
 
+    def set_queue_size(self, size: int) -> None:
+        """Let another number of messages wait for the callback from now on; see ``queue_size``."""
+        self.queue_size = size
+        self._subscription.limit_changed()
+
     def wait_for_publishers(self, count: int = 1, timeout: float | None = None) -> bool:
         """Wait until at least ``count`` publishers are connected.
 

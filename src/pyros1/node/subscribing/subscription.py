@@ -121,7 +121,7 @@ class Subscription:
         busy = stream is None or stream.wants_newest  # a callback may wait
         if busy and self.delivery.driver.cooperative:
             self.delivery.submit(lambda: self.delivery.links.move(self.context.delivery_threads))
-        self.delivery.submit(lambda: self._activate(subscriber))
+        self.delivery.submit(lambda: self._activate(subscriber), by_callback=True)
 
     def remove(self, subscriber: Taker) -> bool:
         """Remove a subscriber; return whether any is left."""
@@ -150,6 +150,11 @@ class Subscription:
     def _set_streams(self, streams: tuple[Stream, ...]) -> None:
         self._streams = self.delivery.holding = streams
         self.delivery.wake()  # who held publishers back may be gone
+
+    def limit_changed(self) -> None:
+        """Take the new limit of a subscriber."""
+        with self._lock:
+            self._set_limit()
 
     def _set_limit(self) -> None:
         """Set how many messages may wait: the links are shared, so the largest limit of the subscribers counts.
@@ -356,13 +361,13 @@ class Subscription:
             else:
                 subscriber.call(message)
 
-    def close(self, timeout: float = 5.0) -> None:
-        """End all links; wait for a running callback at most ``timeout`` seconds."""
+    def close(self, timeout: float = 5.0, wait: bool = True) -> None:
+        """End all links; wait for a running callback at most ``timeout`` seconds, or not at all."""
         self._closed = True
         self.context.loop.call_soon(self._stop_connectors)
         for link in self._local_links:
             link.close()
-        self.delivery.close(timeout)
+        self.delivery.close(timeout, wait)
         with self._lock:
             self._in_links = ()
         self._changed()

@@ -81,7 +81,8 @@ class DeliveryThreads:
         until = perf_counter() + timeout
         with self._lock:
             self._closed = True
-            threads = [thread for thread in self._threads if thread is not threading.current_thread()]
+            # A signal handler may end the node on top of the start of a thread, which ends by itself.
+            threads = [each for each in self._threads if each.ident and each is not threading.current_thread()]
             if not self._threads:
                 self._poller.close()  # otherwise the last thread does it
         for _ in threads:
@@ -101,14 +102,15 @@ class DeliveryThreads:
             thread = threading.Thread(target=self._work, name=f"{self._name}:reader{self._started}", daemon=True)
             self._waiting += 1
             self._threads.add(thread)
-            try:
-                thread.start()
-            except RuntimeError as error:  # the system has no more threads; a busy one will wait afterwards
+        try:
+            thread.start()  # without the lock: a signal handler on top may end the threads, which need it for that
+        except RuntimeError as error:  # the system has no more threads; a busy one will wait afterwards
+            with self._lock:
                 self._leave(thread)
-                raise RuntimeError(
-                    f"no further thread can be started, so callbacks of several topics share one: {error}"
-                ) from error
-            self._refused = False
+            raise RuntimeError(
+                f"no further thread can be started, so callbacks of several topics share one: {error}"
+            ) from error
+        self._refused = False
 
     def _work(self) -> None:
         wait = self._poller.wait

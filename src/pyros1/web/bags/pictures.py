@@ -7,9 +7,8 @@ from typing import Any
 
 from pyros1.bag.export.extras import extra
 from pyros1.ground.errors import Error, MessageError
+from pyros1.web.picture_size import MOST_PIXELS
 
-MOST_PIXELS = 60_000_000
-"""Most pixels of an image of which a small picture is made."""
 _QUALITY = 80
 
 

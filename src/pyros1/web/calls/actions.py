@@ -17,6 +17,7 @@ _numbers = count(1)
 def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """Return the form of an action's goals; see `pyros1.web.tables.forms.form`. Args: action."""
     name = text(args, "action")
+    robot.check_visible(f"{name}/goal")
     action_goal = robot.types.find_on(f"{name}/goal", _goal_type(robot, name))
     kinds = dict(zip(action_goal.__slots__, action_goal._slot_types, strict=True))
     if kinds.get("goal") not in action_goal._classes or "goal_id" not in kinds:

@@ -42,7 +42,10 @@ def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 def kill(robot: Robot, args: Mapping[str, Any]) -> None:
     """Tell a node to end, as `rosnode kill` does. Args: node."""
-    node = robot.graph.node(_uri(robot, text(args, "node")), _PATIENCE)
+    name = text(args, "node")
+    if name == robot.node.name:
+        raise RequestError(f"{name} is the node of this page's server; end pyros1 web where it was started")
+    node = robot.graph.node(_uri(robot, name), _PATIENCE)
     try:
         node.shutdown("user request")
     finally:

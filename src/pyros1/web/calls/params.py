@@ -15,15 +15,14 @@ from pyros1.web.wire import MAX_REQUEST, RequestError
 
 def tree(robot: Robot, args: Mapping[str, Any]) -> Any:
     """Return all parameters that pages may see, as a flat object: full name -> value."""
-    found = {name: _plain(value) for name, value in flatten(robot.master.get_param("/"))}
-    return {name: value for name, value in sorted(found.items()) if robot.access.may_see(name)}
+    found = {name: _plain(value) for name, value in flatten(robot.parameters.get("/"))}
+    return {name: value for name, value in sorted(found.items()) if name}
 
 
 def get(robot: Robot, args: Mapping[str, Any]) -> str:
-    """Return a parameter as YAML text. Args: name."""
+    """Return a parameter, or what pages may see of a namespace, as YAML text. Args: name."""
     name = text(args, "name")
-    robot.check_visible(name)
-    found = pretty(robot.master.get_param(name))
+    found = pretty(robot.parameters.get(name))
     if len(found) > MAX_REQUEST:
         raise RequestError(f"{name} is too long to be shown: {len(found)} characters")
     return found
@@ -32,15 +31,13 @@ def get(robot: Robot, args: Mapping[str, Any]) -> str:
 def put(robot: Robot, args: Mapping[str, Any]) -> None:
     """Set a parameter. Args: name, and yaml: the value as `rosparam set` takes it."""
     name = text(args, "name")
-    robot.check_visible(name)
-    robot.master.set_param(name, load_yaml(text(args, "yaml")))
+    robot.parameters.set(name, load_yaml(text(args, "yaml")))
 
 
 def delete(robot: Robot, args: Mapping[str, Any]) -> None:
     """Delete a parameter, or a whole namespace. Args: name."""
     name = text(args, "name")
-    robot.check_visible(name)
-    robot.master.delete_param(name)
+    robot.parameters.delete(name)
 
 
 def _plain(value: Any) -> Any:

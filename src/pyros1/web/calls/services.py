@@ -11,6 +11,7 @@ from pyros1.doctor.together import together
 from pyros1.graph import probe_service
 from pyros1.msgs import load_service
 from pyros1.msgs.json_form import from_json
+from pyros1.web.exchanges import Exchanges
 from pyros1.web.robot import Robot
 from pyros1.web.tables.forms import form as form_of
 from pyros1.web.views.message import tree
@@ -42,15 +43,14 @@ def types(robot: Robot, args: Mapping[str, Any]) -> dict[str, str]:
     return {name: answer if isinstance(answer, str) else "" for name, answer in answers.items()}
 
 
-def call(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
+def call(robot: Robot, args: Mapping[str, Any], exchanges: Exchanges) -> dict[str, Any]:
     """Call a service. Args: service, value, timeout (s). Returns the response as a tree, and the seconds it took."""
     name = text(args, "service")
     robot.check_visible(name)
     cls = load_service(_type(robot, name))
     request = from_json(cls._request_class, args.get("value"), robot.node.now())
     start = monotonic()
-    with robot.node.service(name, cls) as client:
-        response = client.call(request, number(args, "timeout", 0.1, _LONGEST, 10.0))
+    response = exchanges.call(robot.node, name, cls, request, number(args, "timeout", 0.1, _LONGEST, 10.0))
     return {"value": tree(response), "seconds": monotonic() - start}
 
 
@@ -65,5 +65,5 @@ def _type(robot: Robot, name: str) -> str:
     return header["type"]
 
 
-CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"form": form, "types": types, "call": call}
+CALLS: dict[str, Callable[..., Any]] = {"form": form, "types": types, "call": call}
 CHANGES = frozenset({"call"})

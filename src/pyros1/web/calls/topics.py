@@ -23,6 +23,7 @@ def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(name, str):
         return form_of(robot.types.find(name))
     topic = text(args, "topic")
+    robot.check_visible(topic)
     name = robot.graph.topic_types().get(topic, "")
     if name in ("", "*"):
         raise RequestError(f"the type of {topic} is not known")
@@ -35,6 +36,13 @@ def publish(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     robot.check_visible(topic)
     sent = robot.publishing.publish(topic, text(args, "type"), args.get("value"), bool(args.get("latch")))
     return {"subscribers": sent}
+
+
+def advertise(robot: Robot, args: Mapping[str, Any]) -> None:
+    """Prepare to publish, so that nobody misses the first message. Args: topic, type."""
+    topic = text(args, "topic")
+    robot.check_visible(topic)
+    robot.publishing.advertise(topic, text(args, "type"))
 
 
 def types(robot: Robot, args: Mapping[str, Any]) -> list[str]:
@@ -71,7 +79,8 @@ def fields(robot: Robot, args: Mapping[str, Any]) -> list[str]:
 CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {
     "form": form,
     "publish": publish,
+    "advertise": advertise,
     "types": types,
     "fields": fields,
 }
-CHANGES = frozenset({"publish"})
+CHANGES = frozenset({"publish", "advertise"})

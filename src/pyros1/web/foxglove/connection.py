@@ -7,6 +7,7 @@ import contextlib
 import socket
 from collections.abc import Callable, Coroutine
 from concurrent.futures import Executor
+from functools import partial
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection
@@ -15,6 +16,7 @@ from websockets.protocol import State
 
 from pyros1 import __version__
 from pyros1.ground.errors import Error
+from pyros1.web.exchanges import Exchanges
 from pyros1.web.foxglove import frames, machine, requests, work
 from pyros1.web.foxglove.frames import Frame, Level
 from pyros1.web.foxglove.machine import Action, Machine
@@ -22,7 +24,8 @@ from pyros1.web.foxglove.offers import Channel
 from pyros1.web.foxglove.outbox import Outbox, Waiting
 from pyros1.web.foxglove.shared import Shared
 from pyros1.web.hub import Arrival
-from pyros1.web.waiting import wait_for_event
+from pyros1.web.pending import PATIENCE, Pending
+from pyros1.web.waiting import wait_for_event, wait_until_over
 
 _PERIOD = 1.0
 """Seconds between two looks at what there is."""
@@ -46,15 +49,20 @@ class Viewer:
         connection: its WebSocket.
         shared: what all viewers share.
         pushes: runs what takes a moment, such as publishing.
-        calls: runs what takes as long as the master, or a service, likes.
+        calls: runs what takes as long as the master likes.
+        services: runs calls of services.
     """
 
-    def __init__(self, connection: ServerConnection, shared: Shared, pushes: Executor, calls: Executor) -> None:
+    def __init__(
+        self, connection: ServerConnection, shared: Shared, pushes: Executor, calls: Executor, services: Executor
+    ) -> None:
         self._connection = connection
         self._shared = shared
         self._robot = shared.robot
         self._pushes = pushes
         self._calls = calls
+        self._services = services
+        self._exchanges = Exchanges()
         self._loop = asyncio.get_running_loop()
         self._machine = Machine(self._robot.access.read_only)
         self._turn = asyncio.Lock()  # of the machine and its actions
@@ -64,6 +72,8 @@ class Viewer:
         self._publishers = work.Publishers(shared)
         self._jobs: set[asyncio.Task[None]] = set()
         self._room = asyncio.Semaphore(_AT_ONCE)
+        self._may_go_on = asyncio.Event()
+        self._subscribing = Pending(lambda: self._call_soon(self._may_go_on.set))
         self._messages_wait = asyncio.Event()
         self._waking = False
         self._changed = asyncio.Event()
@@ -84,6 +94,7 @@ class Viewer:
         except ConnectionClosed:
             pass
         finally:
+            self._exchanges.close()
             for task in (*tasks, *self._jobs):
                 task.cancel()
             await asyncio.gather(*tasks, *self._jobs, return_exceptions=True)
@@ -182,6 +193,8 @@ class Viewer:
 
     async def _do(self, actions: list[Action], answer: list[Frame]) -> None:
         for action in actions:
+            if self._subscribing and not isinstance(action, machine.Listen):
+                await wait_until_over(self._subscribing, self._may_go_on, PATIENCE)
             try:
                 await self._send(await self._done(action))
             except Error as error:
@@ -205,11 +218,11 @@ class Viewer:
             case machine.Call():
                 if len(self._jobs) >= _MOST_JOBS:
                     return [frames.service_failure(action.service.id, action.call, "too many calls at once")]
-                self._begin(self._job(work.call_service, action))
+                self._begin(self._job(self._services, partial(work.call_service, self._exchanges), action))
             case requests.FetchAsset():
                 if len(self._jobs) >= _MOST_JOBS:
                     return [frames.asset_failure(action.id, "too many files at once")]
-                self._begin(self._job(work.fetch, action))
+                self._begin(self._job(self._calls, work.fetch, action))
             case requests.GetParameters():
                 return list(await self._call(work.get_parameters, self._shared, action))
             case requests.SetParameters():
@@ -241,9 +254,11 @@ class Viewer:
 
         ticket = self._outbox.open()
         self._subscriptions[ticket] = subscription
+        done = self._subscribing.begin()
         try:
-            leave = await self._push(self._robot.listen, channel.topic, arrived)
+            leave = await self._push(self._robot.listen, channel.topic, arrived, done)
         except Error:
+            done()
             self._outbox.close(ticket)
             self._machine.refuse(subscription)
             raise
@@ -262,10 +277,11 @@ class Viewer:
         self._jobs.add(task)
         task.add_done_callback(self._jobs.discard)
 
-    async def _job(self, function: Callable[[Shared, Any], Frame], action: Any) -> None:
+    async def _job(self, threads: Executor, function: Callable[[Shared, Any], Frame], action: Any) -> None:
         with contextlib.suppress(ConnectionClosed):
             async with self._room:  # until the frame has gone: it may be large
-                await self._connection.send(await self._call(function, self._shared, action))
+                frame = await self._loop.run_in_executor(threads, function, self._shared, action)
+                await self._connection.send(frame)
 
     async def _push(self, function: Callable[..., Any], *args: Any) -> Any:
         return await self._loop.run_in_executor(self._pushes, function, *args)

@@ -8,7 +8,6 @@ from time import monotonic
 
 from pyros1.ground.errors import ParameterNotSetError
 from pyros1.web.foxglove.catalogue import Catalogue
-from pyros1.web.foxglove.package_files import PackageFiles
 from pyros1.web.foxglove.parameters import Values
 from pyros1.web.robot import Robot
 
@@ -26,7 +25,7 @@ class Shared:
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
         self.catalogue = Catalogue(robot.graph, robot.access.may_see)
-        self.files = PackageFiles()
+        self.files = robot.files
         self.session = secrets.token_hex(8)
         self._lock = threading.Lock()
         self._values = Values({})

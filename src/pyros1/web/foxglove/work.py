@@ -8,6 +8,7 @@ from typing import Any
 
 from pyros1.ground.errors import Error, ParameterNotSetError
 from pyros1.msgs import Message, load_service
+from pyros1.web.exchanges import Exchanges
 from pyros1.web.foxglove import frames, machine, parameters, payloads, requests
 from pyros1.web.foxglove.frames import Frame, Level
 from pyros1.web.foxglove.requests import ClientChannel, FrameError
@@ -69,15 +70,14 @@ class Publishers:
             publisher.unregister()
 
 
-def call_service(shared: Shared, call: machine.Call) -> Frame:
+def call_service(exchanges: Exchanges, shared: Shared, call: machine.Call) -> Frame:
     """Call a service; return the frame of its answer."""
     number = call.service.id
     try:
         node = shared.robot.node
         cls = load_service(call.service.type)
         request = payloads.decode(cls._request_class, call.encoding, call.payload, node.now())
-        with node.service(call.service.name, cls) as client:
-            response = client.call(request, _LONGEST_CALL)
+        response = exchanges.call(node, call.service.name, cls, request, _LONGEST_CALL)
         return frames.service_response(number, call.call, call.encoding, payloads.encode(response, call.encoding))
     except Error as error:
         return frames.service_failure(number, call.call, str(error))
@@ -122,9 +122,8 @@ def _set_parameter(shared: Shared, parameter: requests.SetParameter) -> None:
     name = "/" + parameter.name.strip("/")
     if name == "/":
         raise FrameError("it would replace all parameters")
-    shared.robot.check_visible(name)
     if parameter.value is None:
         with contextlib.suppress(ParameterNotSetError):
-            shared.robot.master.delete_param(name)
+            shared.robot.parameters.delete(name)
     else:
-        shared.robot.master.set_param(name, parameters.value_to_set(parameter))
+        shared.robot.parameters.set(name, parameters.value_to_set(parameter))

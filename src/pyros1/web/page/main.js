@@ -35,14 +35,19 @@ function drawTabs() {
     title: `${panel.description} (${index + 1})`,
     onclick: () => choose(panel.name),
   }, panel.title)));
+  seeTab();
+}
+
+function seeTab() {
   tabs.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest", inline: "nearest" });
 }
 
-// Show a tab, or a layout that has a name. Each tab is a layout that begins as one panel.
+// Show a tab, or a layout that has a name. Each tab is a layout that begins as one panel, or as the panel says.
 function choose(name, tree) {
   const known = tree || layouts[name] || panels.some((panel) => panel.name === name);
   current = known ? name : panels[0].name;
-  workspace.show(tree || layouts[current] || { panel: current });
+  const begun = panels.find((panel) => panel.name === current)?.layout;
+  workspace.show(tree || layouts[current] || (begun ? structuredClone(begun) : { panel: current }));
   if (tree) changed(workspace.tree);
   drawTabs();
   history.replaceState(null, "", linkFor(current, null));
@@ -81,6 +86,7 @@ function drawState() {
   fill(state, h("i.lamp"), text[robot.state], robot.about.read_only && h("span.badge", {}, "read-only"));
   state.title = robot.trouble || "the master";
   workspace.trouble(robot.state === "connected" ? "" : robot.trouble);
+  seeTab(); // the bar has another width now
 }
 
 robot.addEventListener("state", drawState);

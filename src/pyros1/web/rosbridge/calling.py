@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import threading
 from typing import Any
 
 from pyros1.graph import probe_service
 from pyros1.ground.errors import Error, ServiceError
 from pyros1.msgs import load_service
+from pyros1.web.exchanges import Exchanges
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge import frames, rosapi
 from pyros1.web.rosbridge.operations import BridgeError, CallService, Id
@@ -15,6 +15,8 @@ from pyros1.web.rosbridge.outbox import Frame
 from pyros1.web.rosbridge.values import for_cbor, for_json, from_args
 
 _PROBE = 2.0
+MOST_CHARACTERS = 64 << 20
+"""Most characters, or bytes, of an answer."""
 _MOST_TYPES = 1000
 
 
@@ -27,10 +29,8 @@ class Calling:
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
-        self._lock = threading.Lock()
-        self._under_way: set[Any] = set()
+        self._exchanges = Exchanges()
         self._types: dict[tuple[str, str], str] = {}
-        self._closed = False
 
     def answer(self, id: Id, call: CallService) -> list[Frame]:
         """Call a service and return the frames of the answer, whatever happens. It may take long."""
@@ -40,19 +40,19 @@ class Calling:
             values, result = str(error), False
         answer = frames.response(call.service, id, values, result)
         try:
-            if call.compression.startswith("cbor"):
-                return [frames.binary(answer)]
-            return [*frames.packed(frames.text(answer), call.compression, call.fragment_size, f"{id}:parts")]
+            cbor = call.compression.startswith("cbor")
+            whole = frames.binary(answer) if cbor else frames.text(answer)
+            if len(whole) > MOST_CHARACTERS:
+                raise BridgeError(f"the answer has {len(whole)} characters; at most {MOST_CHARACTERS} are sent")
+            if isinstance(whole, bytes):
+                return [whole]
+            return [*frames.packed(whole, call.compression, call.fragment_size, f"{id}:parts")]
         except BridgeError as error:
             return [frames.text(frames.response(call.service, id, str(error), False))]
 
     def close(self) -> None:
         """End all calls."""
-        with self._lock:
-            self._closed = True
-            under_way = list(self._under_way)
-        for client in under_way:
-            client.close()
+        self._exchanges.close()
 
     def _values(self, call: CallService) -> Any:
         name = self._robot.node.resolve(call.service)
@@ -73,16 +73,7 @@ class Calling:
         node = self._robot.node
         cls = load_service(kind)
         request = from_args(cls._request_class, call.args, node.now())
-        with node.service(name, cls) as client:
-            with self._lock:
-                if self._closed:
-                    raise BridgeError("the client has gone")
-                self._under_way.add(client)
-            try:
-                return client.call(request, call.timeout)
-            finally:
-                with self._lock:
-                    self._under_way.discard(client)
+        return self._exchanges.call(node, name, cls, request, call.timeout)
 
     def _uri(self, name: str) -> str:
         uri = self._robot.graph.service_uri(name)

@@ -1,16 +1,21 @@
 """One client: does what its frames say, and makes the frames for it. No sockets here.
 
-`handle` is called by one thread at a time, and so is `take`.
+`handle` is called by one thread at a time, and so is `take`. Operations are done in the order of their frames: one that
+comes behind subscriptions waits until these are made.
 """
 
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from typing import Any
 
 from pyros1.ground.errors import Error
+from pyros1.web.exchanges import AT_ONCE
 from pyros1.web.hub import Arrival
+from pyros1.web.pending import Pending
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge import frames, operations, values
 from pyros1.web.rosbridge.calling import Calling
@@ -32,36 +37,66 @@ class Client:
         robot: what it may see and do.
         start: runs a function in another thread, soon.
         wake: called, from any thread, when `take` may return something.
+        go_on: called, from any thread, when `handle` may go on.
+
+    Attributes:
+        subscribing: the subscriptions that are not made yet.
+        outbox: what waits to be sent.
     """
 
     def __init__(
-        self, robot: Robot, start: Callable[[Callable[[], object]], object], wake: Callable[[], object]
+        self,
+        robot: Robot,
+        start: Callable[[Callable[[], object]], object],
+        wake: Callable[[], object],
+        go_on: Callable[[], object] = lambda: None,
     ) -> None:
         self._robot = robot
         self._start = start
         self.outbox = Outbox(wake)
+        self.subscribing = Pending(go_on)
+        self._frames_left: deque[str | bytes] = deque()
+        self._next: tuple[Id, Action] | None = None  # it waits for subscriptions
         self._intake = Intake()
         self._level = LEVELS.index("error")
         self._flows: dict[str, Flow] = {}
         self._publishers = Publishers(robot)
-        self._providing = Providing(robot, self.outbox.tell)
+        self._providing = Providing(robot, self.outbox)
         self._calling = Calling(robot)
-        self._room = threading.Semaphore(MOST_CALLS)
+        self._calls_lock = threading.Lock()
+        self._calls: deque[tuple[Id, operations.CallService]] = deque()  # they wait
+        self._running = 0
         self._parts = 0
 
-    def handle(self, received: Iterable[str | bytes]) -> None:
-        """Do what frames say, in order. What is wrong with one is told to the client."""
-        for frame in received:
-            id: Id = None
-            try:
-                found = self._intake.take(frame)
-                if found is not None:
-                    id, action = found
-                    self._do(id, action)
-            except BridgeError as error:
-                self._tell("error", str(error), id if error.id is None else error.id)
-            except Error as error:
-                self._tell("error", str(error), id)
+    def handle(self, received: Iterable[str | bytes]) -> bool:
+        """Do what frames say, in order. What is wrong with one is told to the client.
+
+        Returns:
+            Whether all is done. If not, it is to be called again, without frames, when `subscribing` is over.
+        """
+        self._frames_left.extend(received)
+        while self._next is not None or self._frames_left:
+            if not self._handle_next():
+                return False
+        return True
+
+    def _handle_next(self) -> bool:
+        """Do one thing; return False if it has to wait."""
+        id: Id = None
+        try:
+            found = self._next or self._intake.take(self._frames_left.popleft())
+            if found is not None:
+                id, action = found
+                if self.subscribing and not isinstance(action, operations.Subscribe):
+                    self._next = found
+                    return False
+                self._next = None
+                self._do(id, action)
+        except BridgeError as error:
+            self._tell("error", str(error), id if error.id is None else error.id)
+        except Error as error:
+            self._tell("error", str(error), id)
+        return True
 
     def _do(self, id: Id, action: Action) -> None:
         match action:
@@ -116,10 +151,12 @@ class Client:
             raise BridgeError(f"a client subscribes to a topic at most {MOST_TOPICS} times")
         flow.wish(wish)
         before, flow.last = flow.end, None
+        done = self.subscribing.begin()
         try:
             # Once more for each subscription: who comes later gets a latched message, too.
-            flow.end = self._robot.listen(topic, lambda arrival: self.outbox.put(flow, arrival))
+            flow.end = self._robot.listen(topic, lambda arrival: self.outbox.put(flow, arrival), done)
         except Error:
+            done()
             self._unsubscribe(operations.Unsubscribe(wish.topic, wish.key))
             raise
         before()
@@ -136,18 +173,32 @@ class Client:
         return True
 
     def _call(self, id: Id, call: operations.CallService) -> None:
-        if not self._room.acquire(blocking=False):
+        with self._calls_lock:
+            refused = self._running + len(self._calls) >= MOST_CALLS
+            if not refused:
+                self._calls.append((id, call))
+        if refused:
             self.outbox.tell(frames.text(frames.response(call.service, id, "too many calls at the same time", False)))
-            return
+        self._start_calls()
 
-        def run() -> None:
-            try:
-                for frame in self._calling.answer(id, call):
-                    self.outbox.tell(frame)
-            finally:
-                self._room.release()
+    def _start_calls(self) -> None:
+        """Start calls that wait. While the client does not read its answers, there are to be no more."""
+        while not self.outbox.is_full():
+            with self._calls_lock:
+                if not self._calls or self._running >= AT_ONCE:
+                    return
+                self._running += 1
+                id, call = self._calls.popleft()
+            self._start(partial(self._run, id, call))
 
-        self._start(run)
+    def _run(self, id: Id, call: operations.CallService) -> None:
+        try:
+            for frame in self._calling.answer(id, call):
+                self.outbox.tell(frame)
+        finally:
+            with self._calls_lock:
+                self._running -= 1
+        self._start_calls()
 
     def take(self, now: float) -> tuple[Iterator[Frame], float | None]:
         """Return the frames that are due, which are made as they are taken, and when to call again.
@@ -159,6 +210,7 @@ class Client:
             The frames, and a time; None if there is nothing to do before it wakes.
         """
         told, arrivals, again = self.outbox.take(now)
+        self._start_calls()
 
         def made() -> Iterator[Frame]:
             yield from told
@@ -190,6 +242,8 @@ class Client:
 
     def close(self) -> None:
         """End all."""
+        with self._calls_lock:
+            self._calls.clear()
         self._calling.close()
         for flow in self._flows.values():
             flow.end()

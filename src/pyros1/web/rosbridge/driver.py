@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from itertools import islice
@@ -13,14 +14,20 @@ from typing import Any
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
+from pyros1.web.pending import PATIENCE
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.client import Client
 from pyros1.web.rosbridge.outbox import Frame
 from pyros1.web.threads import Threads
-from pyros1.web.waiting import wait_for_event
+from pyros1.web.waiting import wait_for_event, wait_until_over
 
-_MOST_READ = 64
-"""Frames that are read ahead."""
+_MOST_READ = 1 << 20
+"""Bytes of frames that are read ahead; but one is, however large."""
+_OF_A_FRAME = 1_000
+"""Bytes that a frame costs besides its own."""
+_LARGE = 1 << 20
+"""Bytes of frames that take many times as much when they are unpacked: those of few clients are, at a time."""
+_MOST_LARGE = 1
 _AT_ONCE = 64
 """Frames that are made at a time."""
 _PAUSE = 0.02
@@ -29,8 +36,6 @@ _START = 10.0
 """Seconds for which a client waits for the server's node, then it is told why there is none."""
 _THREADS = 32
 """Threads for operations and messages of all clients."""
-_CALLS = 64
-"""Threads for their calls of services, which may take long; more calls wait."""
 
 
 class Bridge:
@@ -38,34 +43,42 @@ class Bridge:
 
     Args:
         robot: what they may see and do.
+        calls: runs their calls of services, which may take long.
     """
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, calls: Threads) -> None:
         self._robot = robot
         self._threads = Threads(_THREADS, "web: clients")
-        self._calls = Threads(_CALLS, "web: clients' calls")
+        self._calls = calls
+        self._large = asyncio.Semaphore(_MOST_LARGE)
 
     async def serve(self, socket: ServerConnection) -> None:
         """Serve a client until it goes."""
-        await _Driver(socket, self._robot, self._threads, self._calls).run()
+        await _Driver(socket, self._robot, self._threads.lane(), self._calls.lane(), self._large).run()
 
     def close(self) -> None:
         """Begin nothing more."""
-        for pool in (self._threads, self._calls):
-            pool.shutdown(wait=False, cancel_futures=True)
+        self._threads.shutdown(wait=False, cancel_futures=True)
 
 
 class _Driver:
-    def __init__(self, socket: ServerConnection, robot: Robot, threads: Executor, calls: Executor) -> None:
+    def __init__(
+        self, socket: ServerConnection, robot: Robot, threads: Executor, calls: Executor, large: asyncio.Semaphore
+    ) -> None:
         self._socket = socket
         self._robot = robot
         self._threads = threads
+        self._large = large
         self._loop = asyncio.get_running_loop()
         self._awake = asyncio.Event()
         self._waking = False
         self._gone = False
-        self._read: asyncio.Queue[str | bytes | None] = asyncio.Queue(_MOST_READ)
-        self._client = Client(robot, calls.submit, self._wake)
+        self._read: deque[str | bytes] = deque()
+        self._read_size = 0
+        self._came = asyncio.Event()  # frames, or the client's end
+        self._room = asyncio.Event()
+        self._may_go_on = asyncio.Event()
+        self._client = Client(robot, calls.submit, self._wake, self._go_on)
 
     async def run(self) -> None:
         """Serve the client until it goes."""
@@ -83,24 +96,39 @@ class _Driver:
     async def _receive(self) -> None:
         with contextlib.suppress(ConnectionClosed):
             async for frame in self._socket:
-                await self._read.put(frame)
+                self._read.append(frame)
+                self._read_size += len(frame) + _OF_A_FRAME
+                self._came.set()
+                while self._read_size > _MOST_READ:
+                    self._room.clear()
+                    await self._room.wait()
         self._gone = True
+        self._came.set()
         self._wake()
-        await self._read.put(None)
 
     async def _work(self) -> None:
         deadline = monotonic() + _START
         while not (self._robot.wait(0.0) or self._gone) and monotonic() < deadline:
             await asyncio.sleep(_PAUSE)  # the first words of a client are not lost because the server's node begins
-        more = True
-        while more:  # to the last frame, also if the client has gone: programs publish as the last thing they do
-            frames = [await self._read.get()]
-            while not self._read.empty():
-                frames.append(self._read.get_nowait())
-            more = frames[-1] is not None
-            await self._in_thread(self._client.handle, [frame for frame in frames if frame is not None])
+        while self._read or not self._gone:  # programs publish as the last thing they do
+            self._came.clear()
+            if not self._read:
+                await self._came.wait()
+            frames, self._read = self._read, deque()
+            size, self._read_size = self._read_size, 0
+            self._room.set()
+            async with self._large if size > _LARGE else contextlib.nullcontext():
+                done = await self._in_thread(self._client.handle, frames)
+                del frames
+            while not done:
+                await wait_until_over(self._client.subscribing, self._may_go_on, PATIENCE)
+                done = await self._in_thread(self._client.handle, ())
             while self._client.outbox.is_full() and not self._gone:  # it asks faster than it reads
                 await asyncio.sleep(_PAUSE)
+
+    def _go_on(self) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop has ended
+            self._loop.call_soon_threadsafe(self._may_go_on.set)
 
     async def _send(self) -> None:
         with contextlib.suppress(ConnectionClosed):

@@ -110,6 +110,10 @@ class Outbox:
         """Return whether the client should first read what it has been told."""
         return self._told_size > MOST_TOLD
 
+    def is_overfull(self) -> bool:
+        """Return whether others should ask the client for nothing either."""
+        return self._told_size > MOST_OF_ALL
+
     def add(self, flow: Flow) -> None:
         """Add a topic."""
         with self._lock:

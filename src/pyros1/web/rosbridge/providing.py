@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 from itertools import count
 from typing import Any
 
@@ -12,6 +11,7 @@ from pyros1.msgs import Message, load_service
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge import frames
 from pyros1.web.rosbridge.operations import LONGEST_CALL, BridgeError, Id, ServiceResponse
+from pyros1.web.rosbridge.outbox import Outbox
 from pyros1.web.rosbridge.values import for_json, from_args
 
 MOST_SERVICES = 200
@@ -24,12 +24,12 @@ class Providing:
 
     Args:
         robot: where they are provided.
-        tell: sends a frame to the client.
+        outbox: of the client.
     """
 
-    def __init__(self, robot: Robot, tell: Callable[[str], object]) -> None:
+    def __init__(self, robot: Robot, outbox: Outbox) -> None:
         self._robot = robot
-        self._tell = tell
+        self._outbox = outbox
         self._services: dict[str, Any] = {}
         self._lock = threading.Lock()
         self._waiting: dict[str, _Call] = {}
@@ -95,11 +95,11 @@ class Providing:
         call = _Call(name)
         id = f"service_request:{name}:{next(self._numbers)}"
         with self._lock:
-            if self._closed or len(self._waiting) >= MOST_CALLS:
+            if self._closed or len(self._waiting) >= MOST_CALLS or self._outbox.is_overfull():
                 raise ServiceRefusal(f"the client that provides {name} has too much to do")
             self._waiting[id] = call
         try:
-            self._tell(frames.call(name, id, for_json(request)))
+            self._outbox.tell(frames.call(name, id, for_json(request)))
             answered = call.done.wait(LONGEST_CALL)
         finally:
             with self._lock:

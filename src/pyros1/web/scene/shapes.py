@@ -6,22 +6,16 @@ A shape is JSON and bytes. Positions are in metres in the frame of the message's
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from pyros1.ground.errors import Error
+from pyros1.web.scene.clouds import point_cloud, point_cloud2
+from pyros1.web.scene.shape import Shape, ShapeError
 
-MOST_POINTS = 1_500_000
-"""Most points of a cloud that are sent; of larger ones every second, third ... point."""
 MOST_POSES = 20_000
 MOST_CELLS = 64 << 20
-Shape = tuple[dict[str, Any], bytes]
-
-
-class ShapeError(Error):
-    """A message cannot be drawn; the text says why."""
 
 
 def laser_scan(scan: Any) -> Shape:
@@ -39,42 +33,6 @@ def laser_scan(scan: Any) -> Shape:
         "intensities": both,
     }
     return facts, ranges.tobytes() + (intensities.tobytes() if both else b"")
-
-
-def point_cloud(cloud: Any) -> Shape:
-    """Return the points as they are in the message, or every n-th of them if there are too many.
-
-    Raises:
-        ShapeError: the sizes in the message contradict each other, or it has no x, y and z.
-    """
-    width, height, step, row = cloud.width, cloud.height, cloud.point_step, cloud.row_step
-    fields = {field.name: [field.offset, field.datatype, field.count] for field in cloud.fields}
-    if not {"x", "y", "z"} <= fields.keys():
-        raise ShapeError(f"a cloud without x, y and z; it has {', '.join(fields) or 'no fields'}")
-    if step < 1 or row < width * step or len(cloud.data) < (row * (height - 1) + width * step if height else 0):
-        raise ShapeError(f"{width} x {height} points of {step} bytes do not fit into {len(cloud.data)} bytes")
-    if any(offset + _SIZES.get(kind, 8) > step for offset, kind, _ in fields.values()):
-        raise ShapeError(f"a field ends behind its point, which has {step} bytes")
-    data = np.frombuffer(cloud.data, np.uint8)
-    if height > 1 and row != width * step:
-        data = data[: row * height] if len(data) >= row * height else np.pad(data, (0, row * height - len(data)))
-        data = data.reshape(height, row)[:, : width * step].reshape(-1)
-    points = data[: width * height * step].reshape(-1, step)
-    every = -(-len(points) // MOST_POINTS) or 1
-    points = points[::every]
-    facts = {
-        "kind": "cloud",
-        "count": len(points),
-        "step": step,
-        "fields": fields,
-        "bigendian": bool(cloud.is_bigendian),
-        "every": every,
-    }
-    return facts, points.tobytes()
-
-
-_SIZES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 8: 8}
-"""Bytes of the types of sensor_msgs/PointField."""
 
 
 def occupancy_grid(grid: Any) -> Shape:
@@ -117,9 +75,8 @@ def pose_stamped(message: Any) -> Shape:
 
 
 def pose_with_covariance(message: Any) -> Shape:
-    """Return the pose as for `path`, with its covariance of 6 x 6."""
-    covariance = [_finite(value) for value in message.pose.covariance]
-    return {"kind": "poses", "count": 1, "covariance": covariance}, _poses([message.pose.pose])
+    """Return the pose as for `path`, with the ellipsoid of its covariance; see `_ellipsoid`."""
+    return {"kind": "poses", "count": 1, **_ellipsoid(message.pose.covariance)}, _poses([message.pose.pose])
 
 
 def point_stamped(message: Any) -> Shape:
@@ -150,20 +107,104 @@ def imu(message: Any) -> Shape:
     return facts, b""
 
 
+def polygon(message: Any) -> Shape:
+    """Return the corners as float32: x, y, z."""
+    corners = [(each.x, each.y, each.z) for each in message.polygon.points[:MOST_POSES]]
+    return {"kind": "polygon", "count": len(corners)}, _floats(corners)
+
+
+def grid_cells(message: Any) -> Shape:
+    """Return width and height of the cells, and their middles as float32: x, y, z."""
+    middles = [(each.x, each.y, each.z) for each in message.cells[:MOST_POSES]]
+    facts = {"kind": "cells", "count": len(middles), "more": len(message.cells) - len(middles)}
+    return {**facts, "size": [_finite(message.cell_width), _finite(message.cell_height)]}, _floats(middles)
+
+
+def wrench(message: Any) -> Shape:
+    """Return force and torque."""
+    return _screw(message.wrench.force, message.wrench.torque, "N", "N m")
+
+
+def twist(message: Any) -> Shape:
+    """Return linear and angular velocity."""
+    return _screw(message.twist.linear, message.twist.angular, "m/s", "rad/s")
+
+
+def accel(message: Any) -> Shape:
+    """Return linear and angular acceleration."""
+    return _screw(message.accel.linear, message.accel.angular, "m/s\u00b2", "rad/s\u00b2")
+
+
+def _screw(straight: Any, around: Any, unit: str, unit_around: str) -> Shape:
+    facts = {
+        "kind": "screw",
+        "straight": [_finite(value) for value in (straight.x, straight.y, straight.z)],
+        "around": [_finite(value) for value in (around.x, around.y, around.z)],
+        "units": [unit, unit_around],
+    }
+    return facts, b""
+
+
+def _measured(field: str, unit: str, least: float, most: float) -> Callable[[Any], Shape]:
+    """Return a function for messages with one number, which colours a point between rviz's bounds."""
+
+    def shape(message: Any) -> Shape:
+        value = _finite(getattr(message, field))
+        return {"kind": "measured", "value": value, "unit": unit, "least": least, "most": most}, b""
+
+    return shape
+
+
 SHAPES: dict[str, Callable[[Any], Shape]] = {
+    "geometry_msgs/AccelStamped": accel,
     "geometry_msgs/PointStamped": point_stamped,
+    "geometry_msgs/PolygonStamped": polygon,
     "geometry_msgs/PoseArray": pose_array,
     "geometry_msgs/PoseStamped": pose_stamped,
     "geometry_msgs/PoseWithCovarianceStamped": pose_with_covariance,
+    "geometry_msgs/TwistStamped": twist,
+    "geometry_msgs/WrenchStamped": wrench,
+    "nav_msgs/GridCells": grid_cells,
     "nav_msgs/OccupancyGrid": occupancy_grid,
     "nav_msgs/Odometry": pose_with_covariance,
     "nav_msgs/Path": path,
+    "sensor_msgs/FluidPressure": _measured("fluid_pressure", "Pa", 98_000.0, 105_000.0),
+    "sensor_msgs/Illuminance": _measured("illuminance", "lx", 0.0, 1_000.0),
     "sensor_msgs/Imu": imu,
     "sensor_msgs/LaserScan": laser_scan,
-    "sensor_msgs/PointCloud2": point_cloud,
+    "sensor_msgs/PointCloud": point_cloud,
+    "sensor_msgs/PointCloud2": point_cloud2,
     "sensor_msgs/Range": range_,
+    "sensor_msgs/RelativeHumidity": _measured("relative_humidity", "", 0.0, 1.0),
+    "sensor_msgs/Temperature": _measured("temperature", "\u00b0C", 0.0, 100.0),
 }
 """Types that can be drawn from their newest message alone."""
+CLOUDS: dict[str, Callable[[Any, str, int], Shape]] = {
+    "sensor_msgs/PointCloud": point_cloud,
+    "sensor_msgs/PointCloud2": point_cloud2,
+}
+"""Those that a field of one's choice colours."""
+
+
+def _ellipsoid(covariance: Any) -> dict[str, Any]:
+    """Return where a position may be, up to one standard deviation: "spread", the half axes as three vectors in metres.
+
+    Empty if the covariance is not known, or is none. "turn" is the standard deviation of yaw in radians.
+    """
+    matrix = np.asarray(covariance, float).reshape(6, 6)
+    if not np.isfinite(matrix).all() or not matrix[:3, :3].any():
+        return {}
+    with np.errstate(all="ignore"):
+        squares, axes = np.linalg.eigh((matrix[:3, :3] + matrix[:3, :3].T) / 2)
+    half = axes * np.sqrt(np.maximum(squares, 0))
+    if not np.isfinite(half).all():
+        return {}
+    return {"spread": half.T.tolist(), "turn": math.sqrt(max(0.0, float(matrix[5, 5])))}
+
+
+def _floats(rows: Sequence[tuple[float, ...]]) -> bytes:
+    with np.errstate(over="ignore"):
+        return np.array(rows, np.float32).tobytes()
 
 
 def _pose(pose: Any) -> list[float | None]:

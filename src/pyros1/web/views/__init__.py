@@ -13,6 +13,7 @@ _HOMES = {
     "message": "MessageView",
     "rates": "RatesView",
     "publish": "PublishView",
+    "param": "ParamView",
     "params": "ParamsView",
     "reconfigure": "ReconfigureView",
     "action": "ActionView",
@@ -25,8 +26,12 @@ _HOMES = {
     "bag_recording": "BagRecordingView",
     "frames": "FramesView",
     "scene_frames": "SceneFramesView",
+    "scene_interactive": "SceneInteractiveView",
     "scene_topic": "SceneTopicView",
     "image": "ImageView",
+    "joints": "JointsView",
+    "launches": "LaunchesView",
+    "launch_log": "LaunchLogView",
 }
 NAMES = frozenset(_HOMES)
 """Names of the views."""

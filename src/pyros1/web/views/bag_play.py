@@ -43,6 +43,8 @@ class BagPlayView(BagView):
         super().__init__(robot, args, wake)
 
     def change(self, args: Mapping[str, Any]) -> None:
+        if args.get("clock") is True:
+            self.robot.check_visible("/clock")
         chosen = topics(args, MOST_TOPICS) if args.get("topics") is not None else list(self.bag.topics)
         wishes = Wishes(
             rate=number(args, "rate", SLOWEST, FASTEST, 1.0),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from pyros1.web.views.view import View, number
+from pyros1.web.views.view import View, number, text
 from pyros1.web.wire import Push
 
 if TYPE_CHECKING:
@@ -20,8 +20,10 @@ class ConsoleView(View):
 
     Args (of the page):
         after: the number of the last message that the page has; 0 for none.
+        run: the run of the server that gave this number; of another run, all messages are sent.
 
-    Pushes ``{"dropped": N, "entries": [[number, time, level, node, text, file, function, line, topics], ...]}``.
+    Pushes ``{"run": RUN, "dropped": N, "entries": [[number, time, level, node, text, file, function, line, topics,
+    nanoseconds], ...]}``.
     """
 
     period = 1 / 15
@@ -29,7 +31,8 @@ class ConsoleView(View):
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
         robot.check_visible("/rosout")
-        self._last = int(number(args, "after", 0, 1 << 53, 0))
+        known = text(args, "run", robot.console.run) == robot.console.run
+        self._last = int(number(args, "after", 0, 1 << 53, 0)) if known else 0
         self._end = robot.console.listen(wake)
         wake()
 
@@ -40,7 +43,7 @@ class ConsoleView(View):
         self._last = entries[-1].number
         if len(entries) == _MOST:
             self.wake()  # there may be more
-        return Push({"dropped": dropped, "entries": entries})
+        return Push({"run": self.robot.console.run, "dropped": dropped, "entries": entries})
 
     def close(self) -> None:
         self._end()

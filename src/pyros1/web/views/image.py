@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.web.hub import Arrival
+from pyros1.web.picture_size import MOST_PIXELS, picture_size
 from pyros1.web.views.view import View, text
 from pyros1.web.wire import Push, RequestError
 
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 MOST_BYTES = 64 << 20
 """Largest picture that is sent to a page."""
 _TIMES = 60
+_DEPTH_HEAD = 12
+"""Bytes before the PNG file in messages of compressed_depth_image_transport."""
 
 
 class ImageView(View):
@@ -52,6 +55,7 @@ class ImageView(View):
         if len(arrival.raw._buff) > MOST_BYTES:
             raise RequestError(f"a picture of {len(arrival.raw._buff) >> 20} MB; {MOST_BYTES >> 20} MB can be shown")
         message: Any = arrival.message
+        data = bytes(message.data)
         rate = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 and times[-1] > times[0] else None
         facts = {
             "type": kind,
@@ -62,6 +66,9 @@ class ImageView(View):
         }
         if kind == "sensor_msgs/CompressedImage":
             facts["format"] = message.format
+            width, height = picture_size(data) or picture_size(data[_DEPTH_HEAD:]) or (0, 0)
+            if width * height > MOST_PIXELS:
+                raise RequestError(f"a picture of {width} x {height} pixels is too large to be shown")
         else:
             facts |= {
                 "encoding": message.encoding,
@@ -70,7 +77,7 @@ class ImageView(View):
                 "step": message.step,
                 "bigendian": bool(message.is_bigendian),
             }
-        return Push(facts, bytes(message.data))
+        return Push(facts, data)
 
     def close(self) -> None:
         self._end()

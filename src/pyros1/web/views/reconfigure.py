@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _MOST_CHOICES = 200
+_DEEPEST = 8
+"""Most groups in each other."""
 _LONGEST = 100_000
 """Most characters of a list of choices."""
 
@@ -28,8 +30,9 @@ class ReconfigureView(View):
     Args (of the page):
         node: the node's name, or the namespace of its parameters.
 
-    Pushes ``{"parameters": [{"name", "type", "group", "description", "min", "max", "default", "choices"}, ...],
-    "values": {name: value}}``; choices are a list of name and value.
+    Pushes ``{"parameters": [{"name", "type", "groups", "description", "min", "max", "default", "choices"}, ...],
+    "values": {name: value}}``; groups are the names of the groups that it is in, from the outermost, without the one
+    that all are in; choices are a list of name and value.
     """
 
     period = 1 / 15
@@ -75,12 +78,13 @@ class ReconfigureView(View):
 
 def parameters(description: Any) -> list[dict[str, Any]]:
     """Return the parameters of a dynamic_reconfigure/ConfigDescription for a page; see `ReconfigureView`."""
+    paths = _paths(description.groups)
     low, high, usual = values(description.min), values(description.max), values(description.dflt)
     return [
         {
             "name": each.name,
             "type": each.type,
-            "group": group.name,
+            "groups": paths[group.id],
             "description": each.description,
             "min": low.get(each.name),
             "max": high.get(each.name),
@@ -90,6 +94,21 @@ def parameters(description: Any) -> list[dict[str, Any]]:
         for group in description.groups
         for each in group.parameters
     ]
+
+
+def _paths(groups: Any) -> dict[int, list[str]]:
+    """Return where each group is, by its id; parents may be missing, or go round in circles."""
+    known = {group.id: group for group in groups}
+    paths: dict[int, list[str]] = {}
+    for group in groups:
+        path: list[str] = []
+        here, seen = group, set()
+        while here is not None and here.id != 0 and here.id not in seen and len(path) < _DEEPEST:
+            seen.add(here.id)
+            path.insert(0, here.name)
+            here = known.get(here.parent)
+        paths[group.id] = path
+    return paths
 
 
 def values(config: Any) -> dict[str, Any]:

@@ -13,13 +13,15 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _MOST_FRAMES = 2_000
+_USUAL = "map"
+"""The fixed frame as long as there are no frames."""
 
 
 class SceneFramesView(View):
     """The poses of all frames in one of them.
 
     Args (of the page):
-        fixed: the frame in which poses are told; empty for the root of the first tree.
+        fixed: the frame in which poses are told; empty for the root of the first tree, or map.
 
     Pushes ``{"fixed": NAME, "names": [...], "parents": [...], "lost": [...]}`` with seven float64 for each name: x, y,
     z in metres, and a quaternion x, y, z, w. Lost are frames without a connection to the fixed one.
@@ -34,7 +36,7 @@ class SceneFramesView(View):
         world = self.robot.world
         states = world.buffer.states()[:_MOST_FRAMES]
         parents = {state.name: state.parent or "" for state in states}
-        fixed = self._fixed or next((name for name, parent in parents.items() if not parent), "")
+        fixed = self._fixed or next((name for name, parent in parents.items() if not parent), _USUAL)
         names, lost, numbers = [], [], array("d")
         for name in parents:
             pose = world.pose(fixed, name)

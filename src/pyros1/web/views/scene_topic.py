@@ -8,39 +8,51 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import MessageError
 from pyros1.web.hub import Arrival
+from pyros1.web.scene.clouds import MOST_POINTS
+from pyros1.web.scene.grids import UPDATES, Grid
 from pyros1.web.scene.markers import Markers
-from pyros1.web.scene.shapes import SHAPES, ShapeError
-from pyros1.web.views.view import View, text
+from pyros1.web.scene.shape import Shape, ShapeError
+from pyros1.web.scene.shapes import CLOUDS, SHAPES
+from pyros1.web.views.view import View, number, text
 from pyros1.web.wire import Push, RequestError
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 MARKERS = {"visualization_msgs/Marker", "visualization_msgs/MarkerArray"}
+GRID = "nav_msgs/OccupancyGrid"
+GRID_UPDATE = "map_msgs/OccupancyGridUpdate"
+_MOST_UPDATES = 100
+"""Most updates of a grid that wait for a slow page; beyond that, some are lost."""
 
 
 class SceneTopicView(View):
     """The newest message of a topic as a shape, or its markers.
 
     Args (of the page):
-        topic: the topic's full name.
+        topic: the topic's full name. With an OccupancyGrid, its updates come on ``TOPIC_updates``.
         fixed: the frame in which the pose is told.
+        by: the field that colours a cloud; empty for a good one. most: the number of its points that are sent at most.
 
     Pushes the facts of `pyros1.web.scene.shapes` with "frame", "stamp" and "pose", the place of the message's frame at
-    its time, or null if that is not known; or
+    its time, or null if that is not known (the message comes again as soon as it is); or
     ``{"kind": "markers", "new": [...], "gone": [[NS, ID], ...], "poses": {FRAME: POSE}, "all": BOOL}``.
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
-        self._fixed = text(args, "fixed", "")
         self._topic = text(args, "topic")
+        self._read(args)
         self._lock = threading.Lock()
         self._newest: Arrival | None = None
+        self._updates: list[Arrival] = []
         self._shown: Arrival | None = None
+        self._lost = False  # there is no way yet to the frame of what is shown
         self._markers: Markers | None = None
+        self._grid: Grid | None = None
         self._seen = 0
         self._problem = ""
+        self._end_updates: Callable[[], None] | None = None
         self._look = robot.world.look(lambda: None)
         try:
             self._end = robot.listen(self._topic, self._arrived)
@@ -49,42 +61,79 @@ class SceneTopicView(View):
             raise
 
     @property
-    def polled(self) -> bool:  # type: ignore[override]  # of markers: they end after their lifetimes
+    def polled(self) -> bool:  # type: ignore[override]  # markers end after their lifetimes, and frames come late
         """Whether to ask `take` also if no message has come."""
-        return self._markers is not None
+        return self._markers is not None or self._lost
 
     def take(self) -> Push | None:
+        if self._problem:
+            raise RequestError(self._problem)
         if self._markers is not None:
             return self._changed_markers(self._markers)
         with self._lock:
-            arrival = self._newest
-        if self._problem:
-            raise RequestError(self._problem)
-        if arrival is None or arrival is self._shown:
+            arrival, updates, self._updates = self._newest, self._updates, []
+        if arrival is None:
+            return None
+        kind = _type(arrival)
+        new = arrival is not self._shown
+        message: Any = arrival.message
+        header = message.header
+        if self._lost and not new and self._pose(header) is None:
             return None
         self._shown = arrival
-        kind = _type(arrival)
-        shape = SHAPES.get(kind)
-        if shape is None:
-            raise RequestError(f"messages of {kind} cannot be drawn")
-        message: Any = arrival.message
         try:
-            facts, blob = shape(message)
+            shape = self._grid_shape(message, new, updates) if kind == GRID else self._shape(kind, message, new)
         except ShapeError as error:
             raise RequestError(f"{self._topic}: {error}") from None
-        header = message.header
-        pose = self.robot.world.pose(self._fixed, header.frame_id, header.stamp)
-        facts |= {"frame": header.frame_id, "stamp": header.stamp.to_sec(), "pose": pose}
-        return Push(facts, blob)
+        if shape is None:
+            return None
+        pose = self._pose(header)
+        if pose is None and self._grid is not None:
+            self._grid.forget()
+        self._lost = pose is None
+        facts, blob = shape
+        return Push({**facts, "frame": header.frame_id, "stamp": header.stamp.to_sec(), "pose": pose}, blob)
 
     def change(self, args: Mapping[str, Any]) -> None:
-        self._fixed = text(args, "fixed", "")
+        self._read(args)
         self._shown = None
         self._seen = 0
 
     def close(self) -> None:
         self._end()
+        if self._end_updates is not None:
+            self._end_updates()
         self._look()
+
+    def _read(self, args: Mapping[str, Any]) -> None:
+        self._fixed = text(args, "fixed", "")
+        self._by = text(args, "by", "")
+        self._most = int(number(args, "most", 1, MOST_POINTS, MOST_POINTS))
+
+    def _pose(self, header: Any) -> list[float] | None:
+        return self.robot.world.pose(self._fixed, header.frame_id, header.stamp)
+
+    def _shape(self, kind: str, message: Any, new: bool) -> Shape | None:
+        if not new and not self._lost:
+            return None
+        if kind in CLOUDS:
+            return CLOUDS[kind](message, self._by, self._most)
+        if kind not in SHAPES:
+            raise RequestError(f"messages of {kind} cannot be drawn")
+        return SHAPES[kind](message)
+
+    def _grid_shape(self, message: Any, new: bool, updates: list[Arrival]) -> Shape | None:
+        if self._grid is None:
+            self._grid = Grid()
+            self._end_updates = self.robot.listen(self._topic + UPDATES, self._updated)
+        if self._grid.message is not message:
+            self._grid.put(message)
+        elif new:
+            self._grid.forget()  # the page asks for all again
+        for arrival in updates:
+            if arrival.at >= (self._shown.at if self._shown else 0):
+                self._grid.update(arrival.message)
+        return self._grid.take()
 
     def _changed_markers(self, markers: Markers) -> Push | None:
         with self._lock:
@@ -111,6 +160,12 @@ class SceneTopicView(View):
             with self._lock:
                 self._newest = arrival
         self.wake()
+
+    def _updated(self, arrival: Arrival) -> None:
+        if _type(arrival) == GRID_UPDATE:
+            with self._lock:
+                self._updates = [*self._updates[-_MOST_UPDATES:], arrival]
+            self.wake()
 
 
 def _type(arrival: Arrival) -> str:

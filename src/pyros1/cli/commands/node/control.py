@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
+from pyros1.ground.errors import UnreachableError
 from pyros1.launch.running.control import Launch, Status, running_launches
 
 _POLL = 0.05
@@ -65,7 +67,13 @@ def _wait(launch: Launch, before: Status, verb: str) -> Status:
     """Return the node's status as soon as the launch has done what it was told."""
     deadline = time.monotonic() + _DEADLINE
     while time.monotonic() < deadline:
-        after = next((entry for entry in launch.status() if entry.label == before.label), before)
+        try:
+            entries = launch.status()
+        except UnreachableError:
+            if verb == "stop":
+                return replace(before, state="stopped")
+            raise CommandError(f"{before.node}: its launch has ended") from None
+        after = next((entry for entry in entries if entry.label == before.label), before)
         if verb == "stop" and after.state not in ("running", "stopping"):
             return after
         if verb == "start" and after.state == "running":

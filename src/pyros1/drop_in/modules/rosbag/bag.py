@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import threading
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -20,6 +19,7 @@ from pyros1.bag.format.records import NS
 from pyros1.bag.format.writer import BagWriter
 from pyros1.bag.info import frequency_text as _human_readable_frequency
 from pyros1.bag.info import size_text as _human_readable_size
+from pyros1.bag.turns import Turns
 from pyros1.drop_in.missing import missing
 from rosbag._facts import ComparableMixin, Facts
 from rosbag._lending import Lending
@@ -91,7 +91,7 @@ class Bag(Facts):
             chunk_threshold = options.get("chunk_threshold", chunk_threshold)
         self._writer: BagWriter | None = None
         self._file: Any = None
-        self._lock = threading.RLock()  # callbacks of several topics may write at once
+        self._turns = Turns()  # callbacks of several topics may write at once
         self._check_compression(compression)
         self._check_threshold(chunk_threshold)
         self._compression = compression
@@ -109,7 +109,7 @@ class Bag(Facts):
         self._filename = os.fspath(f) if path else None
         self._file = open(f, {"r": "rb", "w": "w+b", "a": "a+b"}[mode]) if path else f  # noqa: SIM115
         self._known: tuple[int, BagReader] | None = None
-        self._readers = Lending(self._lock)
+        self._readers = Lending(self._turns.lock)
         try:
             with stock_errors():
                 self._open(allow_unindexed)
@@ -228,9 +228,9 @@ class Bag(Facts):
         if self._writer is None:
             assert self._known is not None
             return self._known[1]
-        with self._lock:
+        with self._turns.lock:
             if self._file:
-                self._writer.flush()
+                self._turns.do(self._writer.flush)
             state = len(self._writer.chunks)
             if self._known is None or self._known[0] != state:
                 self._readers.retire(self._known and self._known[1])
@@ -331,15 +331,18 @@ class Bag(Facts):
             cls, key = msg[-1], (topic, kind, md5sum)
         else:
             raise ValueError("msg must be of length 4 or 5")
-        with self._lock:
-            conn = self._topic_connections.get(key)
-            if conn is None:
-                conn = self._connect(topic, kind, md5sum, cls, connection_header)
-                self._topic_connections[key] = conn
-            try:
-                self._writer.write(conn, nanoseconds, data)
-            except BagError as error:
-                raise ROSBagFormatException(str(error)) from error
+        self._turns.do(self._put, key, (topic, kind, md5sum, cls, connection_header), nanoseconds, data)
+
+    def _put(self, key: Any, description: tuple[Any, ...], nanoseconds: int, data: bytes) -> None:
+        if not self._file or self._writer is None:
+            raise ValueError(_CLOSED)
+        conn = self._topic_connections.get(key)
+        if conn is None:
+            conn = self._topic_connections[key] = self._connect(*description)
+        try:
+            self._writer.write(conn, nanoseconds, data)
+        except BagError as error:
+            raise ROSBagFormatException(str(error)) from error
 
     def _connect(self, topic: str, kind: str, md5sum: str, cls: Any, header: Any) -> int:
         """Return the connection of a topic and type; a new one gets the header, or one with the type's definition."""
@@ -359,23 +362,24 @@ class Bag(Facts):
         if not self._file:
             raise ValueError(_CLOSED)
         if self._writer is not None:
-            with self._lock:
-                self._writer.flush()
+            self._turns.do(self._writer.flush)
 
     def close(self) -> None:
         """Close the bag; a closed one stays closed."""
+        self._turns.do(self._close)
+
+    def _close(self) -> None:
         if not self._file:
             return
-        with self._lock:
-            try:
-                if self._writer is not None:
-                    self._writer.close()
-                    self._reader.close()  # what programs ask of a closed bag, it still knows
-            finally:
-                if self._known is not None:
-                    self._known[1].close()
-                file, self._file = self._file, None
-                file.close()
+        try:
+            if self._writer is not None:
+                self._writer.close()
+                self._reader.close()  # what programs ask of a closed bag, it still knows
+        finally:
+            if self._known is not None:
+                self._known[1].close()
+            file, self._file = self._file, None
+            file.close()
 
     def reindex(self) -> Iterator[int]:
         """Find all messages of a bag, whatever its index says; with mode ``a`` the file gets a new one.

@@ -16,15 +16,15 @@ from pyros1.ground import names
 from pyros1.ground.errors import (
     Error,
     MasterError,
+    NodeError,
     NodeShutdownError,
-    ParameterNotSetError,
     ProtocolError,
     SerializationError,
     WaitTimeoutError,
 )
 from rospy.core import add_client_shutdown_hook, logdebug, logerr, loginfo, logwarn, register_signals, signal_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
-from rospy.msproxy import MasterProxy, reaching
+from rospy.msproxy import MasterProxy
 from rospy.names import as_text, get_caller_id, resolve_name
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
@@ -97,50 +97,51 @@ def init_node(
         raise ValueError("namespaces are not allowed in node names")
     line = list(sys.argv if argv is None else argv)
     arguments = (name, line, anonymous, log_level, disable_rostime, disable_signals)
-    if PROCESS.node is not None:
-        if PROCESS.arguments != arguments:
-            raise ROSException(
-                f"rospy.init_node() has already been called with different arguments: {PROCESS.arguments}"
-            )
-        return
     from rospy.impl import rosout
 
-    if not names.is_legal_base_name(name):
-        text = f"'{name}' is not a legal ROS base name. This may cause problems with other ROS tools."
-        warnings.warn(text, stacklevel=2)
-    level = INFO if log_level is None else log_level
-    rosout.python_level(level)  # KeyError: there is no such level
-    if not disable_signals and not hasattr(sys, "ps1"):
-        register_signals()
+    with PROCESS.start_lock:  # other threads wait for the one node
+        if PROCESS.node is not None:
+            if PROCESS.arguments != arguments:
+                raise ROSException(
+                    f"rospy.init_node() has already been called with different arguments: {PROCESS.arguments}"
+                )
+            return
+        if not names.is_legal_base_name(name):
+            text = f"'{name}' is not a legal ROS base name. This may cause problems with other ROS tools."
+            warnings.warn(text, stacklevel=2)
+        level = INFO if log_level is None else log_level
+        rosout.python_level(level)  # KeyError: there is no such level
+        if not disable_signals and not hasattr(sys, "ps1"):
+            register_signals()
 
-    def make() -> pyros1.Node:
-        config = rosout.configure(level)
-        node = pyros1.Node(
-            name,
-            argv=[word for word in line if not word.rstrip().endswith(":=")],  # ignored in stock
-            anonymous=anonymous,
-            log_level=_LEVELS[level],
-            handle_signals=not disable_signals,
-            rosout=not disable_rosout,
-            wall_time=disable_rostime,
-            ports=(xmlrpc_port or 0, tcpros_port or 0),
-            strict_names=False,
-        )
+        def make() -> pyros1.Node:
+            config = rosout.configure(level)
+            node = pyros1.Node(
+                name,
+                argv=[word for word in line if not word.rstrip().endswith(":=")],  # ignored in stock
+                anonymous=anonymous,
+                log_level=_LEVELS[level],
+                handle_signals=not disable_signals,
+                rosout=not disable_rosout,
+                wall_time=disable_rostime,
+                ports=(xmlrpc_port or 0, tcpros_port or 0),
+                strict_names=False,
+            )
+            try:
+                rosout.connect(node, line, config)
+            except BaseException:  # the configuration of the log is wrong
+                node.shutdown()
+                raise
+            return node
+
         try:
-            rosout.connect(node, line, config)
-        except BaseException:  # the configuration of the log is wrong
-            node.shutdown()
-            raise
-        return node
-
-    try:
-        PROCESS.start(make, arguments)
-    except NodeShutdownError:
-        raise ROSInitException("init_node interrupted before it could complete") from None
-    except ProtocolError as error:
-        raise ROSInitException(str(error)) from None
-    if not disable_rosout:
-        rosout.show_topic()
+            PROCESS.start(make, arguments)
+        except NodeShutdownError:
+            raise ROSInitException("init_node interrupted before it could complete") from None
+        except ProtocolError as error:
+            raise ROSInitException(str(error)) from None
+        if not disable_rosout:
+            rosout.show_topic()
     full = get_caller_id()
     logdebug("init_node, name[%s], pid[%s]: rospy is pyros1's, %s", full, os.getpid(), os.path.dirname(__file__))
 
@@ -215,7 +216,7 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Any = None) -> Any:
         raise ROSException(f"timeout exceeded while waiting for message on topic {topic}") from None
     except NodeShutdownError:
         raise ROSInterruptException("rospy shutdown") from None
-    except MasterError as error:
+    except (MasterError, NodeError) as error:
         raise ROSException(f"unable to wait for a message on topic {topic}: {error}") from None
     finally:
         probe.unregister()
@@ -235,9 +236,8 @@ def get_param(param_name: str, default: Any = _unspecified) -> Any:
         KeyError: it is not set, and there is no default.
     """
     try:
-        with reaching():
-            return as_stock(get_master().parameters[as_text(param_name)])
-    except ParameterNotSetError:
+        return get_master()[param_name]
+    except KeyError:
         if default is not _unspecified:
             return default
         raise KeyError(param_name) from None
@@ -255,8 +255,8 @@ def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
     """
     if PROCESS.node is None:
         return get_param(param_name, default)
-    with reaching():
-        value = PROCESS.node.params.cached(as_text(param_name), _unspecified)
+    master = get_master()
+    value = master.do(lambda: master.parameters.cached(as_text(param_name), _unspecified))
     if value is not _unspecified:
         return as_stock(value)
     if default is not _unspecified:
@@ -266,8 +266,7 @@ def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
 
 def get_param_names() -> list[str]:
     """Return the full names of all parameters."""
-    with reaching():
-        return list(get_master().parameters.names())
+    return list(get_master())
 
 
 def set_param(param_name: str, param_value: Any) -> None:
@@ -278,8 +277,7 @@ def set_param(param_name: str, param_value: Any) -> None:
         OverflowError: a number has more than 32 bits.
     """
     try:
-        with reaching():
-            get_master().parameters[as_text(param_name)] = param_value
+        get_master()[param_name] = param_value
     except SerializationError as error:
         raise (OverflowError if "does not fit" in str(error) else TypeError)(str(error)) from None
 
@@ -291,14 +289,12 @@ def search_param(param_name: str) -> str | None:
         ROSException: the name is private.
         TypeError: it is None.
     """
-    with reaching():
-        return get_master().search_param(param_name)
+    return get_master().search_param(param_name)
 
 
 def has_param(param_name: str) -> bool:
     """Return whether a parameter is set."""
-    with reaching():
-        return as_text(param_name) in get_master().parameters
+    return param_name in get_master()
 
 
 def delete_param(param_name: str) -> None:
@@ -307,11 +303,7 @@ def delete_param(param_name: str) -> None:
     Raises:
         KeyError: it is not set.
     """
-    try:
-        with reaching():
-            del get_master().parameters[as_text(param_name)]
-    except ParameterNotSetError:
-        raise KeyError(param_name) from None
+    del get_master()[param_name]
 
 
 _late = {

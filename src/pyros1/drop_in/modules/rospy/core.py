@@ -100,8 +100,8 @@ _insistence = Insistence()
 def _ros_signal(sig: int, stackframe: FrameType | None) -> None:
     """End the node in the main thread, so that the program stands still meanwhile; then call the former handler."""
     counts = _insistence.again()
-    if PROCESS.starting:
-        return  # pyros1's own handler ends it
+    if PROCESS.starting and signal.getsignal(sig) is not _ros_signal:
+        return  # the node's own handler, which is there already, ends it
     if PROCESS.node is None:  # it could not start
         _former(sig, stackframe)
         return

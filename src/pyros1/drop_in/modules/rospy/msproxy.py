@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
 
 from pyros1.drop_in.binary import as_stock
 from pyros1.drop_in.process import PROCESS
@@ -17,6 +17,7 @@ from pyros1.node.parameters.parameters import Parameters
 from rospy.exceptions import ROSException
 from rospy.names import as_text, get_caller_id, get_mappings, resolve_name
 
+_T = TypeVar("_T")
 _RESOLVED = {
     **dict.fromkeys(("deleteParam", "setParam", "getParam", "searchParam", "hasParam"), 0),
     **dict.fromkeys(("subscribeParam", "unsubscribeParam"), 1),
@@ -46,6 +47,9 @@ class MasterProxy:
     """
 
     def __init__(self, uri: str | None) -> None:
+        self._reach(uri)
+
+    def _reach(self, uri: str | None) -> None:
         node = PROCESS.node
         if node is not None and node.ok() and uri in (None, node.master_uri):
             self.client: MasterClient = node.master
@@ -57,6 +61,23 @@ class MasterProxy:
                 self.client, resolve_name, lambda: PROCESS.node.uri if PROCESS.node else "", get_mappings()
             )
         self.target = self.client.uri
+
+    def do(self, action: Callable[[], _T]) -> _T:
+        """Return what a function returns that asks the master; it is called again if the node ends meanwhile.
+
+        Raises:
+            ConnectionRefusedError: the master does not answer.
+        """
+        client, node = self.client, PROCESS.node
+        try:
+            with reaching():
+                return action()
+        except ConnectionRefusedError:
+            if node is None or node.ok() or client is not node.master:
+                raise
+        self._reach(self.target)  # the node has closed its connection
+        with reaching():
+            return action()
 
     def __getattr__(self, key: str) -> Callable[..., Any]:
         if key.startswith("__"):
@@ -72,8 +93,7 @@ class MasterProxy:
             place = _RESOLVED.get(key)
             if place is not None and place < len(words) and key != "searchParam":
                 words[place] = resolve_name(words[place])
-            with reaching():
-                answer = self.client.ask(key, *words)
+            answer = self.do(lambda: self.client.ask(key, *words))
             return as_stock(answer) if key == "getParam" else answer
 
         return call
@@ -81,25 +101,25 @@ class MasterProxy:
     def __getitem__(self, key: str) -> Any:
         """Return a parameter; raises KeyError if it is not set."""
         try:
-            return as_stock(self.parameters[as_text(key)])
+            return as_stock(self.do(lambda: self.parameters[as_text(key)]))
         except ParameterNotSetError:
             raise KeyError(key) from None
 
     def __setitem__(self, key: str, val: Any) -> None:
-        self.parameters[as_text(key)] = val
+        self.do(lambda: self.parameters.__setitem__(as_text(key), val))
 
     def __delitem__(self, key: str) -> None:
         """Delete a parameter; raises KeyError if it is not set."""
         try:
-            del self.parameters[as_text(key)]
+            self.do(lambda: self.parameters.__delitem__(as_text(key)))
         except ParameterNotSetError:
             raise KeyError(key) from None
 
     def __contains__(self, key: str) -> bool:
-        return as_text(key) in self.parameters
+        return self.do(lambda: as_text(key) in self.parameters)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self.parameters.names())
+        return iter(self.do(lambda: list(self.parameters.names())))
 
     def search_param(self, key: str) -> str | None:
         """Return the full name of the nearest parameter of that name, or None.
@@ -111,14 +131,14 @@ class MasterProxy:
         if key is None:
             raise TypeError("cannot marshal None unless allow_none is enabled")
         try:
-            return self.parameters.search(str(key)) if key else None
+            return self.do(lambda: self.parameters.search(str(key))) if key else None
         except MasterError as error:
             raise ROSException(f"cannot search for parameter: {error}") from None
 
     def get_param_cached(self, key: str) -> Any:
         """Return a parameter from a copy that the master keeps up to date; raises KeyError if it is not set."""
         missing = object()
-        value = self.parameters.cached(as_text(key), missing)
+        value = self.do(lambda: self.parameters.cached(as_text(key), missing))
         if value is missing:
             raise KeyError(key)
         return as_stock(value)

@@ -102,15 +102,15 @@ class Rate:
         Raises:
             ROSInterruptException, ROSTimeMovedBackwardsException: as `sleep`.
         """
+        now = get_rostime()  # a jump of simulated time in the sleep is seen by the next one, as in stock
         try:
-            sleep(self._left(get_rostime()))
+            sleep(self._left(now))
         except ROSTimeMovedBackwardsException:
             if not self._reset:
                 raise
             self.last_time = get_rostime()
             return
         self.last_time = self.last_time + self.sleep_dur
-        now = get_rostime()
         if now - self.last_time > self.sleep_dur * 2:
             self.last_time = now
 

@@ -9,7 +9,7 @@ from typing import Any
 import pyros1
 from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
-from pyros1.ground.errors import MasterError, NodeError, SerializationError
+from pyros1.ground.errors import MasterError, NodeError, NodeShutdownError, SerializationError
 from pyros1.ground.names import canonicalize_name
 from rospy.core import *  # noqa: F403  stock's module has these names, too
 from rospy.core import logfatal
@@ -30,6 +30,7 @@ _NO_QUEUE = (
     "The publisher should be created with an explicit keyword argument 'queue_size'. "
     "Please see http://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers for more information."
 )
+_UNREGISTERED = "publish() to an unregistered() handle"
 _NO_NODE = "ROS node has not been initialized yet. Please call init_node() first"
 
 
@@ -96,18 +97,28 @@ class Topic:
 
     def _begin(self, node: pyros1.Node) -> None:
         """Start with the node. What was made after its end stays silent, as stock's does."""
-        if self.impl is None or not node.ok():
+        impl, reason = self.impl, None
+        if impl is None or not node.ok():
             return
-        try:
-            self._handle = self._open(node, self.data_class)
-        except NodeError:  # stock lets the class of the first one win
-            self._handle = self._open(node, self.impl.data_class)
-        except MasterError as error:
-            logfatal("unable to register [%s] with the master: %s", self.name, error)
+        for data_class in (self.data_class, impl.data_class):  # stock lets the class of the first one win
+            try:
+                handle = self._open(node, data_class, impl)
+                break
+            except NodeShutdownError:
+                return
+            except (NodeError, MasterError) as error:
+                reason = error
+        else:
+            logfatal("unable to register [%s] with the master: %s", self.name, reason)
             return
-        self.impl.handles.append(self._handle)
+        with TOPICS.lock:
+            if self.impl is not None:
+                self._handle = handle
+                impl.handles = [*impl.handles, handle]
+                return
+        handle.unregister()  # another thread, such as that of its callback, has ended it meanwhile
 
-    def _open(self, node: pyros1.Node, data_class: Any) -> Any:
+    def _open(self, node: pyros1.Node, data_class: Any, impl: Any) -> Any:
         raise NotImplementedError
 
     def get_num_connections(self) -> int:
@@ -116,15 +127,20 @@ class Topic:
 
     def unregister(self) -> None:
         """End this publisher or subscriber; the topic is unregistered with the last one of the program."""
-        if self.impl is None:
-            return
         PROCESS.forget(self._begin)
-        impl, self.impl = self.impl, None
-        if self._handle is not None:
-            impl.handles.remove(self._handle)
-            self._handle.unregister()
-            self._handle = None
+        with TOPICS.lock:
+            impl, self.impl = self.impl, None
+            handle, self._handle = self._handle, None
+            if impl is None:
+                return
+            impl.handles = [each for each in impl.handles if each is not handle]
+            self._leave(impl)
+        if handle is not None:
+            handle.unregister()
         TOPICS.release_impl(self.reg_type, self.resolved_name)
+
+    def _leave(self, impl: Any) -> None:
+        """Take away what this one has given to the topic."""
 
 
 class Publisher(Topic):
@@ -169,12 +185,13 @@ class Publisher(Topic):
 
     def _begin(self, node: pyros1.Node) -> None:
         super()._begin(node)
-        if self.impl is not None:
-            self.impl.watch()
+        impl = self.impl
+        if impl is not None:
+            impl.watch()
 
-    def _open(self, node: pyros1.Node, data_class: Any) -> Any:
+    def _open(self, node: pyros1.Node, data_class: Any, impl: Any) -> Any:
         return node.advertise(
-            self._given, data_class, queue_size=self.impl.queue_size, latch=self._latch, headers=self._headers
+            self._given, data_class, queue_size=impl.queue_size, latch=self._latch, headers=self._headers
         )
 
     def publish(self, *args: Any, **kwds: Any) -> None:
@@ -190,9 +207,8 @@ class Publisher(Topic):
             AttributeError, UnicodeEncodeError: it is not even such a thing, see `rospy.impl.wrong_values`.
             TypeError: the message is of another type; or positional and named values are mixed.
         """
-        handle = self._handle
+        handle = self._handle or self._begun()
         if handle is None:
-            self._complain()
             return
         if len(args) == 1 and args[0].__class__ is self.data_class and not kwds:
             message = args[0]
@@ -204,13 +220,21 @@ class Publisher(Topic):
             if not name_frame(message):
                 raise error_of(error) from error
             self.publish(message)
+        except NodeError:  # another thread has unregistered it just now
+            raise ROSException(_UNREGISTERED) from None
 
-    def _complain(self) -> None:
-        """Raise what stock raises when a publisher cannot publish; it is silent after the end of the node."""
+    def _begun(self) -> Any:
+        """Return pyros1's publisher once it has begun; None after the end of the node.
+
+        Raises:
+            ROSException: there is no node yet; or the publisher was unregistered.
+        """
         if self.impl is None:
-            raise ROSException("publish() to an unregistered() handle")
+            raise ROSException(_UNREGISTERED)
         if PROCESS.node is None:
             raise ROSException(_NO_NODE)
+        with PROCESS.start_lock:  # which another thread has while it begins
+            return self._handle
 
 
 class Subscriber(Topic):
@@ -248,13 +272,15 @@ class Subscriber(Topic):
         self.callback = callback
         self.callback_args = callback_args
         self._queue_size = None if queue_size == -1 else queue_size
+        self._entry = (callback, callback_args)
         if callback is not None:
-            impl.callbacks.append((callback, callback_args))
+            with TOPICS.lock:
+                impl.callbacks.append(self._entry)
         if tcp_nodelay:
             impl.set_tcp_nodelay(tcp_nodelay)
         PROCESS.when_started(self._begin)
 
-    def _open(self, node: pyros1.Node, data_class: Any) -> Any:
+    def _open(self, node: pyros1.Node, data_class: Any, impl: Any) -> Any:
         from rospy.impl.rosout import guarded
 
         call: Callable[[Any], object] = _ignore
@@ -265,14 +291,12 @@ class Subscriber(Topic):
 
     def _begin(self, node: pyros1.Node) -> None:
         super()._begin(node)
-        if self._handle is not None and self.impl.ref_count == 1:
-            self.impl.begin_statistics()
+        impl = self.impl
+        if self._handle is not None and impl is not None and impl.ref_count == 1:
+            impl.begin_statistics()
 
-    def unregister(self) -> None:
-        """End this subscriber; the topic is unregistered with the last one of the program."""
-        if self.impl is not None and self.callback is not None:
-            self.impl.callbacks.remove((self.callback, self.callback_args))
-        super().unregister()
+    def _leave(self, impl: Any) -> None:
+        impl.callbacks = [each for each in impl.callbacks if each is not self._entry]
 
 
 def _ignore(_message: Any) -> None:

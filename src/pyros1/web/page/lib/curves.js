@@ -8,6 +8,7 @@ export class Points {
     this.values = new Float64Array(ROOM);
     this.start = 0;
     this.end = 0;
+    this.forgotten = 0; // points, so that those that are left have lasting numbers
   }
 
   get length() {
@@ -26,7 +27,9 @@ export class Points {
 
   // Forget what is older than a time, and the oldest of too many.
   trim(oldest, most) {
-    this.start = Math.max(this.indexOf(oldest), this.end - most);
+    const start = Math.max(this.indexOf(oldest), this.end - most);
+    this.forgotten += start - this.start;
+    this.start = start;
   }
 
   // The index of the first point at a time or later.

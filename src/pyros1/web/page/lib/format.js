@@ -34,3 +34,12 @@ export function clock(seconds) {
 export function plural(count, word) {
   return `${count} ${word}${count === 1 ? "" : "s"}`;
 }
+
+export function duration(seconds) {
+  if (seconds === undefined || seconds === null) return "";
+  const two = (value) => String(value).padStart(2, "0");
+  const whole = Math.floor(seconds);
+  const [days, hours] = [Math.floor(whole / 86400), Math.floor(whole / 3600) % 24];
+  const rest = `${hours}:${two(Math.floor(whole / 60) % 60)}:${two(whole % 60)}`;
+  return days ? `${days} d ${rest}` : rest;
+}

@@ -131,3 +131,34 @@ function single(out, data, width, height, step, [size, read], bigendian, range) 
   }
   return { least: Number.isFinite(least) ? least : null, most: Number.isFinite(most) ? most : null };
 }
+
+const turns = new WeakMap(); // canvas -> number of its newest picture
+
+// Draw a push of the view image on a canvas. Returns {least, most} of a picture of one channel, null if a newer picture
+// has come meanwhile, or throws an Error that says what is wrong with it.
+export async function drawPicture(canvas, facts, data, range = null) {
+  const turn = (turns.get(canvas) || 0) + 1;
+  turns.set(canvas, turn);
+  const size = (width, height) => {
+    if (canvas.width !== width) canvas.width = width;
+    if (canvas.height !== height) canvas.height = height;
+  };
+  if (facts.type !== "sensor_msgs/CompressedImage") {
+    const { pixels, least, most } = pixelsOf(facts, data, range);
+    size(facts.width, facts.height);
+    canvas.getContext("2d").putImageData(pixels, 0, 0);
+    return { least, most };
+  }
+  let picture;
+  try {
+    picture = await createImageBitmap(new Blob([facts.format.includes("compressedDepth") ? data.subarray(12) : data]));
+  } catch {
+    throw new Error(`the browser cannot show a picture of the format ${facts.format}`);
+  }
+  if (turn === turns.get(canvas)) {
+    size(picture.width, picture.height);
+    canvas.getContext("2d").drawImage(picture, 0, 0);
+  }
+  picture.close();
+  return turn === turns.get(canvas) ? { least: null, most: null } : null;
+}

@@ -18,7 +18,8 @@ export const MADE_IN = {
   "Mobile robot": {
     split: "row", sizes: [2, 3], parts: [
       { split: "column", sizes: [1, 1], parts: [{ panel: "topics" }, { panel: "nodes" }] },
-      { split: "column", sizes: [3, 2], parts: [
+      { split: "column", sizes: [4, 2, 2], parts: [
+        { panel: "scene", settings: { topics: ["/map", "/scan"] } },
         { panel: "plot", settings: { stacked: true, curves: [
           "/cmd_vel/linear/x", "/cmd_vel/angular/z", "/odom/twist/twist/linear/x", "/odom/twist/twist/angular/z",
         ] } },
@@ -28,11 +29,11 @@ export const MADE_IN = {
   },
   Arm: {
     split: "row", sizes: [3, 2], parts: [
-      { split: "column", sizes: [1, 1], parts: [
+      { split: "column", sizes: [2, 1], parts: [
+        { panel: "scene" },
         { panel: "plot", settings: { curves: ["/joint_states/position[:]"] } },
-        { panel: "plot", settings: { curves: ["/joint_states/velocity[:]"] } },
       ] },
-      { split: "column", sizes: [1, 1], parts: [{ panel: "services" }, { panel: "console" }] },
+      { split: "column", sizes: [2, 1], parts: [{ panel: "joints" }, { panel: "console" }] },
     ],
   },
   Bag: {

@@ -4,6 +4,7 @@
 //     title: "Plot",                  // of its tab
 //     description: "numbers over time",
 //     order: 30,                      // of the tabs, from left to right
+//     layout: {...},                  // how its tab begins; without it, the panel alone
 //     mount(place) -> {unmount()}     // show it; place is:
 //   }
 //   place.body       the element to fill

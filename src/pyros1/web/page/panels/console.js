@@ -23,7 +23,8 @@ class Console {
     this.shown = [];
     this.paused = false;
     this.selected = null;
-    this.last = 0;
+    this.last = 0; // number of the last message at the server, in one run of it
+    this.count = 0; // and here
     this.dropped = 0;
     this.counts = new Map(LEVELS.map(([level]) => [level, 0]));
     const { settings } = place;
@@ -33,7 +34,7 @@ class Console {
     this.marking = settings.marking || "";
     this._build();
     this._filtersChanged();
-    this.args = { after: 0 };
+    this.args = { after: 0, run: "" };
     this.stream = place.robot.stream("console", this.args, {
       opened: () => { this.args.after = this.last; },
       data: (data) => this._take(data),
@@ -85,14 +86,16 @@ class Console {
     this.atEnd = true;
   }
 
-  _take({ entries, dropped }) {
+  _take({ entries, dropped, run }) {
     this.dropped += dropped;
+    this.args.run = run;
+    this.last = entries.at(-1)[0];
     for (const entry of entries) {
+      entry[0] = ++this.count;
       this.entries.push(entry);
       this.counts.set(entry[2], (this.counts.get(entry[2]) || 0) + 1);
       if (!this.paused && this.fits(entry)) this.shown.push(entry);
     }
-    this.last = entries.at(-1)[0];
     if (this.entries.length > KEPT * 1.2) {
       this.entries.splice(0, this.entries.length - KEPT);
       const first = this.entries[0];
@@ -172,12 +175,12 @@ class Console {
   }
 
   _select(entry) {
-    const [number, time, level, node, text, file, fn, line, topics] = entry;
+    const [number, time, level, node, text, file, fn, line, topics, nanoseconds] = entry;
     this.selected = this.selected === number ? null : number;
     this.detail.hidden = this.selected === null;
     const row = (label, value) => value && [h("dt", {}, label), h("dd.mono", {}, value)];
     fill(this.detail, h("pre.mono", {}, text), h("dl", {},
-      row("node", node), row("level", NAME.get(level)), row("time", `${clock(time)} (${time.toFixed(6)})`),
+      row("node", node), row("level", NAME.get(level)), row("time", `${clock(time)} (${exact(time, nanoseconds)})`),
       row("place", file && `${file}:${line}${fn ? ` in ${fn}` : ""}`), row("topics", topics.join(" "))));
     this._draw();
   }
@@ -191,8 +194,8 @@ class Console {
   // rqt_console's file: a line of names, then message;severity;node;stamp;topics;location, each in quotation marks.
   _save() {
     const quote = (value) => `"${String(value).replaceAll('"', '\\"')}"`;
-    const rows = this.shown.map(([, time, level, node, text, file, fn, line, topics]) => [
-      text, level, node, `${Math.floor(time)}.${String(Math.round((time % 1) * 1e9)).padStart(9, "0")}`, topics.join(","), `${file}:${fn}:${line}`,
+    const rows = this.shown.map(([, time, level, node, text, file, fn, line, topics, nanoseconds]) => [
+      text, level, node, exact(time, nanoseconds), topics.join(","), `${file}:${fn}:${line}`,
     ].map(quote).join(";"));
     save("console.csv", ["message;severity;node;stamp;topics;location", ...rows].join("\n") + "\n", "text/csv");
   }
@@ -229,6 +232,15 @@ function matcher(text) {
   return { test: (value) => value.toLowerCase().includes(wanted) };
 }
 
+// A time as seconds and nanoseconds: a number alone has six digits behind the point.
+function exact(time, nanoseconds) {
+  return `${Math.round(time - nanoseconds / 1e9)}.${String(nanoseconds).padStart(9, "0")}`;
+}
+
+function nanoseconds(stamp) {
+  return Number((/\.(\d{1,9})/.exec(stamp)?.[1] || "0").padEnd(9, "0"));
+}
+
 function read(text) {
   const found = [];
   const row = /"((?:[^"\\]|\\[\s\S])*)"(;|\r?\n|$)/g;
@@ -240,7 +252,7 @@ function read(text) {
       const [message, severity, node, stamp, topics, location] = fields;
       const [file, fn, line] = location.split(":");
       const level = Number(severity) || LEVELS.find(([, name]) => name === severity.toLowerCase())?.[0] || 2;
-      found.push([found.length + 1, Number(stamp), level, node, message, file || "", fn || "", Number(line) || 0, topics ? topics.split(",") : []]);
+      found.push([found.length + 1, Number(stamp), level, node, message, file || "", fn || "", Number(line) || 0, topics ? topics.split(",") : [], nanoseconds(stamp)]);
     }
     fields = [];
   }

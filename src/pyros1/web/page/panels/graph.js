@@ -34,6 +34,7 @@ class GraphPanel {
       choose: (found) => this._choose(found),
       fold: (group) => this._fold(group),
       arranged: () => this._arranged(),
+      moved: () => { this.back.hidden = !this.picture.scene.put.size; },
     });
     this.stream = place.robot.stream("system", {}, {
       data: (system) => this._take(system),
@@ -105,9 +106,11 @@ class GraphPanel {
     this.nothing = h("div.nothing");
     const view = (text, title, onclick) => h("button", { title, "aria-label": title, onclick }, text);
     this.canvas.addEventListener("pointerdown", () => { menu.open = false; });
+    this.back = view("↺", "put boxes back that were dragged (r)", () => this.picture.release());
+    this.back.hidden = true;
     this.stage = h("div.stage", {}, this.canvas, this.nothing, this.said, this.note, h("div.zoom", {},
       view("+", "larger (+)", () => this.picture.camera.zoom(1.4)), view("−", "smaller (-)", () => this.picture.camera.zoom(1 / 1.4)),
-      view("⤢", "show all (f)", () => this.picture.fit())));
+      view("⤢", "show all (f)", () => this.picture.fit()), this.back));
     const side = h("aside.sheet", { hidden: true, "aria-label": "details" });
     this.sheet = new Sheet(side, this.place, {
       choose: (id) => this._go(id), close: () => this._choose(null), unfold: (group) => this._fold(group),

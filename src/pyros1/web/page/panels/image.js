@@ -2,7 +2,7 @@
 
 import { command, empty, fill, h } from "../lib/dom.js";
 import { number, rate } from "../lib/format.js";
-import { pixelsOf } from "../lib/images.js";
+import { drawPicture } from "../lib/images.js";
 
 const KINDS = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
 
@@ -101,13 +101,9 @@ class Picture {
   async _take(facts, blob) {
     const data = new Uint8Array(blob.buffer, blob.offset);
     try {
-      if (facts.type === "sensor_msgs/CompressedImage") await this._compressed(facts, data);
-      else {
-        const { pixels, least, most } = pixelsOf(facts, data, this.range);
-        this._size(facts.width, facts.height);
-        this.canvas.getContext("2d").putImageData(pixels, 0, 0);
-        this.values = least === null ? "" : `  ${number(least)} … ${number(most)}`;
-      }
+      const bounds = await drawPicture(this.canvas, facts, data, this.range);
+      if (!bounds) return;
+      this.values = bounds.least === null ? "" : `  ${number(bounds.least)} … ${number(bounds.most)}`;
     } catch (error) {
       this.place.problem(error.message);
       return;
@@ -118,30 +114,6 @@ class Picture {
     if (first) this._showHint();
     this._fit();
     this._status();
-  }
-
-  async _compressed(facts, data) {
-    const depth = facts.format.includes("compressedDepth");
-    const turn = (this.turn = (this.turn || 0) + 1);
-    let picture;
-    try {
-      picture = await createImageBitmap(new Blob([depth ? data.subarray(12) : data]));
-    } catch {
-      throw new Error(`the browser cannot show a picture of the format ${facts.format}`);
-    }
-    if (turn !== this.turn) { // a newer one has come meanwhile
-      picture.close();
-      return;
-    }
-    this._size(picture.width, picture.height);
-    this.canvas.getContext("2d").drawImage(picture, 0, 0);
-    this.values = "";
-    picture.close();
-  }
-
-  _size(width, height) {
-    if (this.canvas.width !== width) this.canvas.width = width;
-    if (this.canvas.height !== height) this.canvas.height = height;
   }
 
   // As large as there is room, turned as one wants.

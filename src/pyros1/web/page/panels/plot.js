@@ -4,12 +4,16 @@ import uPlot from "../vendor/uplot.js";
 import { Points, grid, sample } from "../lib/curves.js";
 import { command, empty, fill, h, save } from "../lib/dom.js";
 import { number } from "../lib/format.js";
+import { Pairs } from "../parts/plot/pairs.js";
+import { expand, spread, ticksBefore } from "../parts/plot/words.js";
+import { XYChart } from "../parts/plot/xychart.js";
 
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9", "#c2255c", "#5c940d"];
 const PERIODS = [2, 5, 10, 20, 60, 300];
 const KEPT = 600; // seconds
 const MOST = 6e5; // points of a line
 const LEAST_HEIGHT = 90;
+const IDLE = 250; // milliseconds until trails are drawn again if nothing comes: their ends go on
 
 export default {
   title: "Plot",
@@ -24,12 +28,25 @@ class Plot {
     this.curves = []; // {id, text, colour, hidden, points: Map(part -> Points), problem}
     this.period = place.settings.period || 20;
     this.stacked = Boolean(place.settings.stacked);
+    this.xy = Boolean(place.settings.xy); // curves against each other instead of over time
+    this.equal = place.settings.equal !== false; // whether a unit is as long on both axes then
+    this.pairs = new Pairs(COLOURS, {
+      curves: () => this.curves,
+      add: (text) => this._add(text, false),
+      remove: (texts) => { this.curves = this.curves.filter(({ text }) => !texts.includes(text)); },
+      changed: () => this._curvesChanged(),
+      redraw: () => this._layOut(),
+    });
     this.range = null; // what was zoomed to; null follows the newest
     this.now = null;
     this.charts = [];
+    this.drawnAt = 0;
     this.ids = 0;
     this._build();
     for (const text of place.settings.curves || []) this._add(String(text), false);
+    const { pairs } = place.settings;
+    for (const pair of Array.isArray(pairs) ? pairs : []) if (Array.isArray(pair)) this.pairs.pair(String(pair[0]), String(pair[1] || ""));
+    if (this.xy && !this.pairs.list.length) this.pairs.pairAll();
     this.startPaused = Boolean(place.settings.paused);
     this.stream = place.robot.stream("plot", this._args(), {
       data: (data, blob) => this._take(data, blob),
@@ -45,7 +62,8 @@ class Plot {
 
   // Another panel wants something shown.
   accept(settings) {
-    for (const text of settings.curves || []) this._add(text);
+    if (this.xy) this.pairs.add(settings.curves || []);
+    else for (const text of settings.curves || []) this._add(text);
   }
 
   unmount() {
@@ -72,13 +90,26 @@ class Plot {
       onchange: (event) => { this.period = Number(event.target.value); this.range = null; this._save(); },
     }, [...new Set([...PERIODS, this.period])].sort((one, other) => one - other).map((seconds) => h("option", { value: seconds, selected: seconds === this.period }, seconds < 60 ? `${seconds} s` : `${seconds / 60} min`)));
     this.pause = h("button", { "aria-pressed": "false", title: "stop the picture; drag to zoom, double click for all", onclick: () => this._pause() }, "Pause");
-    const stack = h("button", { "aria-pressed": String(this.stacked), title: "a chart for each curve", onclick: () => {
-      this.stacked = !this.stacked;
-      stack.setAttribute("aria-pressed", String(this.stacked));
+    const toggle = (label, title, key, more = () => {}) => h("button", { "aria-pressed": String(this[key]), title, onclick: (event) => {
+      this[key] = !this[key];
+      event.currentTarget.setAttribute("aria-pressed", String(this[key]));
+      more();
       this._save();
       this._layOut();
-    } }, "Stack");
-    tools.append(form, periods, this.pause, stack,
+    } }, label);
+    const stack = toggle("Stack", "a chart for each curve", "stacked");
+    const same = toggle("1:1", "a unit is as long on both axes", "equal");
+    const choose = () => {
+      stack.hidden = this.xy;
+      same.hidden = !this.xy;
+      this.input.placeholder = this.xy ? "/topic/x:y" : "/topic/field";
+    };
+    const against = toggle("XY", "one field against another: type both, as /pose/x:y or /a,/b", "xy", () => {
+      if (this.xy && !this.pairs.list.length) this.pairs.pairAll();
+      choose();
+    });
+    choose();
+    tools.append(form, periods, this.pause, stack, same, against,
       h("button.quiet", { title: "save all points as CSV", onclick: () => this._csv() }, "CSV"),
       h("button.quiet", { title: "save the picture", onclick: () => this._png() }, "PNG"));
     this.legend = h("div.legend");
@@ -93,13 +124,18 @@ class Plot {
   }
 
   _save() {
-    this.place.save({ curves: this.curves.map(({ text }) => text), period: this.period, stacked: this.stacked });
+    this.place.save({
+      curves: this.curves.map(({ text }) => text), period: this.period, stacked: this.stacked,
+      ...(this.xy || this.pairs.list.length ? { xy: this.xy, equal: this.equal, pairs: this.pairs.list.map(({ x, y }) => [x, y]) } : {}),
+    });
   }
 
   _submit(event) {
     event.preventDefault();
     // as rqt_plot: several with commas, and /topic/x:y:z for three fields of one message
-    for (const text of expand(this.input.value)) this._add(text);
+    const texts = expand(this.input.value);
+    if (this.xy) this.pairs.add(texts);
+    else for (const text of texts) this._add(text);
     this.input.value = "";
   }
 
@@ -112,6 +148,7 @@ class Plot {
 
   _remove(curve) {
     this.curves = this.curves.filter((each) => each !== curve);
+    this.pairs.list = this.pairs.list.filter(({ x, y }) => x !== curve.text && y !== curve.text);
     this._curvesChanged();
   }
 
@@ -175,6 +212,11 @@ class Plot {
     this.charts = [];
     this.lines = this._lines();
     this._drawLegend();
+    if (this.xy && !this.pairs.list.some(({ y }) => y)) {
+      fill(this.area, empty("No curves yet", "Type two fields above, of which the second is drawn against the first, for example:",
+        command("/odom/pose/pose/position/x:y")));
+      return;
+    }
     if (!this.curves.length) {
       fill(this.area, empty("No curves yet", "Type a topic and a field above, for example:",
         command("/velocity/data"), "or click a number in the Topics tab."));
@@ -184,6 +226,17 @@ class Plot {
     const shown = this.lines.filter((line) => !line.curve.hidden);
     const groups = this.stacked && shown.length ? shown.map((line) => [line]) : [shown];
     this._drawValues(); // the legend has its height before the charts are measured
+    if (this.xy) {
+      const pairs = this.pairs.trails().filter(({ pair }) => !pair.hidden);
+      this.charts.push(new XYChart(this.area, this._size(1), pairs, this.equal, {
+        cursor: (found) => {
+          this.pairs.pointAt(pairs, found);
+          this._drawValues();
+        },
+      }));
+      this.dirty = true;
+      return;
+    }
     for (const lines of groups) this.charts.push(this._chart(lines, this._size(groups.length)));
     this.dirty = true;
   }
@@ -285,10 +338,18 @@ class Plot {
   _frame() {
     this.timer = requestAnimationFrame(() => this._frame());
     if (this.now === null || (!this.dirty && this.range)) return;
+    const fresh = this.dirty; // else only time has gone on
     this.dirty = false;
     const [begin, end] = this._shown();
     if (!this.range) this.origin = end; // of the times at the axis; it stays where it was while one looks at the past
     for (const chart of this.charts) {
+      if (this.xy) {
+        if (fresh || performance.now() - this.drawnAt > IDLE) {
+          chart.draw(begin, end);
+          this.drawnAt = performance.now();
+        }
+        continue;
+      }
       const columns = Math.max(50, Math.floor(chart.over.clientWidth));
       const places = grid(begin, end, columns);
       chart.batch(() => {
@@ -301,6 +362,10 @@ class Plot {
   }
 
   _drawLegend() {
+    if (this.xy) {
+      this.pairs.drawLegend(this.legend);
+      return;
+    }
     fill(this.legend, this.curves.map((curve) => {
       const lines = this.lines.filter((line) => line.curve === curve);
       curve.mark = h("span.value.mono");
@@ -315,6 +380,10 @@ class Plot {
   }
 
   _drawValues() {
+    if (this.xy) {
+      this.pairs.drawValues(this.now);
+      return;
+    }
     for (const curve of this.curves) {
       if (!curve.mark) continue;
       const values = this.lines.filter((line) => line.curve === curve).map((line) => line.at ?? line.points.last());
@@ -332,6 +401,7 @@ class Plot {
       const index = time === null ? -1 : Math.min(line.points.indexOf(time), line.points.end - 1);
       line.at = index >= line.points.start && index >= 0 ? line.points.values[index] : undefined;
     }
+    this._drawValues(); // also of a picture that stands still
   }
 
   _csv() {
@@ -357,30 +427,4 @@ class Plot {
     }
     picture.toBlob(async (blob) => save("plot.png", blob, "image/png"));
   }
-}
-
-function expand(text) {
-  if (text.includes(": ") || text.includes("(")) return [text];
-  return text.split(",").flatMap((part) => {
-    if (part.includes("[")) return [part];
-    const [head, ...others] = part.trim().split(":");
-    const folder = head.slice(0, head.lastIndexOf("/"));
-    return [head, ...others.map((other) => `${folder}/${other}`)];
-  });
-}
-
-// Round numbers of seconds before a time, about so many.
-function ticksBefore(origin, begin, end, count) {
-  const least = (end - begin) / Math.max(2, count);
-  const power = 10 ** Math.floor(Math.log10(least));
-  const step = [1, 2, 5, 10].map((factor) => factor * power).find((size) => size >= least);
-  const first = Math.ceil((begin - origin) / step - 1e-6);
-  const last = Math.floor((end - origin) / step + 1e-6);
-  return Array.from({ length: Math.max(0, last - first + 1) }, (_, index) => origin + (first + index) * step);
-}
-
-function spread(least, most) {
-  if (least === null || most === null || !Number.isFinite(least) || !Number.isFinite(most)) return [0, 1];
-  const room = least === most ? Math.abs(least) * 0.1 || 0.5 : (most - least) * 0.08;
-  return [least - room, most + room];
 }

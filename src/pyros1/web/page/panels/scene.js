@@ -1,12 +1,20 @@
 // The robot and what it sees, in 3D, as rviz shows it.
 
 import { empty, fill, h, save } from "../lib/dom.js";
+import { DisplayList } from "../lib/scene/list.js";
 
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9"];
+const PARTS = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay"];
+const DESCRIPTION = "/robot_description";
+const FRAMES = "frames"; // keys of displays: a topic, "robot:PARAMETER", or this
+const ROBOT = "robot:";
+const VIEWS = { orbit: "orbit", top: "top", side: "side", flat: "flat" };
+
+document.head.append(h("link", { rel: "stylesheet", href: "panels/scene.css" }));
 
 export default {
   title: "3D",
-  description: "frames, scans, clouds, maps, markers and paths in 3D",
+  description: "the robot, frames, scans, clouds, maps, markers and paths in 3D",
   order: 40,
   mount: (place) => new Scene(place),
 };
@@ -14,9 +22,15 @@ export default {
 class Scene {
   constructor(place) {
     this.place = place;
-    this.fixed = place.settings.fixed || "";
-    this.topics = [...(place.settings.topics || [])]; // shown topics
-    this.displays = new Map(); // topic -> {display, stream, type}
+    const { fixed, topics, robots, options, hidden, view, target } = place.settings;
+    this.fixed = fixed || "";
+    this.topics = [...(topics || [])]; // shown topics
+    this.robots = [...(robots || [DESCRIPTION])]; // parameters with URDFs
+    this.options = { ...options }; // key of a display -> what was chosen
+    this.concealed = new Set(hidden || []); // keys
+    this.view0 = view;
+    this.target = target || "";
+    this.displays = new Map(); // key -> {key, topic, display, stream}
     this.types = {};
     this._build();
     this._begin();
@@ -24,39 +38,48 @@ class Scene {
 
   // Three.js comes only when it is needed: it is large.
   async _begin() {
-    let parts;
     try {
-      parts = await Promise.all(["stage", "displays", "frames", "tools"].map((name) => import(`../lib/scene/${name}.js`)));
+      const parts = await Promise.all(PARTS.map((name) => import(`../lib/scene/${name}.js`)));
       if (this.gone) return;
-      const [{ Stage, put }, { Display, TYPES }, { FrameSet }, tools] = parts;
-      Object.assign(this, { Display, TYPES, tools, put });
-      this.stage = new Stage(this.view);
-      this.frames = new FrameSet();
-      this.stage.scene.add(this.frames.object);
+      this.lib = Object.assign({}, ...parts);
+      this.stage = new this.lib.Stage(this.view);
     } catch (error) {
       fill(this.view, empty("No 3D here", `This browser cannot draw in 3D: ${error.message}`));
       return;
     }
+    if (this.view0) this.stage.place = this.view0;
+    this._showView();
+    this.stage.moved = () => this._save();
+    this.frames = new this.lib.FrameSet();
     this.place.body.scene = this; // for tests, and the curious
     this.onTheme = () => this.stage.colours();
     addEventListener("themechange", this.onTheme);
     const { robot } = this.place;
+    this._enter({ key: FRAMES, display: this.frames, title: "TF", kind: "TF", fixed: true });
+    for (const name of this.robots) this._showRobot(name);
+    for (const topic of this.topics) this._show(topic);
+    this.mouse = new this.lib.Interaction(this.stage, {
+      sets: () => [...this.displays.values()].map(({ display }) => display).filter((each) => each instanceof this.lib.InteractiveSet),
+      fixed: () => this._fixedFrame(),
+      publish: (topic, type, value) => robot.call("topics.publish", { topic, type, value }),
+      told: (text) => this._say(text),
+    });
     this.system = robot.stream("system", {}, { data: (data) => this._system(data) });
     this.world = robot.stream("scene_frames", { fixed: this.fixed }, {
       data: (data, blob) => this._frames(data, blob),
       problem: (text) => this.place.problem(text),
     });
-    for (const topic of this.topics) this._show(topic);
-    this._list();
+    this.list.draw();
   }
 
   unmount() {
     this.gone = true;
     this.system?.close();
     this.world?.close();
-    for (const topic of [...this.displays.keys()]) this._hide(topic);
+    for (const key of [...this.displays.keys()]) this._hide(key);
     if (this.onTheme) removeEventListener("themechange", this.onTheme);
     this.tool?.close();
+    this.mouse?.close();
     this.stage?.close();
   }
 
@@ -67,60 +90,100 @@ class Scene {
   _build() {
     const { body, tools } = this.place;
     this.fixedChoice = h("select.mono", { "aria-label": "fixed frame", title: "the frame that stands still", onchange: (event) => this._fix(event.target.value) });
-    const view = (name, text) => h("button.quiet", { title: `look from ${text}`, onclick: () => this.stage?.view(name) }, text);
-    this.buttons = new Map([["measure", "Measure"], ["goal", "Nav goal"], ["estimate", "Pose estimate"]].map(([name, text]) =>
+    this.targetChoice = h("select.mono", { "aria-label": "followed frame", title: "the frame that the view goes along with", onchange: (event) => { this.target = event.target.value; this.stage.followed = null; this._save(); } });
+    this.viewChoice = h("select", { "aria-label": "view", title: "from where one looks; flat is from above and without perspective", onchange: (event) => { this.stage?.view(event.target.value, this.stage.controls.target.toArray()); this._save(); } },
+      Object.entries(VIEWS).map(([name, text]) => h("option", { value: name }, text)));
+    this.buttons = new Map([["measure", "Measure"], ["goal", "Nav goal"], ["estimate", "Pose estimate"], ["point", "Point"]].map(([name, text]) =>
       [name, h("button", { "aria-pressed": "false", onclick: () => this._use(name) }, text)]));
-    tools.append(h("label.check", {}, "fixed", this.fixedChoice), view("orbit", "orbit"), view("top", "top"), view("side", "side"),
+    tools.append(h("label.check", {}, "fixed", this.fixedChoice), h("label.check", {}, "view", this.viewChoice), h("label.check", {}, "follow", this.targetChoice),
       ...this.buttons.values(),
+      h("button.quiet", { title: "look from where one looked at first", onclick: () => { this.stage?.view(this.stage.name); this._save(); } }, "Reset"),
       h("button.quiet", { title: "save the picture", onclick: () => this._png() }, "PNG"));
     this.view = h("div.view");
-    this.list = h("div.displays");
-    this.word = h("div.word.mono", { hidden: true });
-    this.view.append(this.word);
+    this.word = h("div.word.mono", { hidden: true, role: "status" });
+    this.pictures = h("div.pictures");
+    this.view.append(this.pictures, this.word);
+    const element = h("div.displays");
+    this.list = new DisplayList(element, {
+      entries: () => [...this.displays.values()],
+      hidden: (key) => this.concealed.has(key),
+      show: (key, shown) => this._conceal(key, shown),
+      remove: (key) => this._remove(key),
+      option: (key, name, value) => this._option(key, name, value),
+      offers: () => this._offers(),
+      add: (key) => (key.startsWith(ROBOT) ? this._addRobot(key.slice(ROBOT.length)) : this._add(key)),
+    });
     body.classList.add("scene");
-    body.append(this.list, this.view);
+    body.append(element, this.view);
   }
 
   _save() {
-    this.place.save({ fixed: this.fixed, topics: this.topics });
+    const view = this.stage?.place;
+    if (view) for (const name of ["position", "target"]) view[name] = view[name].map((value) => Number(value.toFixed(3)));
+    this.place.save({ fixed: this.fixed, topics: this.topics, robots: this.robots, options: this.options, hidden: [...this.concealed], view, target: this.target });
   }
 
   _system(data) {
     this.types = Object.fromEntries(Object.entries(data.topics).map(([name, { type }]) => [name, type]));
-    const offered = Object.keys(this.types).filter((name) => this.TYPES[this.types[name]] && !this.topics.includes(name));
-    const key = JSON.stringify([offered, this.topics.map((topic) => this.types[topic])]);
+    const key = JSON.stringify([this._offers(), this.topics.map((topic) => this.types[topic])]);
     if (key === this.offered) return;
     this.offered = key;
-    this.choices = offered;
-    this._list();
+    for (const topic of this.topics) { // its type is known now, or is another one
+      const kind = this.lib.TYPES[this.types[topic]];
+      const entry = this.displays.get(topic);
+      if (!kind || entry.kind === kind) continue;
+      this._hide(topic);
+      this._show(topic);
+    }
+    this.list.draw();
+  }
+
+  _offers() {
+    const topics = Object.keys(this.types).filter((name) => this.lib.TYPES[this.types[name]] && !this.topics.includes(name)).sort();
+    const offers = topics.map((name) => ({ key: name, title: name, kind: this.lib.TYPES[this.types[name]], text: this.types[name] }));
+    if (!this.robots.includes(DESCRIPTION)) offers.unshift({ key: ROBOT + DESCRIPTION, title: DESCRIPTION, kind: "RobotModel", text: "the robot as its URDF describes it" });
+    offers.push({ key: ROBOT, title: "a parameter …", kind: "RobotModel", text: "a robot whose URDF is in a parameter of another name" });
+    return offers;
   }
 
   _frames(data, blob) {
     this.shownFixed = data.fixed;
-    const names = [...data.names, ...data.lost].sort();
+    const told = [...this.displays.values()].map(({ display }) => display.frame).filter(Boolean);
+    const names = [...new Set([...data.names, ...data.lost, ...told, this.fixed, this.target])].filter(Boolean).sort();
     const key = JSON.stringify([names, data.fixed]);
     if (key !== this.names) {
       this.names = key;
-      const all = [...new Set([...names, ...(this.fixed ? [this.fixed] : [])])];
-      fill(this.fixedChoice, h("option", { value: "" }, all.length ? `the root (${data.fixed})` : "no frames yet"),
-        all.map((name) => h("option", { value: name, selected: name === this.fixed }, name)));
+      const option = (chosen) => (name) => h("option", { value: name, selected: name === chosen }, name);
+      fill(this.fixedChoice, h("option", { value: "" }, data.names.length + data.lost.length ? `the root (${data.fixed})` : `no frames yet (${data.fixed})`), names.map(option(this.fixed)));
+      fill(this.targetChoice, h("option", { value: "" }, "no frame"), names.map(option(this.target)));
       if (!this.fixed) this._restream();
     }
     this.place.problem(data.lost.length ? `no way from ${data.fixed} to ${data.lost.slice(0, 5).join(", ")}${data.lost.length > 5 ? " …" : ""}` : "");
     this.frames.take(data, blob);
+    for (const entry of this.displays.values()) {
+      entry.display.place?.(this.frames);
+      this.list.tell(entry);
+    }
+    const target = this.target && this.frames.pose(this.target);
+    if (target) this.stage.follow(target);
     this.stage.draw();
   }
 
   _fix(frame) {
     this.fixed = frame;
     this.names = "";
+    this.stage.followed = null;
     this.world.change({ fixed: frame });
     this._restream();
     this._save();
   }
 
   _restream() {
-    for (const { stream, topic } of this.displays.values()) stream.change({ topic, fixed: this._fixedFrame() });
+    for (const entry of this.displays.values()) if (entry.topic) this._again(entry);
+  }
+
+  _again({ stream, display, topic }) {
+    stream.change({ topic, fixed: this._fixedFrame(), ...display.args });
   }
 
   _fixedFrame() {
@@ -130,70 +193,124 @@ class Scene {
   _add(topic) {
     this.topics.push(topic);
     this._show(topic);
+    this._changed();
+  }
+
+  _addRobot(name) {
+    const chosen = name || (prompt("The name of the parameter with the URDF:", "/robot_description") || "").trim();
+    if (!chosen || this.robots.includes(chosen)) return;
+    this.robots.push(chosen);
+    this._showRobot(chosen);
+    this._changed();
+  }
+
+  _remove(key) {
+    this.topics = this.topics.filter((each) => each !== key);
+    this.robots = this.robots.filter((each) => ROBOT + each !== key);
+    this.concealed.delete(key);
+    delete this.options[key];
+    this._hide(key);
+    this._changed();
+  }
+
+  _changed() {
     this._save();
     this.offered = "";
-    this._list();
-  }
-
-  _remove(topic) {
-    this.topics = this.topics.filter((each) => each !== topic);
-    this._hide(topic);
-    this._save();
-    this.offered = "";
-    this._list();
-  }
-
-  _show(topic) {
-    const display = new this.Display(COLOURS[this.displays.size % COLOURS.length]);
-    this.stage.scene.add(display.object);
-    const entry = { topic, display };
-    this.displays.set(topic, entry);
-    entry.stream = this.place.robot.stream("scene_topic", { topic, fixed: this._fixedFrame() }, {
-      data: (data, blob) => {
-        if (this.types[topic] === "nav_msgs/Odometry") display.trail = true;
-        display.take(data, blob);
-        this._tell(entry);
-        this.stage.draw();
-      },
-      problem: (text) => { entry.trouble = text; this._tell(entry); },
-    });
-  }
-
-  _hide(topic) {
-    const entry = this.displays.get(topic);
-    if (!entry) return;
-    this.displays.delete(topic);
-    entry.stream.close();
-    this.stage.scene.remove(entry.display.object);
-    entry.display.close();
+    this.list.draw();
     this.stage.draw();
   }
 
-  _list() {
-    const names = h("label.check", {}, h("input", { type: "checkbox", checked: this.frames?.names ?? true, onchange: (event) => { this.frames.showNames(event.target.checked); this.stage.draw(); } }), "names of frames");
-    fill(this.list, h("h4", {}, "Displays"), names,
-      this.topics.map((topic) => {
-        const entry = this.displays.get(topic);
-        if (!entry) return null;
-        entry.line = h("div.word");
-        const row = h("div.display", {},
-          h("label.check", {}, h("input", { type: "checkbox", checked: entry.display.object.visible, onchange: (event) => { entry.display.object.visible = event.target.checked; this.stage.draw(); } }),
-            h("span.mono", { title: topic }, topic)),
-          h("button.quiet", { title: "remove", "aria-label": `remove ${topic}`, onclick: () => this._remove(topic) }, "✕"),
-          entry.line);
-        this._tell(entry);
-        return row;
-      }),
-      (this.choices || []).length ? h("h4", {}, "Add") : !this.topics.length && h("p.muted", {}, "No topics that can be drawn are published: scans, clouds, maps, markers, paths, poses."),
-      (this.choices || []).map((topic) => h("button.quiet.add", { title: this.types[topic], onclick: () => this._add(topic) }, "+ ", h("span.mono", {}, topic), " ", h("span.muted", {}, this.TYPES[this.types[topic]]))));
+  // Put a display into the scene, with what was chosen for it before.
+  _enter(entry) {
+    const { key, display } = entry;
+    this.displays.set(key, entry);
+    if (display.object) this.stage.scene.add(display.object);
+    const chosen = Object.entries(this.options[key] || {}).filter(([name, value]) => typeof value === typeof (display.options?.[name] ?? true));
+    if (chosen.length) display.set?.(Object.fromEntries(chosen)); // a link may say anything
+    display.show?.(!this.concealed.has(key));
+    return entry;
   }
 
-  _tell({ display, line, trouble }) {
-    if (!line) return;
-    const problem = trouble || display.problem;
-    line.className = `word${problem ? " wrong" : " muted"}`;
-    const text = problem || display.word;
-    if (line.textContent !== text) line.textContent = text;
+  _showRobot(name) {
+    const display = new this.lib.RobotModel(this.place.robot.token, () => this._touched(entry));
+    const entry = this._enter({ key: ROBOT + name, title: name, kind: "RobotModel", display });
+    entry.stream = this.place.robot.stream("param", { param: name.startsWith("/") ? name : `/${name}` }, {
+      data: (data) => { display.take(data); display.place(this.frames); this._touched(entry); },
+      problem: (text) => { entry.trouble = text; this.list.tell(entry); },
+    });
+  }
+
+  _show(topic) {
+    const kind = this.lib.TYPES[this.types[topic]] || "";
+    const host = { token: this.place.robot.token, changed: (what) => this._touched(entry, what) };
+    const entry = { key: topic, title: topic, kind, stream: { close() {}, change() {} } };
+    let view = "scene_topic";
+    if (kind === "InteractiveMarkers") {
+      entry.display = new this.lib.InteractiveSet(topic, host);
+      view = "scene_interactive";
+      const feedback = { topic: `${entry.display.topic}/feedback`, type: "visualization_msgs/InteractiveMarkerFeedback" };
+      this.place.robot.call("topics.advertise", feedback).catch(() => {}); // if it cannot be done, a drag says so
+    } else if (kind === "Image") {
+      entry.display = new this.lib.Overlay(this.pictures, topic, () => this._touched(entry));
+      view = "image";
+    } else {
+      entry.display = new this.lib.Display(COLOURS[this.displays.size % COLOURS.length], kind, host);
+    }
+    this._enter(entry);
+    if (!kind) { // what it is will be known when the graph is
+      entry.display.word = "nobody publishes it yet";
+      return;
+    }
+    entry.topic = topic;
+    entry.stream = this.place.robot.stream(view, { topic, fixed: this._fixedFrame(), ...entry.display.args }, {
+      data: (data, blob) => {
+        const shown = entry.display.take(data, blob);
+        entry.display.place?.(this.frames);
+        if (entry.display.hurry?.(this.stage.lag)) this._again(entry);
+        this._touched(entry);
+        return shown;
+      },
+      problem: (text) => { entry.trouble = text; this.list.tell(entry); },
+    });
+  }
+
+  _touched(entry, what) {
+    if (what === "controls") this.list.draw();
+    else this.list.tell(entry);
+    this.stage.draw();
+  }
+
+  _hide(key) {
+    const entry = this.displays.get(key);
+    if (!entry) return;
+    this.displays.delete(key);
+    entry.stream?.close();
+    if (entry.display.object) this.stage.scene.remove(entry.display.object);
+    entry.display.close?.();
+    this.stage.draw();
+  }
+
+  _conceal(key, shown) {
+    if (shown) this.concealed.delete(key);
+    else this.concealed.add(key);
+    this.displays.get(key).display.show(shown);
+    this._save();
+    this.stage.draw();
+  }
+
+  _option(key, name, value) {
+    const entry = this.displays.get(key);
+    const { display } = entry;
+    this.options[key] = { ...this.options[key], [name]: value };
+    const before = JSON.stringify(display.args);
+    display.set({ [name]: value });
+    if (entry.topic && JSON.stringify(display.args) !== before) this._again(entry);
+    this._save();
+    this.stage.draw();
+  }
+
+  _showView() {
+    this.viewChoice.value = this.stage.name;
   }
 
   _use(name) {
@@ -204,12 +321,14 @@ class Scene {
     this.word.hidden = true;
     if (name !== before && this.stage) {
       this.using = name;
-      const { ArrowTool, MeasureTool } = this.tools;
-      this.tool = name === "measure"
-        ? new MeasureTool(this.stage, (text) => this._say(text))
-        : new ArrowTool(this.stage, name === "goal" ? 0xae3ec9 : 0x2f9e44, (x, y, yaw) => this._publish(name, x, y, yaw));
-      if (name !== "measure") this._say("press at the place, and release in the direction");
+      const { ArrowTool, MeasureTool, PointTool } = this.lib;
+      if (name === "measure") this.tool = new MeasureTool(this.stage, (text) => this._say(text));
+      else if (name === "point") this.tool = new PointTool(this.stage, (point) => this._publish(name, point.toArray()));
+      else this.tool = new ArrowTool(this.stage, name === "goal" ? 0xae3ec9 : 0x2f9e44, (x, y, yaw) => this._publish(name, [x, y, 0], yaw));
+      if (name === "point") this._say("click the place that is published");
+      else if (name !== "measure") this._say("press at the place, and release in the direction");
     }
+    if (this.mouse) this.mouse.enabled = !this.using;
     for (const [each, button] of this.buttons) button.setAttribute("aria-pressed", String(each === this.using));
   }
 
@@ -218,13 +337,14 @@ class Scene {
     fill(this.word, text);
   }
 
-  async _publish(name, x, y, yaw) {
-    const pose = { position: { x, y, z: 0 }, orientation: { x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) } };
-    const [topic, type, value] = this.tools.MESSAGES[name](pose, this._fixedFrame());
+  async _publish(name, [x, y, z], yaw = 0) {
+    const pose = { position: { x, y, z }, orientation: { x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) } };
+    const [topic, type, value] = this.lib.MESSAGES[name](pose, this._fixedFrame());
     this._use(name);
     try {
       const { subscribers } = await this.place.robot.call("topics.publish", { topic, type, value });
-      this._say(`${topic}: (${x.toFixed(2)}, ${y.toFixed(2)}), ${(yaw * 180 / Math.PI).toFixed(0)}°, to ${subscribers} subscriber${subscribers === 1 ? "" : "s"}`);
+      const place = name === "point" ? `(${x.toFixed(2)}, ${y.toFixed(2)}, ${z.toFixed(2)})` : `(${x.toFixed(2)}, ${y.toFixed(2)}), ${(yaw * 180 / Math.PI).toFixed(0)}°`;
+      this._say(`${topic}: ${place}, to ${subscribers} subscriber${subscribers === 1 ? "" : "s"}`);
     } catch (error) {
       this._say(error.message);
     }

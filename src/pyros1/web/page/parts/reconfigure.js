@@ -49,19 +49,24 @@ export class Reconfigure {
 
   _build(parameters) {
     this.controls.clear();
-    const groups = new Map();
-    for (const parameter of parameters) {
-      if (!groups.has(parameter.group)) groups.set(parameter.group, []);
-      groups.get(parameter.group).push(parameter);
-    }
     const rows = (list) => list.map((parameter) => {
       const control = this._control(parameter);
       this.controls.set(parameter.name, control);
       return h("div.row", { title: parameter.description }, h("span.label", {}, parameter.name), control.element,
         parameter.description && h("span.muted.what", {}, parameter.description));
     });
-    fill(this.list, [...groups].map(([name, list]) => (name === "Default" || groups.size === 1 ? rows(list)
-      : h("details.group", { open: true }, h("summary", {}, name), h("div.inner", {}, rows(list))))));
+    // Groups are in each other; those with parameters come as the node says, with what is directly in a group first.
+    const inside = (list, depth) => {
+      const below = new Map();
+      for (const each of list.filter(({ groups }) => groups.length > depth)) {
+        const name = each.groups[depth];
+        if (!below.has(name)) below.set(name, []);
+        below.get(name).push(each);
+      }
+      return [rows(list.filter(({ groups }) => groups.length === depth)), [...below].map(([name, those]) => h("details.group", { open: true },
+        h("summary", {}, h("span.label", {}, name)), h("div.inner", {}, inside(those, depth + 1))))];
+    };
+    fill(this.list, inside(parameters, 0));
     if (!parameters.length) fill(this.list, h("p.muted.hint", {}, "This server has no parameters."));
   }
 

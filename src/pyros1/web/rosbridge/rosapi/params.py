@@ -14,14 +14,12 @@ from pyros1.web.rosbridge.rosapi import Services
 
 
 def _name(robot: Robot, args: Mapping[str, str]) -> str:
-    name = robot.node.resolve(args["name"]) if args["name"] != "/" else "/"
-    robot.check_visible(name)
-    return name
+    return robot.node.resolve(args["name"]) if args["name"] != "/" else "/"
 
 
 def _get(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     try:
-        value = robot.master.get_param(_name(robot, args))
+        value = robot.parameters.get(_name(robot, args))
     except ParameterNotSetError:
         return {"value": args["default"] or "null"}
     try:
@@ -44,27 +42,27 @@ def _set(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
         value = json.loads(args["value"])
     except (ValueError, RecursionError):
         raise BridgeError("the value must be JSON") from None
-    robot.master.set_param(_name(robot, args), value)
+    robot.parameters.set(_name(robot, args), value)
     return {}
 
 
 def _delete(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     _check_may_change(robot)
-    robot.master.delete_param(_name(robot, args))
+    robot.parameters.delete(_name(robot, args))
     return {}
 
 
 def _has(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
-    return {"exists": robot.master.has_param(_name(robot, args))}
+    return {"exists": robot.parameters.has(_name(robot, args))}
 
 
 def _search(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     found = robot.master.search_param(args["name"]) or ""
-    return {"global_name": found if robot.access.may_see(found) else ""}
+    return {"global_name": found if found and robot.parameters.has(found) else ""}
 
 
 def _names(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
-    return {"names": robot.access.visible(sorted(robot.master.get_param_names()))}
+    return {"names": robot.parameters.names()}
 
 
 def _check_may_change(robot: Robot) -> None:

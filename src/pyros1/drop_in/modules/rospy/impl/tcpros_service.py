@@ -118,15 +118,19 @@ class ServiceImpl(_Service):
         if self.done or not node.ok():
             return
         try:
-            self._server = node.advertise_service(self._given, self.service_class, self._answer)
+            server = self._server = node.advertise_service(self._given, self.service_class, self._answer)
+        except NodeShutdownError:
+            return
         except NodeError as error:
             SERVICES.unregister(self.resolved_name, self)
             raise ServiceException(str(error)) from error
         except MasterError as error:
             logfatal("unable to register service [%s] with the master: %s", self.resolved_name, error)
             return
-        self.uri = self._server.uri
+        self.uri = server.uri
         self.registered = True
+        if self.done:  # another thread has ended it meanwhile
+            server.shutdown()
 
     def _answer(self, request: Any) -> Any:
         exchange = Exchange(self.resolved_name, request)

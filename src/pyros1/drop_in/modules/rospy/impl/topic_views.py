@@ -74,7 +74,8 @@ class TopicImpl:
         self._next = 1
 
     def _links(self) -> tuple[Any, ...]:
-        return self.handles[0].links if self.handles else ()
+        handles = self.handles  # replaced as a whole on changes
+        return handles[0].links if handles else ()
 
     @property
     def connections(self) -> list[Connection]:
@@ -155,9 +156,10 @@ class PublisherImpl(TopicImpl):
 
     def publish(self, message: Any, connection_override: Connection | None = None) -> bool:
         """Publish a message; return whether there was somebody to take it."""
-        if not self.handles:
+        handles = self.handles
+        if not handles:
             return False
-        self.handles[0].publish(message)
+        handles[0].publish(message)
         return self.has_connections()
 
     def get_stats(self) -> tuple[str, int, list[tuple[int, int, int, bool]]]:
@@ -174,12 +176,14 @@ class PublisherImpl(TopicImpl):
 
     def watch(self) -> None:
         """Begin to tell the listeners, once the topic is published."""
-        if self._watch is None and self.subscriber_listeners and self.handles:
-            self._watch = self.handles[0].watch(self._came, self._went)
+        handles = self.handles
+        if self._watch is None and self.subscriber_listeners and handles:
+            self._watch = handles[0].watch(self._came, self._went)
 
     def _came(self, peer: Any) -> None:
+        handles = self.handles
         for listener in list(self.subscriber_listeners):
-            listener.peer_subscribe(self.name, self.handles[0].publish if self.handles else self.publish, peer.publish)
+            listener.peer_subscribe(self.name, handles[0].publish if handles else self.publish, peer.publish)
 
     def _went(self, peer: Any) -> None:
         for listener in list(self.subscriber_listeners):
@@ -279,12 +283,13 @@ class TopicManager:
 
     Attributes:
         pubs, subs: what is published and subscribed, by topic. topics: the names of all.
+        lock: held while publishers and subscribers come and go.
     """
 
     def __init__(self) -> None:
         self.pubs: dict[str, PublisherImpl] = {}
         self.subs: dict[str, SubscriberImpl] = {}
-        self._lock = threading.RLock()
+        self.lock = threading.RLock()
 
     @property
     def topics(self) -> set[str]:
@@ -296,7 +301,7 @@ class TopicManager:
 
     def acquire_impl(self, reg_type: str, resolved_name: str, data_class: Any) -> Any:
         """Return a topic for one more publisher or subscriber of it."""
-        with self._lock:
+        with self.lock:
             table = self._table(reg_type)
             if resolved_name not in table:
                 table[resolved_name] = (PublisherImpl if reg_type == "pub" else SubscriberImpl)(
@@ -308,14 +313,15 @@ class TopicManager:
 
     def release_impl(self, reg_type: str, resolved_name: str) -> None:
         """Give a topic back; it is forgotten with the last one."""
-        with self._lock:
+        with self.lock:
             impl = self._table(reg_type).get(resolved_name)
             if impl is None:
                 return
             impl.ref_count -= 1
-            if impl.ref_count <= 0:
-                impl.close()
-                del self._table(reg_type)[resolved_name]
+            if impl.ref_count > 0:
+                return
+            del self._table(reg_type)[resolved_name]
+        impl.close()  # without the lock: it may wait for callbacks, which may wait for the lock
 
     def get_impl(self, reg_type: str, resolved_name: str) -> Any:
         """Return a topic; None if there is none."""
@@ -343,11 +349,11 @@ class TopicManager:
 
     def get_publications(self) -> list[list[str]]:
         """Return [name, type] of what is published."""
-        return [[name, impl.type] for name, impl in self.pubs.items()]
+        return [[name, impl.type] for name, impl in list(self.pubs.items())]
 
     def get_subscriptions(self) -> list[list[str]]:
         """Return [name, type] of what is subscribed."""
-        return [[name, impl.type] for name, impl in self.subs.items()]
+        return [[name, impl.type] for name, impl in list(self.subs.items())]
 
     def get_pub_sub_info(self) -> list[tuple[Any, ...]]:
         """Return a description of each connection, see `TopicImpl.get_stats_info`."""
@@ -355,7 +361,8 @@ class TopicManager:
 
     def get_pub_sub_stats(self) -> tuple[list[Any], list[Any]]:
         """Return numbers of bytes and messages, see `get_stats` of both kinds."""
-        return [impl.get_stats() for impl in self.pubs.values()], [impl.get_stats() for impl in self.subs.values()]
+        pubs, subs = list(self.pubs.values()), list(self.subs.values())
+        return [each.get_stats() for each in pubs], [each.get_stats() for each in subs]
 
     def check_all(self) -> None:
         """Do nothing: connections that have ended are noticed at once."""

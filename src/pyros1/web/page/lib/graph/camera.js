@@ -7,7 +7,8 @@ const CLICK = 5; // pixels that a click may move
 const GLIDE = 260; // ms
 
 export class Camera {
-  // on: {changed(), click(x, y), double(x, y), hover(x, y), took()}; x and y are of the plane.
+  // on: {changed(), click(x, y), double(x, y), hover(x, y), took(), grab(x, y, touch), drag(right, down), drop()}; x and y are of the plane.
+  // grab returns whether there is something that a drag moves; else it moves the plane.
   // took() is called when the user moves something, so that the picture stays where it was put.
   constructor(element, on) {
     this.element = element;
@@ -108,6 +109,8 @@ export class Camera {
     this.element.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
     this.moved = this.pointers.size > 1 ? CLICK : 0;
+    if (this.held) this.on.drop(); // a second finger begins to pinch
+    this.held = this.pointers.size === 1 && event.button === 0 && this.on.grab(...this.toPlane(event.offsetX, event.offsetY), event.pointerType === "touch");
   }
 
   _move(event) {
@@ -119,7 +122,9 @@ export class Camera {
     }
     this.moved += Math.hypot(now[0] - before[0], now[1] - before[1]);
     if (this.moved < CLICK) return;
-    if (this.pointers.size === 1) {
+    if (this.held) {
+      this.on.drag((now[0] - before[0]) / this.scale, (now[1] - before[1]) / this.scale);
+    } else if (this.pointers.size === 1) {
       this.move(before[0] - now[0], before[1] - now[1]);
     } else {
       const [other] = [...this.pointers].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
@@ -133,6 +138,8 @@ export class Camera {
   _up(event) {
     const before = this.pointers.get(event.pointerId);
     this.pointers.delete(event.pointerId);
+    if (this.held) this.on.drop();
+    this.held = false;
     if (before && this.moved < CLICK && event.type === "pointerup") this.on.click(...this.toPlane(event.offsetX, event.offsetY));
   }
 }

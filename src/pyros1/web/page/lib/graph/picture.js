@@ -12,7 +12,7 @@ const ARROWS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowDown: [0, 1], Arro
 
 export class Picture {
   // room: the element whose shape the picture is to have; of it, the canvas may show a part only.
-  // on: {choose(found), fold(group), arranged()}; found is {box}, {edge} or null
+  // on: {choose(found), fold(group), arranged(), moved()}; found is {box}, {edge} or null; moved: boxes have been put somewhere, or back
   constructor(canvas, room, on) {
     this.canvas = canvas;
     this.room = room;
@@ -33,6 +33,9 @@ export class Picture {
       hover: (x, y) => this._hover(x, y),
       click: (x, y) => this._click(x, y),
       double: (x, y) => this._double(x, y),
+      grab: (x, y, touch) => this._grab(x, y, touch),
+      drag: (right, down) => this._drag(right, down),
+      drop: () => this._drop(),
     });
     canvas.addEventListener("keydown", (event) => this._key(event));
     this.worker = new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
@@ -209,6 +212,34 @@ export class Picture {
     this.draw();
   }
 
+  // A finger moves the plane, unless the box is chosen: it is hard to find a place without boxes.
+  _grab(x, y, touch) {
+    const { box } = this._find(x, y) || {};
+    this.held = box && (!touch || box.id === this.chosen) ? box.id : null;
+    return Boolean(this.held);
+  }
+
+  _drag(right, down) {
+    this.fitted = false;
+    this.canvas.style.cursor = "grabbing";
+    this.scene.move(this.held, right, down);
+    this.draw();
+  }
+
+  _drop() {
+    this.canvas.style.cursor = "pointer";
+    this.held = null;
+    this.on.moved?.();
+  }
+
+  // All boxes go back to where the layout has them.
+  release() {
+    this.scene.release(performance.now());
+    this.fit();
+    this.on.moved?.();
+    this.draw();
+  }
+
   _click(x, y) {
     const found = this._find(x, y);
     if (found?.group) this.on.fold(found.group.name);
@@ -228,7 +259,8 @@ export class Picture {
       const next = this.chosen && !event.shiftKey && this.scene.items.has(this.chosen) ? this.scene.beside(this.chosen, way) : null;
       if (next) this.on.choose({ box: this.scene.items.get(next).box });
       else this.camera.move(way[0] * STEP, way[1] * STEP);
-    } else if (event.key === "+" || event.key === "=") this.camera.zoom(1.25);
+    } else if (event.key === "r") this.release();
+    else if (event.key === "+" || event.key === "=") this.camera.zoom(1.25);
     else if (event.key === "-") this.camera.zoom(0.8);
     else if (event.key === "f" || event.key === "0") this.fit();
     else if (event.key === "Enter") this._enter();

@@ -12,6 +12,9 @@ const FLOW_WIDTH = 104; // pixels kept for a rate, so that its digits move nothi
 const FAR = 0.25; // pixels per unit, below which only shapes are seen
 const SMALLEST = 11; // pixels of the names of groups
 const MOST_LABELS = 400;
+const MOST_PUT = 500; // boxes that the user has put somewhere
+const PADDING = 14; // of a group around such a box
+const TITLE = 20;
 const LEAST_TEXT = 4.5; // pixels; smaller text is not drawn
 
 // Everything that a layout depends on. measure(text, size, weight) returns pixels.
@@ -45,9 +48,10 @@ function namesOn(edge) {
 export class Scene {
   constructor() {
     this.model = null;
-    this.items = new Map(); // id -> {box, width, height, from, to, at}
-    this.lines = new Map(); // id -> {edge, from, to, at, label}
-    this.frames = new Map(); // group -> {label, from, to, at}: [x, y, width, height]
+    this.items = new Map(); // id -> {box, width, height, home, from, to, at}; home: where the layout has it
+    this.lines = new Map(); // id -> {edge, home, from, to, at}
+    this.frames = new Map(); // group -> {group, home, from, to, at}: [x, y, width, height]
+    this.put = new Map(); // id -> [x, y]: boxes that the user has put somewhere
     this.begin = -Infinity;
     this.bounds = [0, 0, 1, 1];
   }
@@ -65,13 +69,13 @@ export class Scene {
     const sizes = new Map(what.boxes.map((box) => [box.id, box]));
     const still = found.boxes[chosen] && this.items.has(chosen) ? [[chosen, found.boxes[chosen]]] : Object.entries(found.boxes);
     const kept = still.filter(([id]) => this.items.has(id)).map(([id, at]) => {
-      const old = this.items.get(id).to;
+      const old = this.items.get(id).home;
       return [old[0] - at[0], old[1] - at[1]];
     });
     const [dx, dy] = kept.length ? [middle(kept.map(([x]) => x)), middle(kept.map(([, y]) => y))] : [0, 0];
     const shift = (list) => list.map((value, index) => value + (index % 2 ? dy : dx));
     const first = !this.items.size;
-    const follow = (old, to, start = to) => ({ from: old ? old.at : start, to, at: old ? old.at : start, fresh: !old && !first });
+    const follow = (old, home) => ({ home, to: home, from: old?.at, at: old?.at, fresh: !old && !first });
     const [items, lines, frames] = [new Map(), new Map(), new Map()];
     for (const box of model.boxes) {
       const size = sizes.get(box.id);
@@ -86,7 +90,61 @@ export class Scene {
       if (frame) frames.set(group.name, { group, ...follow(this.frames.get(group.name), [frame[0] + dx, frame[1] + dy, frame[2], frame[3]]) });
     }
     Object.assign(this, { model, items, lines, frames, begin: now });
-    this.bounds = [dx, dy, dx + found.width, dy + found.height];
+    this.whole = [dx, dy, dx + found.width, dy + found.height];
+    this._settle();
+    for (const set of [items, lines, frames]) {
+      for (const each of set.values()) {
+        each.from ||= each.to;
+        each.at ||= each.to;
+      }
+    }
+  }
+
+  // Put a box somewhere, where it stays whatever the layout is.
+  move(id, right, down) {
+    const item = this.items.get(id);
+    if (!item) return;
+    if (this.put.size >= MOST_PUT && !this.put.has(id)) this.put.delete(this.put.keys().next().value);
+    this.put.set(id, [item.to[0] + right, item.to[1] + down]);
+    this._settle(id);
+  }
+
+  // Let all boxes glide back to where the layout has them.
+  release(now) {
+    this.put.clear();
+    for (const set of [this.items, this.lines, this.frames]) for (const each of set.values()) each.from = each.at;
+    this.begin = now;
+    this._settle();
+  }
+
+  // Where everything goes: where the layout has it, unless the user has put it, or an end of it, elsewhere.
+  // moved: the box that is moved just now; it and what hangs on it is there at once.
+  _settle(moved = null) {
+    const away = (id) => {
+      const [item, put] = [this.items.get(id), this.put.get(id)];
+      return item && put ? [put[0] - item.home[0], put[1] - item.home[1]] : null;
+    };
+    const set = (each, to, now) => {
+      each.to = to;
+      if (now) each.at = each.from = to;
+    };
+    for (const [id, item] of this.items) if (!moved || id === moved) set(item, this.put.get(id) || item.home, moved);
+    for (const line of this.lines.values()) {
+      const { from, to } = line.edge;
+      if (!moved || from === moved || to === moved) set(line, bent(line.home, away(from), away(to)), moved);
+    }
+    this.bounds = [...this.whole];
+    for (const frame of this.frames.values()) {
+      const inside = [...this.put.keys()].map((id) => this.items.get(id)).filter((item) => item && within(item.box.group, frame.group.name));
+      set(frame, inside.length ? framed(frame.home, inside) : frame.home, moved);
+      if (inside.length) this._reach(frame.to, frame.to[2], frame.to[3]);
+    }
+    for (const id of this.put.keys()) if (this.items.has(id)) this._reach(this.items.get(id).to, this.items.get(id).width, this.items.get(id).height);
+  }
+
+  _reach([x, y], width, height) {
+    const [left, top, right, bottom] = this.bounds;
+    this.bounds = [Math.min(left, x - width / 2), Math.min(top, y - height / 2), Math.max(right, x + width / 2), Math.max(bottom, y + height / 2)];
   }
 
   // Move on. Returns whether something still moves.
@@ -276,6 +334,34 @@ export function shortened(text) {
 function middle(values) {
   const sorted = [...values].sort((one, other) => one - other);
   return sorted[Math.floor(sorted.length / 2)];
+}
+
+// A line (points, then the middle of its label) whose ends have been moved: its middle is moved by the half.
+function bent(home, first, last) {
+  if (!first && !last) return home;
+  const [[ax, ay], [bx, by]] = [first || [0, 0], last || [0, 0]];
+  const count = home.length / 2 - 1;
+  return home.map((value, index) => {
+    const point = Math.floor(index / 2);
+    const t = point === count ? 0.5 : point / (count - 1);
+    return value + (index % 2 ? ay + (by - ay) * t : ax + (bx - ax) * t);
+  });
+}
+
+function within(group, name) {
+  return group === name || group.startsWith(`${name}/`);
+}
+
+// A frame of a group that also holds boxes elsewhere.
+function framed([x, y, width, height], items) {
+  let [left, top, right, bottom] = [x - width / 2, y - height / 2, x + width / 2, y + height / 2];
+  for (const { to, width: wide, height: high } of items) {
+    left = Math.min(left, to[0] - wide / 2 - PADDING);
+    top = Math.min(top, to[1] - high / 2 - PADDING - TITLE);
+    right = Math.max(right, to[0] + wide / 2 + PADDING);
+    bottom = Math.max(bottom, to[1] + high / 2 + PADDING);
+  }
+  return [(left + right) / 2, (top + bottom) / 2, right - left, bottom - top];
 }
 
 function outsideLine(points, [left, top, right, bottom]) {

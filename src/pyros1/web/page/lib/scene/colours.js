@@ -14,16 +14,3 @@ export function rainbow(place, out, at) {
   out[at + 1] = green;
   out[at + 2] = blue;
 }
-
-// The least and the greatest of some numbers, without those that are not finite.
-export function bounds(values) {
-  let least = Infinity;
-  let most = -Infinity;
-  for (let index = 0; index < values.length; index += 1) {
-    const value = values[index];
-    if (!Number.isFinite(value)) continue;
-    if (value < least) least = value;
-    if (value > most) most = value;
-  }
-  return least <= most ? [least, most] : [0, 1];
-}

@@ -1,154 +1,219 @@
-// What topics look like in the scene. A display has an object, takes pushes of the view scene_topic, and has settings.
+// What topics look like in the scene. A display has an object, takes pushes of the view scene_topic, and has options.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
-import { MarkerSet, arrowOf } from "./markers.js";
-import { PointSet, cloudColours, cloudPoints, paint, scanPoints } from "./points.js";
+import * as draw from "./draw.js";
+import { MapPlane, SCHEMES } from "./map.js";
+import { MarkerSet } from "./markers.js";
+import { PointSet, levels, scanPoints } from "./points.js";
 import { dispose, put } from "./stage.js";
 
 // Types that can be shown, and rviz's names of their displays.
 export const TYPES = {
-  "sensor_msgs/LaserScan": "LaserScan",
-  "sensor_msgs/PointCloud2": "PointCloud2",
-  "nav_msgs/OccupancyGrid": "Map",
-  "nav_msgs/Path": "Path",
-  "nav_msgs/Odometry": "Odometry",
+  "geometry_msgs/AccelStamped": "AccelStamped",
+  "geometry_msgs/PointStamped": "PointStamped",
+  "geometry_msgs/PolygonStamped": "Polygon",
+  "geometry_msgs/PoseArray": "PoseArray",
   "geometry_msgs/PoseStamped": "Pose",
   "geometry_msgs/PoseWithCovarianceStamped": "PoseWithCovariance",
-  "geometry_msgs/PoseArray": "PoseArray",
-  "geometry_msgs/PointStamped": "PointStamped",
-  "sensor_msgs/Range": "Range",
+  "geometry_msgs/TwistStamped": "TwistStamped",
+  "geometry_msgs/WrenchStamped": "WrenchStamped",
+  "nav_msgs/GridCells": "GridCells",
+  "nav_msgs/OccupancyGrid": "Map",
+  "nav_msgs/Odometry": "Odometry",
+  "nav_msgs/Path": "Path",
+  "sensor_msgs/CompressedImage": "Image",
+  "sensor_msgs/FluidPressure": "FluidPressure",
+  "sensor_msgs/Illuminance": "Illuminance",
+  "sensor_msgs/Image": "Image",
   "sensor_msgs/Imu": "Imu",
+  "sensor_msgs/LaserScan": "LaserScan",
+  "sensor_msgs/PointCloud": "PointCloud",
+  "sensor_msgs/PointCloud2": "PointCloud2",
+  "sensor_msgs/Range": "Range",
+  "sensor_msgs/RelativeHumidity": "RelativeHumidity",
+  "sensor_msgs/Temperature": "Temperature",
+  "visualization_msgs/InteractiveMarkerUpdate": "InteractiveMarkers",
   "visualization_msgs/Marker": "Marker",
   "visualization_msgs/MarkerArray": "MarkerArray",
 };
-const KEPT = 100; // poses of an odometry's trail
+
+// What one can choose: {key: {text, kind: "number" | "check" | "choice" | "text", usual, least, most, step, choices}}.
+const SIZE = { text: "size", kind: "number", usual: 3, least: 1, most: 30, step: 1 };
+const ALPHA = { text: "opacity", kind: "number", usual: 1, least: 0, most: 1, step: 0.05 };
+const AXES = { text: "as axes", kind: "check", usual: false };
+const COVARIANCE = { text: "covariance", kind: "check", usual: true };
+const MOST = { text: "points at most", kind: "number", usual: 1500000, least: 1000, most: 1500000, step: 1000 };
+const SLOW = 150; // milliseconds that a picture may take; the points of a cloud become fewer if it takes longer
+const SLOW_TIMES = 3;
+const FEWEST = 20000;
+const CLOUD = { most: MOST, size: { ...SIZE, usual: 2 }, by: { text: "colour by", kind: "choice", usual: "", choices: [""] }, alpha: ALPHA };
+const SCREW = { scale: { text: "length of 1", kind: "number", usual: 1, least: 0.001, most: 1000, step: 0.1 } };
+const OPTIONS = {
+  AccelStamped: SCREW, TwistStamped: SCREW, WrenchStamped: SCREW,
+  LaserScan: { size: SIZE, alpha: ALPHA }, PointCloud: CLOUD, PointCloud2: CLOUD,
+  Map: { scheme: { text: "colours", kind: "choice", usual: "map", choices: SCHEMES }, alpha: { ...ALPHA, usual: 0.85 } },
+  Odometry: { keep: { text: "keep", kind: "number", usual: 100, least: 1, most: 1000, step: 1 }, covariance: COVARIANCE, axes: AXES },
+  Pose: { axes: AXES }, PoseArray: { axes: AXES }, PoseWithCovariance: { covariance: COVARIANCE, axes: AXES },
+};
+const NUMBERS = new Float32Array(0);
 
 export class Display {
-  constructor(colour) {
+  // kind: rviz's name of the display; changed(): called when it looks different without a push.
+  constructor(colour, kind, { token = "", changed = () => {} } = {}) {
     this.object = new THREE.Group();
     this.colour = colour;
+    this.kind = kind;
     this.word = ""; // what it shows, for the list
     this.problem = "";
+    this.controls = { ...OPTIONS[kind] };
+    this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { usual }]) => [key, usual]));
+    this.host = { token, changed };
+    this.enough = Infinity; // points that this browser can draw
+    this.slow = 0;
+  }
+
+  // The arguments that its stream has besides topic and fixed frame.
+  get args() {
+    const { by, most } = this.options;
+    return most ? { by, most: Math.min(most, this.enough) } : {};
+  }
+
+  set(options) {
+    Object.assign(this.options, options);
+    if (options.most) this.enough = Infinity; // the user knows best
+    this._style();
+    if (this.last && !this._trailing) this._draw(...this.last);
+    this.markers?.show(this.options);
   }
 
   take(data, blob) {
     if (data.kind === "markers") {
-      this.markers ||= this._own(new MarkerSet());
-      this.markers.take(data);
-      this.word = `${this.markers.count} markers`;
-      this.problem = Object.entries(data.poses).filter(([, pose]) => !pose).map(([frame]) => `no way to the frame ${frame}`)[0] || "";
+      this._markers(data);
+      return;
+    }
+    if (data.kind === "patch") {
+      this.plane?.patch(data, new Int8Array(blob.buffer, blob.offset));
       return;
     }
     if (!data.pose) {
       this.problem = `no way to the frame ${data.frame || "“”"}`;
+      this.lost = true;
       this.object.visible = false;
       return;
     }
     this.problem = "";
-    this.object.visible = true;
-    if (data.kind !== "poses" || !this.trail) put(this.object, data.pose);
-    this[data.kind](data, blob);
+    this.lost = false;
+    this.object.visible = !this.hidden;
+    if (!this._trailing) put(this.object, data.pose);
+    this.frame = data.frame.replace(/^\//, "");
+    this._draw(data, blob);
+  }
+
+  // Things that stand still in their frame go with it when it moves.
+  place(frames) {
+    const pose = this.plane && frames.pose(this.frame);
+    if (pose) put(this.object, pose);
+    this.markers?.place(frames);
+  }
+
+  // Told how many milliseconds pictures take. Returns whether its stream should send less.
+  hurry(lag) {
+    if (!this.count || this.hidden) return false;
+    this.slow = lag > SLOW ? this.slow + 1 : 0;
+    if (this.slow < SLOW_TIMES || this.count <= FEWEST) return false;
+    this.slow = 0;
+    this.enough = Math.max(FEWEST, Math.round(this.count * Math.max(0.1, 0.7 * SLOW / lag)));
+    return true;
+  }
+
+  show(shown) {
+    this.hidden = !shown;
+    this.object.visible = shown && !this.lost;
   }
 
   close() {
+    this._clear();
     dispose(this.object);
   }
 
-  scan(data, blob) {
+  get _trailing() {
+    return this.kind === "Odometry";
+  }
+
+  _draw(data, blob) {
+    if (this[`_${data.kind}`]) this[`_${data.kind}`](data, blob);
+    else if (draw[data.kind]) this._shape(data, blob);
+  }
+
+  _shape(data, blob) {
+    this.last = [data, blob];
+    const numbers = blob ? new Float32Array(blob.buffer, blob.offset) : NUMBERS;
+    const [object, word] = draw[data.kind](data, numbers, this.colour, this.options);
+    this.word = word;
+    if (!this._trailing) this._clear();
+    else {
+      const place = new THREE.Group();
+      put(place, data.pose);
+      place.add(object);
+      this.object.add(place);
+      while (this.object.children.length > this.options.keep) this._drop(this.object.children[0]);
+      return;
+    }
+    this.object.add(object);
+  }
+
+  _scan(data, blob) {
     this.points ||= this._own(new PointSet());
     const [positions, values] = scanPoints(data, new Float32Array(blob.buffer, blob.offset));
-    const colours = new Float32Array(positions.length);
-    paint(colours, values);
-    this.points.set(positions, colours);
+    this.points.set(positions, "value", levels(values));
+    this._style();
     this.word = `${positions.length / 3} points`;
   }
 
-  cloud(data, blob) {
+  _cloud({ count, every, fields, by, colour, least, most }, blob) {
     this.points ||= this._own(new PointSet(2));
-    const view = new DataView(blob.buffer, blob.offset);
-    const cloud = cloudPoints(data, view);
-    this.points.set(cloud.positions, cloudColours(data, cloud, this.by, view));
-    this.word = `${data.count} points${data.every > 1 ? `, one of ${data.every}` : ""}`;
-  }
-
-  map(data, blob) {
-    const { width, height, resolution, origin } = data;
-    const cells = new Int8Array(blob.buffer, blob.offset);
-    const pixels = new Uint8Array(4 * width * height);
-    for (let index = 0; index < cells.length; index += 1) {
-      const cell = cells[index];
-      const [grey, alpha] = cell < 0 || cell > 100 ? [112, 130] : [255 - Math.round(cell * 2.55), 235];
-      pixels.set([grey, grey, grey, alpha], 4 * index);
+    const positions = new Float32Array(blob.buffer, blob.offset, 3 * count);
+    const bytes = new Uint8Array(blob.buffer, blob.offset + 12 * count);
+    this.points.set(positions, colour, bytes, [least, most]);
+    if (this.controls.by.choices.length !== fields.length + 1) {
+      this.controls.by = { ...CLOUD.by, choices: ["", ...fields] };
+      this.host.changed("controls");
     }
-    this._clear();
-    if (!width || !height) return;
-    const texture = new THREE.DataTexture(pixels, width, height);
-    texture.colorSpace = THREE.SRGBColorSpace;
-    texture.needsUpdate = true;
-    const plane = new THREE.Mesh(
-      new THREE.PlaneGeometry(width * resolution, height * resolution).translate(width * resolution / 2, height * resolution / 2, 0),
-      new THREE.MeshBasicMaterial({ map: texture, transparent: true, side: THREE.DoubleSide, depthWrite: false }));
-    const place = new THREE.Group();
-    put(place, origin.map((value) => value ?? 0));
-    place.add(plane);
-    this.object.add(place);
-    this.word = `${width} × ${height} cells`;
+    this._style();
+    this.count = count;
+    const why = this.enough < this.options.most ? ": this browser draws slowly" : "";
+    this.word = `${count} points${every > 1 ? ` (one of ${every}${why})` : ""}, colour: ${by}`;
   }
 
-  path(data, blob) {
-    const poses = new Float32Array(blob.buffer, blob.offset);
-    const positions = new Float32Array(3 * data.count);
-    for (let index = 0; index < data.count; index += 1) positions.set(poses.subarray(7 * index, 7 * index + 3), 3 * index);
-    this._clear();
-    const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(positions, 3));
-    const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: this.colour }));
-    line.frustumCulled = false;
-    this.object.add(line);
-    this.word = `${data.count} poses`;
+  _map(data, blob) {
+    this.plane ||= this._own(new MapPlane());
+    this._style();
+    this.plane.set(data, new Int8Array(blob.buffer, blob.offset));
+    this.word = `${data.width} × ${data.height} cells`;
   }
 
-  poses(data, blob) {
-    const poses = new Float32Array(blob.buffer, blob.offset);
-    if (!this.trail) this._clear();
-    this.arrows ||= new THREE.MeshStandardMaterial({ color: this.colour, roughness: 0.8 });
-    for (let index = 0; index < Math.min(data.count, 2000); index += 1) {
-      const place = new THREE.Group();
-      put(place, poses.subarray(7 * index, 7 * index + 7));
-      place.add(arrowOf(0.5, 0.15, 0.03, 0.09, this.arrows));
-      this.object.add(place);
-    }
-    while (this.trail && this.object.children.length > KEPT) this._drop(this.object.children[0]);
-    this.word = data.count === 1 ? "" : `${data.count} poses`;
+  _markers(data) {
+    this.markers ||= this._own(new MarkerSet({ ...this.host, changed: (what) => { this._say(); this.host.changed(what); } }));
+    this.markers.take(data);
+    this.markers.show(this.options);
+    const { namespaces } = this.markers;
+    const known = Object.keys(this.controls).length;
+    for (const name of namespaces) this.controls[`ns:${name}`] ||= { text: name || "“”", kind: "check", usual: true };
+    if (Object.keys(this.controls).length !== known) this.host.changed("controls");
+    this.lostFrame = Object.entries(data.poses).find(([, pose]) => !pose)?.[0];
+    this._say();
   }
 
-  point({ point }) {
-    this._clear();
-    const ball = new THREE.Mesh(new THREE.SphereGeometry(0.1, 20, 14), new THREE.MeshStandardMaterial({ color: this.colour }));
-    ball.position.set(...point.map((value) => value ?? 0));
-    this.object.add(ball);
+  _say() {
+    const { count, faults } = this.markers;
+    this.word = `${count} markers`;
+    this.problem = this.lostFrame === undefined ? [...faults][0] || "" : `no way to the frame ${this.lostFrame}`;
   }
 
-  range({ range, angle, inside }) {
-    this._clear();
-    if (!inside || !range) {
-      this.word = "nothing in range";
-      return;
-    }
-    const radius = range * Math.tan(Math.min(1.5, angle / 2));
-    const cone = new THREE.Mesh(
-      new THREE.ConeGeometry(radius, range, 32, 1, true).rotateZ(Math.PI / 2).translate(range / 2, 0, 0),
-      new THREE.MeshStandardMaterial({ color: this.colour, opacity: 0.5, transparent: true, side: THREE.DoubleSide, depthWrite: false }));
-    this.object.add(cone);
-    this.word = `${range.toFixed(2)} m`;
-  }
-
-  imu({ orientation, acceleration }) {
-    this._clear();
-    const box = new THREE.Mesh(new THREE.BoxGeometry(0.4, 0.25, 0.1), new THREE.MeshStandardMaterial({ color: this.colour, opacity: 0.7, transparent: true }));
-    put(box, [0, 0, 0, ...orientation.map((value) => value ?? 0)]);
-    const push = new THREE.Vector3(...acceleration.map((value) => value ?? 0));
-    this.object.add(box);
-    if (push.length() > 1e-6) this.object.add(new THREE.ArrowHelper(push.clone().normalize(), new THREE.Vector3(), push.length() / 9.81, 0xe8590c));
+  _style() {
+    const { size, alpha, scheme } = this.options;
+    if (this.points) Object.assign(this.points, { size, alpha });
+    if (this.plane) this.plane.style({ scheme, alpha });
   }
 
   _own(part) {

@@ -4,6 +4,8 @@ import * as THREE from "../../vendor/three/three.module.min.js";
 import { label } from "./label.js";
 import { dispose, put } from "./stage.js";
 
+const IDENTITY = [0, 0, 0, 0, 0, 0, 1];
+
 export class FrameSet {
   constructor() {
     this.object = new THREE.Group();
@@ -11,20 +13,30 @@ export class FrameSet {
     this.lines = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xe0a000 }));
     this.lines.frustumCulled = false;
     this.object.add(this.lines);
-    this.names = true;
-    this.size = 0.3;
+    this.poses = new Map(); // name -> [x, y, z, qx, qy, qz, qw] in the fixed frame
+    this.controls = {
+      names: { text: "names", kind: "check", usual: true },
+      axes: { text: "axes", kind: "check", usual: true },
+      lines: { text: "lines to parents", kind: "check", usual: true },
+      size: { text: "length of axes", kind: "number", usual: 0.3, least: 0.01, most: 100, step: 0.05 },
+    };
+    this.options = { names: true, axes: true, lines: true, size: 0.3 };
+    this.word = "no frames yet";
+    this.problem = "";
   }
 
   // Take a push of the view scene_frames.
-  take({ names, parents }, blob) {
+  take({ fixed, names, parents }, blob) {
+    this.fixed = fixed;
     const poses = new Float64Array(blob.buffer, blob.offset);
-    const places = new Map(names.map((name, index) => [name, poses.subarray(7 * index, 7 * index + 7)]));
+    const places = this.poses = new Map(names.map((name, index) => [name, poses.subarray(7 * index, 7 * index + 7)]));
     for (const [name, axes] of this.axes) {
       if (places.has(name)) continue;
       this.object.remove(axes);
       dispose(axes);
       this.axes.delete(name);
     }
+    this.word = names.length ? `${names.length} frames` : "no frames yet";
     const ends = [];
     names.forEach((name, index) => {
       const pose = places.get(name);
@@ -40,19 +52,41 @@ export class FrameSet {
     let axes = this.axes.get(name);
     if (!axes) {
       axes = new THREE.Group();
-      axes.add(new THREE.AxesHelper(this.size));
+      axes.add(new THREE.AxesHelper(1));
       const text = label(name, { height: 0.12, color: [0.55, 0.55, 0.6, 1] });
       text.position.set(0, 0, 0.12);
-      text.visible = this.names;
       axes.add(text);
+      this._look(axes);
       this.object.add(axes);
       this.axes.set(name, axes);
     }
     return axes;
   }
 
-  showNames(shown) {
-    this.names = shown;
-    for (const axes of this.axes.values()) axes.children[1].visible = shown;
+  show(shown) {
+    this.object.visible = shown;
+  }
+
+  close() {
+    dispose(this.object);
+  }
+
+  // The pose of a frame in the fixed one; undefined if there is no way.
+  pose(name) {
+    return this.poses.get(name) || (name === this.fixed ? IDENTITY : undefined);
+  }
+
+  // What is seen of them: {names, axes, lines, size in metres}.
+  set(options) {
+    Object.assign(this.options, options);
+    for (const axes of this.axes.values()) this._look(axes);
+    this.lines.visible = this.options.lines;
+  }
+
+  _look(frame) {
+    const [axes, name] = frame.children;
+    axes.visible = this.options.axes;
+    axes.scale.setScalar(this.options.size);
+    name.visible = this.options.names;
   }
 }

@@ -3,15 +3,19 @@
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { dispose, put } from "./stage.js";
 import { label } from "./label.js";
+import { meshOf } from "./meshes.js";
 
 const [ARROW, CUBE, SPHERE, CYLINDER, LINE_STRIP, LINE_LIST, CUBE_LIST, SPHERE_LIST, POINTS, TEXT, MESH, TRIANGLES] = Array(12).keys();
 const BOX = new THREE.BoxGeometry(1, 1, 1);
 const BALL = new THREE.SphereGeometry(0.5, 20, 14);
 const CAN = new THREE.CylinderGeometry(0.5, 0.5, 1, 24).rotateX(Math.PI / 2);
 const SHARED = new Set([BOX, BALL, CAN]);
+const MOST_NAMESPACES = 50;
+const MOST_FAULTS = 20;
 
 // Return an object for a marker, or null for a kind that is not drawn.
-export function markerObject(marker) {
+// host: {token, changed(), failed(text)}; meshes come from the server, later.
+export function markerObject(marker, host) {
   const { type, scale, color } = marker;
   if (type === ARROW) return arrowMarker(marker);
   if (type === CUBE || type === SPHERE || type === CYLINDER) {
@@ -24,8 +28,26 @@ export function markerObject(marker) {
   if (type === POINTS) return points(marker);
   if (type === TEXT) return label(marker.text, { height: Math.max(0.01, scale[2]), color });
   if (type === TRIANGLES) return triangles(marker);
-  if (type === MESH) return null; // needs the files of packages
+  if (type === MESH) return mesh(marker, host);
   return null;
+}
+
+function mesh({ mesh: uri, materials, scale, color }, { token, changed, failed }) {
+  const object = new THREE.Group();
+  object.scale.set(...scale.map((size) => size || 1));
+  meshOf(uri, token).then((found) => {
+    const embedded = materials && found.userData.painted;
+    const tint = color[3] > 0 && (color[0] || color[1] || color[2]) ? color : null; // 0, 0, 0, 0: as it is
+    found.traverse((each) => {
+      if (!each.isMesh) return;
+      each.material = embedded ? [each.material].flat().map((material) => material.clone()) : solid(color, { side: THREE.DoubleSide });
+      if (embedded && tint) for (const material of each.material) material.color.multiply(new THREE.Color().setRGB(...tint.slice(0, 3), THREE.SRGBColorSpace));
+      if (embedded && each.material.length === 1) [each.material] = each.material;
+    });
+    object.add(found);
+    changed();
+  }, (error) => failed(error.message));
+  return object;
 }
 
 // Free what a marker holds, but not the shapes that all share.
@@ -137,9 +159,17 @@ function triangles(marker) {
 
 // The markers of a topic.
 export class MarkerSet {
-  constructor() {
+  // host: {token, changed()}
+  constructor(host) {
     this.object = new THREE.Group();
     this.known = new Map();
+    this.namespaces = new Set();
+    this.faults = new Set();
+    const failed = (text) => {
+      if (this.faults.size < MOST_FAULTS) this.faults.add(text);
+      host.changed("words");
+    };
+    this.host = { ...host, failed };
   }
 
   // Take a push of the view scene_topic.
@@ -149,17 +179,33 @@ export class MarkerSet {
     for (const marker of added) {
       const key = `${marker.ns}\n${marker.id}`;
       this._remove(key);
+      if (this.namespaces.size < MOST_NAMESPACES) this.namespaces.add(marker.ns);
       const frame = poses[marker.frame];
-      const object = frame && markerObject(marker);
+      const object = frame && markerObject(marker, this.host);
       if (!object) continue;
       const outer = new THREE.Group();
       const inner = new THREE.Group();
+      outer.userData.ns = marker.ns;
+      if (marker.locked) outer.userData.frame = marker.frame;
       put(outer, frame);
       put(inner, marker.pose);
       inner.add(object);
       outer.add(inner);
       this.object.add(outer);
       this.known.set(key, outer);
+    }
+  }
+
+  // Show only some namespaces: options are {"ns:NAME": shown}.
+  show(options) {
+    for (const outer of this.known.values()) outer.visible = options[`ns:${outer.userData.ns}`] ?? true;
+  }
+
+  // Markers that are locked to a frame go with it.
+  place(frames) {
+    for (const outer of this.known.values()) {
+      const pose = outer.userData.frame && frames.pose(outer.userData.frame);
+      if (pose) put(outer, pose);
     }
   }
 

@@ -1,9 +1,6 @@
-// Clouds and scans as points.
+// Clouds and scans as points. Places and values go to the graphics card as they come; its shader makes the colours.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
-import { bounds, rainbow } from "./colours.js";
-
-const READ = { 1: "getInt8", 2: "getUint8", 3: "getInt16", 4: "getUint16", 5: "getInt32", 6: "getUint32", 7: "getFloat32", 8: "getFloat64" };
 
 // Return the positions of a scan, and what to colour them by: [Float32Array of x, y, z, Float32Array of values].
 export function scanPoints(facts, numbers) {
@@ -23,82 +20,92 @@ export function scanPoints(facts, numbers) {
   return [positions.subarray(0, 3 * kept), values.subarray(0, kept)];
 }
 
-// Return the positions of a cloud and a function that colours them.
-export function cloudPoints(facts, view) {
-  const { count, step, fields, bigendian } = facts;
-  const reader = (name) => {
-    const [offset, kind] = fields[name];
-    const read = READ[kind];
-    return read ? (index) => view[read](index * step + offset, !bigendian) : () => NaN;
-  };
-  const [x, y, z] = ["x", "y", "z"].map(reader);
-  const positions = new Float32Array(3 * count);
-  for (let index = 0; index < count; index += 1) {
-    positions[3 * index] = x(index);
-    positions[3 * index + 1] = y(index);
-    positions[3 * index + 2] = z(index);
+// Values as bytes, from the least (0) to the greatest (255).
+export function levels(values) {
+  let [least, most] = [Infinity, -Infinity];
+  for (const value of values) {
+    if (value < least) least = value;
+    if (value > most && value < Infinity) most = value;
   }
-  return { positions, reader };
+  const scale = most > least ? 255 / (most - least) : 0;
+  return Uint8Array.from(values, (value) => Math.min(255, (value - least) * scale));
 }
 
-// Colours of a cloud: by "rgb" if it has it, else by a field, else by height.
-export function cloudColours(facts, { positions, reader }, by, view) {
-  const { count, step, fields, bigendian } = facts;
-  const colours = new Float32Array(3 * count);
-  const packed = ["rgb", "rgba"].find((name) => fields[name]);
-  if (packed && (by === "rgb" || !by)) {
-    const [offset] = fields[packed];
-    for (let index = 0; index < count; index += 1) {
-      const value = view.getUint32(index * step + offset, !bigendian);
-      colours[3 * index] = ((value >> 16) & 255) / 255;
-      colours[3 * index + 1] = ((value >> 8) & 255) / 255;
-      colours[3 * index + 2] = (value & 255) / 255;
-    }
-    return colours;
+const VERTEX = `
+  attribute float level;
+  attribute vec4 bgr;
+  uniform float size;
+  uniform int mode; // 0: packed colours, 1: levels, 2: height
+  uniform vec2 bounds;
+  varying vec3 shade;
+  vec3 rainbow(float place) { // violet to red, as rviz has it
+    float turn = (1.0 - clamp(place, 0.0, 1.0)) * 5.0;
+    float part = fract(turn);
+    if (turn < 1.0) return vec3(1.0, part, 0.0);
+    if (turn < 2.0) return vec3(1.0 - part, 1.0, 0.0);
+    if (turn < 3.0) return vec3(0.0, 1.0, part);
+    if (turn < 4.0) return vec3(0.0, 1.0 - part, 1.0);
+    if (turn < 5.0) return vec3(part, 0.0, 1.0);
+    return vec3(1.0, 0.0, 1.0);
   }
-  const name = fields[by] ? by : fields.intensity && by !== "z" ? "intensity" : "z";
-  const values = new Float32Array(count);
-  if (name === "z") for (let index = 0; index < count; index += 1) values[index] = positions[3 * index + 2];
-  else for (let index = 0, read = reader(name); index < count; index += 1) values[index] = read(index);
-  paint(colours, values);
-  return colours;
-}
-
-export function paint(colours, values) {
-  const [least, most] = bounds(values);
-  const scale = most > least ? 1 / (most - least) : 0;
-  for (let index = 0; index < values.length; index += 1) rainbow((values[index] - least) * scale, colours, 3 * index);
-}
+  void main() {
+    if (mode == 0) shade = bgr.zyx;
+    else if (mode == 1) shade = rainbow(level);
+    else shade = rainbow(bounds.y > bounds.x ? (position.z - bounds.x) / (bounds.y - bounds.x) : 0.0);
+    gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+    gl_PointSize = size;
+  }`;
+const FRAGMENT = `
+  varying vec3 shade;
+  uniform float alpha;
+  void main() { gl_FragColor = vec4(shade, alpha); }`;
+const MODES = { rgb: 0, value: 1, z: 2 };
 
 // Points that keep their room on the graphics card while their number changes.
 export class PointSet {
   constructor(size = 3) {
-    this.material = new THREE.PointsMaterial({ size, sizeAttenuation: false, vertexColors: true });
+    this.material = new THREE.ShaderMaterial({
+      vertexShader: VERTEX, fragmentShader: FRAGMENT,
+      uniforms: { size: { value: size }, alpha: { value: 1 }, mode: { value: 1 }, bounds: { value: new THREE.Vector2(0, 1) } },
+    });
     this.object = new THREE.Points(new THREE.BufferGeometry(), this.material);
     this.object.frustumCulled = false;
-    this.room = 0;
   }
 
-  set(positions, colours) {
+  set size(pixels) {
+    this.material.uniforms.size.value = pixels * Math.min(2, globalThis.devicePixelRatio || 1);
+  }
+
+  set alpha(alpha) {
+    this.material.uniforms.alpha.value = alpha;
+    this.material.transparent = alpha < 1;
+  }
+
+  // positions: Float32Array of x, y, z. colour: "rgb" with bytes (blue, green, red, anything), "value" with bytes, or
+  // "z" with none. bounds: [least, most] height.
+  set(positions, colour, bytes, bounds = [0, 1]) {
     const count = positions.length / 3;
+    this._put("position", positions, 3, false);
+    if (colour === "rgb") this._put("bgr", bytes, 4, true);
+    if (colour === "value") this._put("level", bytes, 1, true);
+    this.material.uniforms.mode.value = MODES[colour];
+    this.material.uniforms.bounds.value.set(...bounds);
+    this.object.geometry.setDrawRange(0, count);
+  }
+
+  // Room is made for some more, so that a cloud whose size changes a little keeps it.
+  _put(name, numbers, size, normalized) {
     const { geometry } = this.object;
-    if (count > this.room) {
-      this.room = Math.ceil(count * 1.2);
-      for (const name of ["position", "color"]) {
-        const attribute = new THREE.BufferAttribute(new Float32Array(3 * this.room), 3);
-        attribute.setUsage(THREE.DynamicDrawUsage);
-        geometry.setAttribute(name, attribute);
-      }
+    let attribute = geometry.getAttribute(name);
+    if (!attribute || attribute.array.length < numbers.length || attribute.array.length > 4 * numbers.length + 4096) {
+      attribute = new THREE.BufferAttribute(new numbers.constructor(Math.ceil(numbers.length / size * 1.1) * size), size, normalized);
+      attribute.setUsage(THREE.StreamDrawUsage);
+      if (geometry.hasAttribute(name)) geometry.dispose();
+      geometry.setAttribute(name, attribute);
     }
-    if (this.room) {
-      for (const [name, numbers] of [["position", positions], ["color", colours]]) {
-        const attribute = geometry.getAttribute(name);
-        attribute.array.set(numbers);
-        attribute.clearUpdateRanges();
-        attribute.addUpdateRange(0, numbers.length);
-        attribute.needsUpdate = true;
-      }
-    }
-    geometry.setDrawRange(0, count);
+    attribute.array.set(numbers);
+    attribute.clearUpdateRanges();
+    attribute.addUpdateRange(0, numbers.length);
+    attribute.needsUpdate = true;
   }
 }

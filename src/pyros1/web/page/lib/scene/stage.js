@@ -4,36 +4,43 @@ import * as THREE from "../../vendor/three/three.module.min.js";
 import { OrbitControls } from "../../vendor/three/OrbitControls.js";
 import { h } from "../dom.js";
 
+// Where the camera stands, from what it looks at, and which way is up. "flat" is without perspective, from above.
 const VIEWS = {
   orbit: { position: [-6, -6, 5], up: [0, 0, 1] },
   top: { position: [0, 0, 14], up: [1, 0, 0] },
   side: { position: [0, -14, 0.5], up: [0, 0, 1] },
   front: { position: [14, 0, 0.5], up: [0, 0, 1] },
+  flat: { position: [0, 0, 100], up: [1, 0, 0], flat: true },
 };
+const FLAT_HEIGHT = 16; // metres that the flat view shows from top to bottom
 
 export class Stage {
   constructor(place) {
     this.scene = new THREE.Scene();
-    this.camera = new THREE.PerspectiveCamera(50, 1, 0.01, 5000);
+    this.cameras = [new THREE.PerspectiveCamera(50, 1, 0.01, 5000), new THREE.OrthographicCamera(-1, 1, 1, -1, 0.01, 5000)];
+    [this.camera] = this.cameras;
     this.canvas = h("canvas", { tabIndex: 0, "aria-label": "3D scene" });
     place.append(this.canvas);
-    this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true });
+    // Smooth edges take six times as long where the processor draws instead of a graphics card.
+    this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: hasCard() });
     this.renderer.setPixelRatio(Math.min(2, devicePixelRatio || 1));
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.enableDamping = false;
     this.controls.addEventListener("change", () => this.draw());
-    const sun = new THREE.DirectionalLight(0xffffff, 1.8);
+    this.controls.addEventListener("end", () => this.moved?.()); // the user has turned the view
+    const sun = new THREE.DirectionalLight(0xffffff, 2.2);
     sun.position.set(3, -5, 8);
-    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x777788, 1.6), sun);
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x888899, 2.4), sun);
     this.grid = new THREE.Group();
     this.scene.add(this.grid);
     this.frames = 0;
+    this.lag = 0; // milliseconds that the last picture took
     this.before = []; // called before each picture
     this.view("orbit");
     this.colours();
     this.observer = new ResizeObserver(() => this.resize());
     this.observer.observe(place);
-    this.place = place;
+    this.parent = place;
     this.resize();
   }
 
@@ -46,12 +53,47 @@ export class Stage {
   }
 
   view(name, target = [0, 0, 0]) {
-    const { position, up } = VIEWS[name] || VIEWS.orbit;
+    const { position, up, flat } = VIEWS[name] || VIEWS.orbit;
+    this.name = VIEWS[name] ? name : "orbit";
+    this.camera = this.cameras[flat ? 1 : 0];
+    this.controls.object = this.camera;
+    this.controls.enableRotate = !flat;
+    this.controls.mouseButtons.LEFT = flat ? THREE.MOUSE.PAN : THREE.MOUSE.ROTATE;
+    this.controls.touches.ONE = flat ? THREE.TOUCH.PAN : THREE.TOUCH.ROTATE;
+    this.camera.zoom = 1;
     this.camera.up.set(...up);
     this.controls.target.set(...target);
     this.camera.position.set(target[0] + position[0], target[1] + position[1], target[2] + position[2]);
     this.controls.update();
-    this.draw();
+    this.resize();
+  }
+
+  // The view as numbers, and back; they may come from a link.
+  get place() {
+    return { name: this.name, position: this.camera.position.toArray(), target: this.controls.target.toArray(), zoom: this.camera.zoom };
+  }
+
+  set place({ name, position, target, zoom }) {
+    const good = (numbers) => Array.isArray(numbers) && numbers.length === 3 && numbers.every(Number.isFinite);
+    if (!good(position) || !good(target)) return;
+    this.view(name, target);
+    this.camera.position.set(...position);
+    this.camera.zoom = zoom > 0 ? zoom : 1;
+    this.controls.update();
+    this.resize();
+  }
+
+  // Go along with something that has moved.
+  follow([x, y, z]) {
+    const step = new THREE.Vector3(x, y, z);
+    const before = this.followed;
+    this.followed = step.clone();
+    if (before) step.sub(before);
+    else step.sub(this.controls.target); // begin by looking at it
+    if (step.lengthSq() < 1e-12) return;
+    this.camera.position.add(step);
+    this.controls.target.add(step);
+    this.controls.update();
   }
 
   // Colours follow the page's.
@@ -70,11 +112,14 @@ export class Stage {
   }
 
   resize() {
-    const { clientWidth, clientHeight } = this.place;
+    const { clientWidth, clientHeight } = this.parent || this.canvas.parentElement;
     if (!clientWidth || !clientHeight) return;
     this.renderer.setSize(clientWidth, clientHeight, false);
-    this.camera.aspect = clientWidth / clientHeight;
-    this.camera.updateProjectionMatrix();
+    const [deep, flat] = this.cameras;
+    deep.aspect = clientWidth / clientHeight;
+    [flat.left, flat.right] = [-1, 1].map((side) => side * FLAT_HEIGHT / 2 * deep.aspect);
+    [flat.bottom, flat.top] = [-FLAT_HEIGHT / 2, FLAT_HEIGHT / 2];
+    for (const camera of this.cameras) camera.updateProjectionMatrix();
     this.draw();
   }
 
@@ -87,21 +132,41 @@ export class Stage {
       for (const each of this.before) each();
       this.renderer.render(this.scene, this.camera);
       this.frames += 1;
+      const start = performance.now();
+      requestAnimationFrame((now) => { this.lag = now - start; }); // it comes when the card has done its work
     });
   }
 
   // The point of the ground (z = 0) under a place of the canvas in pixels; null if there is none.
   ground(x, y) {
+    return this.ray(x, y).ray.intersectPlane(new THREE.Plane(new THREE.Vector3(0, 0, 1), 0), new THREE.Vector3());
+  }
+
+  // The ray from the eye through a place of the canvas.
+  ray(x, y) {
     const ray = new THREE.Raycaster();
     const box = this.canvas.getBoundingClientRect();
     ray.setFromCamera(new THREE.Vector2(2 * x / box.width - 1, 1 - 2 * y / box.height), this.camera);
-    return ray.ray.intersectPlane(new THREE.Plane(new THREE.Vector3(0, 0, 1), 0), new THREE.Vector3());
+    return ray;
+  }
+
+  // The nearest place of something solid under a place of the canvas, else of the ground; null if there is none.
+  surface(x, y) {
+    const solid = [];
+    this.scene.traverseVisible((each) => { if (each.isMesh && !each.userData.tool) solid.push(each); });
+    return this.ray(x, y).intersectObjects(solid, false)[0]?.point || this.ground(x, y);
   }
 
   png() {
     this.renderer.render(this.scene, this.camera);
     return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png"));
   }
+}
+
+function hasCard() {
+  const probe = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true });
+  probe?.getExtension("WEBGL_lose_context")?.loseContext();
+  return Boolean(probe);
 }
 
 // Free what a part of the scene holds on the graphics card.

@@ -1,4 +1,4 @@
-// Tools of the mouse: measure, and rviz's "2D Nav Goal" and "2D Pose Estimate".
+// Tools of the mouse: measure, and rviz's "2D Nav Goal", "2D Pose Estimate" and "Publish Point".
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { arrowOf } from "./markers.js";
@@ -9,6 +9,7 @@ const COVARIANCE = Object.assign(new Array(36).fill(0), { 0: 0.25, 7: 0.25, 35: 
 // What a pose on the ground becomes.
 export const MESSAGES = {
   goal: (pose, frame) => ["/move_base_simple/goal", "geometry_msgs/PoseStamped", { header: { frame_id: frame, stamp: "now" }, pose }],
+  point: ({ position }, frame) => ["/clicked_point", "geometry_msgs/PointStamped", { header: { frame_id: frame, stamp: "now" }, point: position }],
   estimate: (pose, frame) => ["/initialpose", "geometry_msgs/PoseWithCovarianceStamped",
     { header: { frame_id: frame, stamp: "now" }, pose: { pose, covariance: COVARIANCE } }],
 };
@@ -63,32 +64,73 @@ export class ArrowTool {
   }
 }
 
-// Click two places on the ground; told(text) says how far they are from each other.
-export class MeasureTool {
-  constructor(stage, told) {
+// Click a place on something, or on the ground. done(point)
+export class PointTool {
+  constructor(stage, done) {
     this.stage = stage;
-    this.points = [];
-    this.line = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xe8590c, depthTest: false }));
-    this.line.frustumCulled = false;
-    stage.scene.add(this.line);
-    this.click = (event) => {
-      const point = stage.ground(event.offsetX, event.offsetY);
-      if (!point) return;
-      if (this.points.length === 2) this.points = [];
-      this.points.push(point);
-      this.line.geometry.setFromPoints(this.points.map(({ x, y }) => new THREE.Vector3(x, y, 0.01)));
-      const [from, to] = this.points;
-      told(to ? `${from.distanceTo(to).toFixed(3)} m` : `(${point.x.toFixed(3)}, ${point.y.toFixed(3)}) …`);
-      stage.draw();
+    this.click = ({ offsetX, offsetY }) => {
+      const point = stage.surface(offsetX, offsetY);
+      if (point) done(point);
     };
-    told("click two places on the ground");
     stage.canvas.addEventListener("click", this.click);
   }
 
   close() {
     this.stage.canvas.removeEventListener("click", this.click);
-    this.stage.scene.remove(this.line);
+  }
+}
+
+// Click places on things or on the ground; told(text) says how far they are from each other, and how far it is in all.
+export class MeasureTool {
+  constructor(stage, told) {
+    this.stage = stage;
+    this.points = [];
+    this.line = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xe8590c, depthTest: false }));
+    this.dots = new THREE.Points(this.line.geometry, new THREE.PointsMaterial({ color: 0xe8590c, depthTest: false, size: 7, sizeAttenuation: false }));
+    for (const each of [this.line, this.dots]) {
+      each.frustumCulled = false;
+      each.renderOrder = 10;
+      stage.scene.add(each);
+    }
+    this.listen = {
+      pointerdown: ({ clientX, clientY }) => { this.from = [clientX, clientY]; },
+      click: ({ clientX, clientY, offsetX, offsetY }) => {
+        if (this.from && Math.hypot(clientX - this.from[0], clientY - this.from[1]) > 4) return; // the view was turned
+        const point = stage.surface(offsetX, offsetY);
+        if (point) this._add(point, told);
+      },
+      dblclick: () => this._begin(told),
+    };
+    for (const [name, call] of Object.entries(this.listen)) stage.canvas.addEventListener(name, call);
+    this._begin(told);
+  }
+
+  close() {
+    for (const [name, call] of Object.entries(this.listen)) this.stage.canvas.removeEventListener(name, call);
+    this.stage.scene.remove(this.line, this.dots);
     dispose(this.line);
+    this.dots.material.dispose();
+    this.stage.draw();
+  }
+
+  _begin(told) {
+    this.points = [];
+    this._show();
+    told("click places on things or on the ground; a double click begins anew");
+  }
+
+  _add(point, told) {
+    this.points.push(point);
+    this._show();
+    const [{ x, y, z }, before] = [point, this.points.at(-2)];
+    const all = this.points.slice(1).reduce((sum, each, index) => sum + each.distanceTo(this.points[index]), 0);
+    told(`(${x.toFixed(3)}, ${y.toFixed(3)}, ${z.toFixed(3)})${before ? ` ${before.distanceTo(point).toFixed(3)} m` : " …"}${this.points.length > 2 ? `, in all ${all.toFixed(3)} m` : ""}`);
+  }
+
+  _show() {
+    this.line.geometry.dispose();
+    this.line.geometry = new THREE.BufferGeometry().setFromPoints(this.points);
+    this.dots.geometry = this.line.geometry;
     this.stage.draw();
   }
 }

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.finding.packages import PackageIndex
-from pyros1.web.foxglove.package_files import FileError, PackageFiles
+from pyros1.web.package_files import FileError, PackageFiles
 
 
 @pytest.fixture
@@ -32,6 +32,20 @@ def files(tmp_path: Path, arm: Path) -> PackageFiles:
 def test_a_mesh(files: PackageFiles) -> None:
     assert files.read("package://arm/meshes/upper%20arm.stl") == b"solid"
     assert files.read("package://arm//meshes/./upper arm.stl") == b"solid"
+
+
+def test_a_file_by_its_path(files: PackageFiles, arm: Path, tmp_path: Path) -> None:
+    assert files.read(f"file://{arm}/meshes/upper%20arm.stl") == b"solid"
+    twin = tmp_path / "elsewhere" / "arm"  # not the package that is found by its name
+    twin.mkdir(parents=True)
+    (twin / "package.xml").write_text("<package><name>arm</name></package>")
+    (twin / "a.stl").write_bytes(b"1")
+    (arm / "out.stl").symlink_to(tmp_path / "secret")
+    for path in (twin / "a.stl", tmp_path / "secret", arm / ".." / ".." / "secret", arm / "out.stl"):
+        with pytest.raises(FileError, match=r"in no package|leads to no file"):
+            files.read(f"file://{path}")
+    with pytest.raises(FileError):
+        files.read(f"file://localhost{arm}/meshes/upper%20arm.stl")
 
 
 def test_links_within_a_package(files: PackageFiles, arm: Path) -> None:
@@ -99,3 +113,26 @@ def test_a_package_that_comes_later(files: PackageFiles, tmp_path: Path) -> None
     (leg / "package.xml").write_text("<package><name>leg</name></package>")
     (leg / "x").write_bytes(b"1")
     assert files.read("package://leg/x") == b"1"
+
+
+def test_packages_are_not_searched_for_again_and_again(tmp_path: Path, arm: Path) -> None:
+    made: list[PackageIndex] = []
+    now = 0.0
+
+    def make() -> PackageIndex:
+        made.append(PackageIndex({"ROS_PACKAGE_PATH": str(tmp_path / "src")}, installs=()))
+        return made[-1]
+
+    files = PackageFiles(make, clock=lambda: now)
+    for _ in range(3):
+        with pytest.raises(FileError, match="no package leg"):
+            files.read("package://leg/meshes/leg.stl")
+        assert files.read("package://arm/meshes/upper%20arm.stl") == b"solid"
+    assert len(made) == 1
+    leg = tmp_path / "src" / "deep" / "leg"
+    leg.mkdir(parents=True)
+    (leg / "package.xml").write_text("<package><name>leg</name></package>")
+    (leg / "leg.stl").write_bytes(b"leg")
+    now = 60.0
+    assert files.read("package://leg/leg.stl") == b"leg"
+    assert len(made) == 2

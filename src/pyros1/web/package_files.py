@@ -1,4 +1,4 @@
-"""Files of ROS packages by ``package://`` URIs: meshes and textures of robots. Nothing else can be reached."""
+"""Files of ROS packages by URI: meshes and textures of robots. Nothing outside of packages can be reached."""
 
 from __future__ import annotations
 
@@ -6,14 +6,18 @@ import os
 import stat
 import threading
 from collections.abc import Callable
+from pathlib import Path
+from time import monotonic
 from urllib.parse import unquote, urlsplit
 
-from pyros1.finding.packages import PackageIndex
+from pyros1.finding.packages import PackageIndex, package_of
 from pyros1.ground.errors import Error
 
 MAX_SIZE = 64 << 20
 """Bytes of the largest file that is read."""
 _LONGEST = 2_000
+_AGE = 10.0
+"""Seconds for which an index is believed that a package is not there."""
 _FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Windows has neither
 
 
@@ -25,33 +29,55 @@ class PackageFiles:
     """The files of the packages.
 
     Args:
-        make_index: makes an index of the packages; it is made again when a package is not found, as it may be new.
+        make_index: makes an index of the packages; it is made again when a package is not found, as it may be new, but
+            not all the time: to look for packages takes a while.
         max_size: bytes.
+        clock: seconds.
     """
 
     def __init__(
-        self, make_index: Callable[[], PackageIndex] = lambda: PackageIndex(os.environ), max_size: int = MAX_SIZE
+        self,
+        make_index: Callable[[], PackageIndex] = lambda: PackageIndex(os.environ),
+        max_size: int = MAX_SIZE,
+        clock: Callable[[], float] = monotonic,
     ) -> None:
         self._make_index = make_index
         self._max_size = max_size
         self._lock = threading.Lock()
+        self._clock = clock
         self._index: PackageIndex | None = None
+        self._made = 0.0
 
     def read(self, uri: str) -> bytes:
         """Return a file's bytes.
 
         Args:
-            uri: ``package://NAME/PATH``. The path may contain neither ``..`` nor lead out by a link.
+            uri: ``package://NAME/PATH``, or ``file:///PATH`` of a file in a package that is found by its name. The path
+                may contain neither ``..`` nor lead out of the package by a link.
 
         Raises:
             FileError: there is no such file, or it may not be read.
         """
         package, parts = _split(uri)
+        if not package:
+            return self._read(uri, self._within_a_package(uri, parts))
         folder = os.path.realpath(self._folder(package))
         path = os.path.realpath(os.path.join(folder, *parts))
         if os.path.commonpath([folder, path]) != folder:
             raise FileError(f"{uri} leads out of its package")
         return self._read(uri, path)
+
+    def _within_a_package(self, uri: str, parts: list[str]) -> str:
+        path = os.path.realpath(os.path.join(os.sep, *parts))
+        folder, name = package_of(Path(path))
+        try:
+            found = os.path.realpath(self._folder(name))
+        except FileError:
+            found = ""
+        # A package that hides another one of its name is as good as not there, and so is a folder beside all packages.
+        if not found or os.path.realpath(folder) != found:
+            raise FileError(f"{uri} is in no package that is found here")
+        return path
 
     def _folder(self, package: str) -> str:
         with self._lock:
@@ -59,12 +85,15 @@ class PackageFiles:
                 try:
                     return self._index.find_folder(package)
                 except Error:
-                    pass
+                    if self._clock() - self._made < _AGE:
+                        raise FileError(f"there is no package {package} here") from None
             self._index = self._make_index()
             try:
                 return self._index.find_folder(package)
             except Error:
                 raise FileError(f"there is no package {package} here") from None
+            finally:
+                self._made = self._clock()  # after the search, however long it took
 
     def _read(self, uri: str, path: str) -> bytes:
         try:
@@ -88,10 +117,10 @@ def _split(uri: str) -> tuple[str, list[str]]:
         parts = urlsplit(uri)
     except ValueError:
         raise FileError("this is no URI") from None
-    if parts.scheme != "package" or not parts.netloc:
-        raise FileError("only URIs of the form package://NAME/PATH are read")
+    if not (parts.scheme == "package" and parts.netloc) and not (parts.scheme == "file" and not parts.netloc):
+        raise FileError("only URIs of the form package://NAME/PATH, and file:///PATH within a package, are read")
     names = [name for name in unquote(parts.path).split("/") if name not in ("", ".")]
     # A name of a package may become a path in a search for it.
-    if not names or any(name in ("", ".", "..") or set(name) & set("\\\0/:") for name in (parts.netloc, *names)):
+    if not names or any(name in (".", "..") or set(name) & set("\\\0/:") for name in (parts.netloc, *names)):
         raise FileError("this leads to no file of a package")
     return parts.netloc, names

@@ -1,0 +1,153 @@
+"""The panel of joints: its sliders move the robot."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browsing import Browser, Web
+
+import pyros1
+from pyros1.msgs.sensor_msgs.msg import JointState
+from pyros1.node import Node
+from pyros1.tf import Buffer, TransformListener
+from pyros1.urdf import joint_publisher
+from pyros1.urdf.kinematics import Kinematics
+from pyros1.urdf.reading import read
+from pyros1.urdf.state_publisher import RobotStatePublisher, Settings
+
+PACKAGES = Path(pyros1.__file__).parent / "packages"
+ROBOT = (PACKAGES / "two_wheeler" / "urdf" / "two_wheeler.urdf").read_text()
+PATIENCE = 20.0
+Make = Callable[..., Any]
+ROW = "document.querySelector('[data-joint=\"{}\"]')"
+SLIDE = "const slider = arguments[0].querySelector('input[type=range]'); slider.value = arguments[1];"
+SLIDE += "slider.dispatchEvent(new Event('input', {bubbles: true}));"
+
+
+@pytest.fixture
+def robot(make_node: Make) -> Iterator[Buffer]:
+    """The example with its nodes; its frames as another node hears them."""
+    node: Node = make_node("joint_state_publisher")
+    node.params["/robot_description"] = ROBOT
+    RobotStatePublisher(make_node("robot_state_publisher"), Kinematics(read(ROBOT)), Settings())
+    running = threading.Thread(target=joint_publisher.begin(node).run)
+    running.start()
+    buffer = Buffer()
+    TransformListener(make_node("ear"), buffer)
+    yield buffer
+    node.shutdown()
+    running.join(PATIENCE)
+
+
+def height(buffer: Buffer, frame: str) -> float:
+    return float(buffer.lookup_transform("base_footprint", frame).transform.translation.z)
+
+
+def test_a_slider_moves_the_robot(browser: Browser, web: Web, robot: Buffer) -> None:
+    assert robot.can_transform("base_footprint", "lift", timeout=PATIENCE)
+    low = height(robot, "lift")
+    browser.open(web.page("joints"))
+    browser.wait("document.querySelector('[data-panel=scene]')")  # the tab begins with both
+    browser.wait(f"{ROW.format('lift_joint')} && !{ROW.format('lift_joint')}.querySelector('input').disabled")
+    row = browser.run(f"return {ROW.format('lift_joint')}")
+    browser.run(SLIDE, row, 0.2)
+    moved = threading.Event()
+    for _ in range(200):
+        if abs(height(robot, "lift") - low - 0.2) < 1e-3:
+            break
+        moved.wait(0.1)
+    assert height(robot, "lift") == pytest.approx(low + 0.2, abs=1e-3)
+    follower = f"{ROW.format('right_finger_joint')}.querySelector('.joints-number').value"
+    browser.run(SLIDE, browser.run(f"return {ROW.format('left_finger_joint')}"), 0.03)
+    browser.wait(f"{follower} === '0.03'")
+    browser.click(".tools button", "Centre")
+    browser.wait(f"{follower} === '0'")
+    browser.type("[data-joint=arm_joint] .joints-number", "5")  # cut at the limit
+    browser.wait(f"{ROW.format('arm_joint')}.querySelector('.joints-number').value === '1'")
+    browser.click(".tools button", "rad")
+    browser.wait(f"{ROW.format('arm_joint')}.querySelector('.joints-number').value === '57.3'")
+    browser.click(".tools button", "Randomize")
+    browser.wait(f"{follower} !== '0'")
+    browser.type("[aria-label='find joints']", "finger")
+    assert browser.run("return [...document.querySelectorAll('.joints-row')].filter((row) => !row.hidden).length") == 2
+
+
+def test_publishing_from_the_page_until_a_driver_comes(browser: Browser, web: Web, make_node: Make) -> None:
+    browser.open(web.page("joints"))
+    browser.wait_for_text("No robot here")
+    node = make_node("user")
+    node.params["/robot_description"] = ROBOT
+    came: list[Any] = []
+    node.subscribe("/joint_states", JointState, came.append)
+    browser.wait_for_text("Nobody publishes /joint_states")
+    browser.click(".joints-hint button", "Publish from here")
+    browser.wait(f"!{ROW.format('pan_joint')}.querySelector('input').disabled")
+    browser.run(SLIDE, browser.run(f"return {ROW.format('pan_joint')}"), 1.3)
+    browser.wait(f"{ROW.format('pan_joint')}.querySelector('.joints-number').value.startsWith('1.3')")
+    assert came
+    make_node("driver").advertise("/joint_states", JointState)
+    browser.wait_for_text("Only to look at: /driver takes no positions from here.")
+    browser.wait(f"{ROW.format('pan_joint')}.querySelector('input').disabled")
+
+
+STOCK = Path("/usr/lib/joint_state_publisher/joint_state_publisher")
+
+
+@pytest.mark.skipif(not STOCK.exists(), reason="joint-state-publisher is not installed; run interop/setup")
+def test_stocks_joint_state_publisher_is_moved_by_its_source_list(
+    browser: Browser, web: Web, environ: dict[str, str], make_node: Make
+) -> None:
+    params = make_node("user").params
+    params["/robot_description"] = ROBOT
+    params["/joint_state_publisher/source_list"] = ["wanted"]
+    process = subprocess.Popen(["/usr/bin/python3", STOCK], env={**os.environ, **environ}, stderr=subprocess.DEVNULL)
+    try:
+        browser.open(web.page("joints"))
+        browser.wait(f"{ROW.format('lift_joint')}?.querySelector('input').disabled === false")
+        browser.run(SLIDE, browser.run(f"return {ROW.format('left_finger_joint')}"), 0.03)
+        browser.wait(f"{ROW.format('right_finger_joint')}.querySelector('.joints-number').value === '0.03'")
+    finally:
+        process.terminate()
+        process.wait(PATIENCE)
+
+
+def test_on_a_phone_and_in_the_dark(browser: Browser, start_web: Callable[..., Web], robot: Buffer) -> None:
+    browser.resize(390, 800)
+    browser.open(start_web("--read-only").page("joints"))
+    browser.wait(f"{ROW.format('tilt_joint')}?.querySelector('input').disabled")
+    assert browser.run("return document.documentElement.scrollWidth") <= 390
+
+
+def test_the_node_joint_state_publisher_gui_opens_the_panel(
+    browser: Browser, environ: dict[str, str], make_node: Make
+) -> None:
+    make_node("user").params["/robot_description"] = ROBOT
+    script = PACKAGES / "joint_state_publisher_gui" / "scripts" / "joint_state_publisher_gui"
+    process = subprocess.Popen(
+        [sys.executable, script],
+        env={**os.environ, **environ, "BROWSER": "true"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        link = re.search(
+            r"http://localhost:\d+/\?token=\S+#joints", next(line for line in process.stdout if "#" in line)
+        )
+        assert link
+        browser.open(link[0])
+        browser.wait(f"{ROW.format('lift_joint')}?.querySelector('input').disabled === false")
+        browser.driver.get("about:blank")
+    finally:
+        process.terminate()
+        rest, _ = process.communicate(timeout=20)
+    assert "Traceback" not in rest, rest

@@ -1,0 +1,175 @@
+"""``pyros1 console``: the log of all nodes in the terminal, as rqt_console shows it."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+import time
+from typing import Any
+
+from pyros1.cli.commands.log._loggers import LEVELS
+from pyros1.cli.commands.log._messages import BOLD, COLOURS, DIM, RESET, as_json, level_name, messages
+from pyros1.cli.failures import UsageError, did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import JSON, Command, Flag, Option, Verb
+from pyros1.cli.shared.printing import print_json, use_colour
+from pyros1.ground.shown import lines, one_line
+
+_LOWEST = "info"
+_SIMULATED = 100_000_000
+"""Times before this, in 1973, are those of a simulation."""
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print messages of all nodes as they arrive."""
+    if args:
+        raise UsageError(f"the console takes no arguments; a node is named so: --node {args[0]}")
+    if options.count is not None and options.count < 1:
+        raise UsageError("--count needs a number of at least 1")
+    wanted = Filter(options)
+    colour = not options.nocolor and use_colour(sys.stdout)
+    left = options.count
+    if sys.stderr.isatty():
+        print(_before(), file=sys.stderr)
+    for message in messages(invocation):
+        if not wanted.fits(message):
+            continue
+        if options.json:
+            print_json(as_json(message))
+        else:
+            print(row(message, colour=colour))
+        sys.stdout.flush()
+        left = left and left - 1
+        if left == 0:
+            return
+
+
+class Filter:
+    """Which messages are shown.
+
+    Args:
+        options: values of the command's options.
+
+    Raises:
+        UsageError: an option is wrong.
+    """
+
+    def __init__(self, options: Any) -> None:
+        level = options.level.lower()
+        if level not in LEVELS:
+            raise UsageError(f"there is no level {options.level!r}{did_you_mean(level, LEVELS)}: {', '.join(LEVELS)}")
+        self._lowest = 1 << LEVELS.index(level)
+        self._nodes = [_compiled("--node", text) for text in options.nodes or ()]
+        self._texts = [_compiled("--grep", text) for text in options.texts or ()]
+        self._not = [_compiled("--exclude", text) for text in options.excluded or ()]
+
+    def fits(self, message: Any) -> bool:
+        """Return whether to show a rosgraph_msgs/Log message."""
+        return bool(
+            message.level >= self._lowest
+            and (not self._nodes or any(pattern.search(message.name) for pattern in self._nodes))
+            and all(pattern.search(message.msg) for pattern in self._texts)
+            and not any(pattern.search(message.msg) or pattern.search(message.name) for pattern in self._not)
+        )
+
+
+def _compiled(option: str, text: str) -> re.Pattern[str]:
+    try:
+        return re.compile(text, re.IGNORECASE)
+    except re.error as error:
+        raise UsageError(f"{option} needs a regular expression, not {text!r}: {error}") from None
+
+
+def row(message: Any, *, colour: bool = False) -> str:
+    """Return a rosgraph_msgs/Log message as a line: time, severity, node, text and place in the code.
+
+    Args:
+        message: the message. Further lines of its text are indented.
+        colour: use escape sequences.
+    """
+    severity = f"{level_name(message.level).upper():5}"
+    node, text = one_line(message.name), lines(message.msg).rstrip("\n").replace("\n", "\n    ")
+    place = _place(message)
+    moment = _clock(message.header.stamp.secs, message.header.stamp.nsecs)
+    if not colour:
+        return f"{moment} {severity} {node}: {text}{place and f'  [{place}]'}"
+    place = place and f"  {DIM}[{place}]{RESET}"
+    shade = COLOURS.get(message.level, "")
+    return f"{DIM}{moment}{RESET} {shade}{severity}{RESET} {BOLD}{node}{RESET}: {text}{place}"
+
+
+def _place(message: Any) -> str:
+    if not message.file:
+        return one_line(message.function)
+    where = f"{os.path.basename(one_line(message.file))}:{message.line}"
+    return f"{where} {one_line(message.function)}".rstrip()
+
+
+def _clock(seconds: int, nanoseconds: int) -> str:
+    if seconds < _SIMULATED:
+        return f"{seconds + nanoseconds / 1e9:12.3f}"
+    return f"{time.strftime('%H:%M:%S', time.localtime(seconds))}.{nanoseconds // 1_000_000:03}"
+
+
+def _before() -> str:
+    """Return what to say about messages from before: no topic has them."""
+    from pyros1.launch.running.logs import log_folder  # noqa: PLC0415 - for people only
+
+    file = log_folder(os.environ) / "latest" / "rosout.log"
+    more = f"; the ones before are in {file}" if file.exists() else "; pyros1 web keeps them while it runs"
+    return f"messages from now on{more}"
+
+
+COMMAND = Command(
+    "console",
+    "print the log of all nodes as it grows",
+    Verb(
+        "",
+        "",
+        Option(
+            "-l",
+            "--level",
+            metavar="LEVEL",
+            default=_LOWEST,
+            help=f"lowest severity to show, one of {', '.join(LEVELS)} ({_LOWEST})",
+        ),
+        Option(
+            "-n",
+            "--node",
+            dest="nodes",
+            action="append",
+            metavar="PATTERN",
+            help="only nodes with such a name; may be repeated for several",
+        ),
+        Option(
+            "-g",
+            "--grep",
+            dest="texts",
+            action="append",
+            metavar="PATTERN",
+            help="only texts that contain this; may be repeated: all must be there",
+        ),
+        Option(
+            "-x",
+            "--exclude",
+            dest="excluded",
+            action="append",
+            metavar="PATTERN",
+            help="not what has this in its text or node; may be repeated",
+        ),
+        Option("-c", "--count", type="int", metavar="COUNT", help="end after so many messages"),
+        Flag("--nocolor", help="no color, even on a terminal"),
+        JSON,
+        usage="[options]",
+        description="Time, severity, node, text and place in the code of each message. Patterns are regular\n"
+        "expressions, without regard to case. pyros1 web console shows the same in a browser.",
+        examples=[
+            ("", "all but debug messages"),
+            ("-l warn", "warnings and errors"),
+            ("-n driver -g timeout", "what nodes with driver in their names say about timeouts"),
+        ],
+        run=run,
+    ),
+    group="look",
+)

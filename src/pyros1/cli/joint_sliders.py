@@ -1,0 +1,63 @@
+"""joint_state_publisher_gui: the node joint_state_publisher, and the page with its sliders in place of a window."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+import threading
+
+from pyros1.cli.commands.web import PORT
+from pyros1.ground.errors import Error
+from pyros1.node import Node
+from pyros1.urdf.joint_publisher import begin
+
+_END = 5.0
+
+
+def main(argv: list[str]) -> int:
+    """Run the program; return its exit code.
+
+    Args:
+        argv: the command line, with the program's name.
+    """
+    with Node("joint_state_publisher_gui", argv=argv[1:]) as node:
+        try:
+            publisher = begin(node)
+        except Error as error:
+            node.log.fatal("%s", error)
+            return 1
+        page = _open_page(node)
+        try:
+            publisher.run()
+        finally:
+            page.terminate()
+            try:
+                page.wait(_END)
+            except subprocess.TimeoutExpired:
+                page.kill()
+    return 0
+
+
+def _open_page(node: Node) -> subprocess.Popen[bytes]:
+    """Show the panel: on the page that is served already, or from a server that ends with this node."""
+    words = ["web", "--port", str(_port()), "joints", f"__master:={node.master.uri}"]
+    page = subprocess.Popen([sys.executable, "-m", "pyros1", *words], stdin=subprocess.DEVNULL)
+
+    def watch() -> None:
+        if page.wait() not in (0, -15):
+            node.log.error("there is no page with sliders (see above); the joints are published without it")
+
+    threading.Thread(target=watch, name="waits for the page", daemon=True).start()
+    return page
+
+
+def _port() -> int:
+    """Return the usual port of the page, or 0 for any if it is taken."""
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("localhost", PORT))
+        except OSError:
+            return 0
+    return PORT

@@ -1,0 +1,84 @@
+"""Who calls a launch: a launch does what it is told only by those who could also send its processes signals.
+
+These are programs on the same machine, of the same user or of root. Linux tells the user of the other end of a local
+connection; elsewhere the machine has to do.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import os
+import socket
+import sys
+from pathlib import Path
+
+from pyros1.net.hosts import is_local
+
+Address = tuple[str, int]
+_TABLES = ("net/tcp", "net/tcp6")
+_ROOT = 0
+
+
+def why_refused(connection: socket.socket) -> str:
+    """Return why a caller may not control what runs here; empty if it may.
+
+    Args:
+        connection: an accepted TCP connection.
+    """
+    try:
+        there, here = connection.getpeername()[:2], connection.getsockname()[:2]
+    except OSError:
+        return "the caller is gone"
+    return refusal(there, here)
+
+
+def refusal(there: Address, here: Address, proc: Path = Path("/proc")) -> str:
+    """Return why a caller may not control what runs here; empty if it may.
+
+    Args:
+        there: address and port of its end of the connection.
+        here: address and port of our end.
+        proc: path of the proc file system.
+    """
+    if not is_local(str(_plain(there[0]))):
+        return "a launch is controlled from its own machine only, for example through: pyros1 web"
+    tables = [text for name in _TABLES if (text := _read(proc / name))]
+    if not tables or not hasattr(os, "getuid"):
+        return ""
+    user = _owner(tables, there, here)
+    if user in (os.getuid(), _ROOT):
+        return ""
+    return "a launch is controlled by its own user only"
+
+
+def _owner(tables: list[str], there: Address, here: Address) -> int | None:
+    """Return the user of the other end of a local connection, from the kernel's tables; None if it is not in them."""
+    wanted = (_plain(there[0]), there[1], _plain(here[0]), here[1])
+    for table in tables:
+        for line in table.splitlines()[1:]:
+            words = line.split()
+            if len(words) > 7 and (*_parse(words[1]), *_parse(words[2])) == wanted:
+                return int(words[7])
+    return None
+
+
+def _parse(text: str) -> tuple[ipaddress.IPv4Address | ipaddress.IPv6Address, int]:
+    """Return an address and a port as the tables write them: words of 32 bits in the machine's order, in hex."""
+    address, _, port = text.partition(":")
+    words = [int(address[start : start + 8], 16).to_bytes(4, sys.byteorder) for start in range(0, len(address), 8)]
+    return _plain(ipaddress.ip_address(b"".join(words))), int(port, 16)
+
+
+def _plain(
+    address: str | ipaddress.IPv4Address | ipaddress.IPv6Address,
+) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
+    """Return an address without its zone; one of IPv4 also if IPv6 wraps it."""
+    parsed = ipaddress.ip_address(address.partition("%")[0]) if isinstance(address, str) else address
+    return getattr(parsed, "ipv4_mapped", None) or parsed
+
+
+def _read(file: Path) -> str:
+    try:
+        return file.read_text(encoding="ascii")
+    except OSError:
+        return ""

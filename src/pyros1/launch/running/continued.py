@@ -1,0 +1,91 @@
+"""The journal of a core: what an earlier core left that was killed, and what this one keeps for the next."""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pyros1.launch.running.logs import ros_home
+
+if TYPE_CHECKING:
+    from pyros1.launch.running.console import Console
+    from pyros1.master.journal import Found, Journal
+
+
+class Continued:
+    """What a core goes on with.
+
+    Args:
+        environ: environment variables; ROS_HOME is used.
+        port: port of the master. Each host, port and user has a journal of its own.
+        console: told what is continued, and what is not and why.
+    """
+
+    def __init__(self, environ: Mapping[str, str], port: int, console: Console) -> None:
+        from pyros1.master.journal import Journal, JournalError, read  # noqa: PLC0415 - only for a core
+        from pyros1.master.revival import any_listens, why_stale  # noqa: PLC0415 - as above
+
+        self._console = console
+        self.journal: Journal | None = None
+        self.found: Found | None = None
+        host = re.sub(r"[^A-Za-z0-9._-]", "_", socket.gethostname())[:100]
+        path = Path(ros_home(environ), "pyros1", f"master-{host}-{port}.journal")
+        try:
+            self.journal = Journal(path, console.warning)
+        except JournalError as error:
+            console.warning(f"this master keeps no journal, so a restart would not continue it: {error}")
+            return
+        try:
+            self.found = read(path)
+        except JournalError as error:
+            self._set_aside(path, str(error))
+        if self.found is None:
+            return
+        why = why_stale(self.found, time.time(), any_listens)
+        if why:
+            self._set_aside(path, f"it is not continued: {why}")
+            self.found = None
+        else:
+            cut = ", but for its last changes, which were not written" if self.found.cut else ""
+            console.line(f"continuing the master that was killed (pid {self.found.pid}){cut}")
+
+    @property
+    def run_id(self) -> str | None:
+        """The run id of the core that is continued; None if there is none."""
+        value: Any = None
+        for method, params in self.found.calls if self.found is not None else ():
+            if method == "setParam" and len(params) == 3:
+                key, new = params[1:]
+                if key == "/run_id":
+                    value = new
+                elif key == "/" and isinstance(new, dict):
+                    value = new.get("run_id")
+        return value if isinstance(value, str) else None
+
+    def report(self, here: int, gone: list[str]) -> None:
+        """Say which nodes are there. Called on the master's thread."""
+        gone = [name for name in gone if name != "/rosout"]  # that was in the earlier core, and this one has its own
+        text = f"continued with {here} {'node' if here == 1 else 'nodes'} of the earlier master"
+        if gone:
+            text += f"; gone meanwhile: {', '.join(gone[:20])}{' ...' if len(gone) > 20 else ''}"
+        self._console.line(text)
+
+    def drop(self) -> None:
+        """This core does not start: what was found is left for the next."""
+        if self.journal is not None:
+            self.journal.close(remove=False)
+            self.journal = None
+
+    def _set_aside(self, path: Path, why: str) -> None:
+        old = path.with_suffix(".old")
+        try:
+            os.replace(path, old)
+        except OSError as error:
+            self._console.warning(f"the journal of an earlier master, {path}: {why} ({error.strerror})")
+            return
+        self._console.warning(f"the journal of an earlier master, now {old}: {why}")

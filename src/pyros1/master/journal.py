@@ -1,0 +1,287 @@
+"""The master's journal: what a new master needs to go on where a killed one stopped.
+
+A file with one record per change, after a first record that says whose it is and the state when the file was begun. A
+record is a call of the Master API as XML-RPC, with its length and checksum before it. When much has been added, a new
+file with the present state takes the old one's place (written aside, renamed), so its size is bounded.
+
+A thread of its own writes; the loop never waits for a disk. Records are handed to the system at once: a master that is
+killed loses the changes of its last some ten milliseconds at most. Nothing is ever synced: that is for power cuts, and
+after one the nodes of this machine are gone, too, so that the file is not used.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import queue
+import struct
+import threading
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from pyros1.ground.errors import Error
+from pyros1.wire.xmlrpc import dumps_call, loads_call
+
+MAGIC: Final = b"#PYROS1 MASTER JOURNAL 1\n"
+LARGEST: Final = 256 << 20
+"""Bytes of the largest journal that is read."""
+ALIVE_S: Final = 5.0
+"""Seconds between two signs of life, the file's time of change."""
+_FRAME: Final = struct.Struct("<II")
+_GROWTH: Final = 1 << 20  # bytes that may be added, or as many as the state has, before the file is begun anew
+_MOST_WAITING: Final = 64 << 20  # bytes that wait for a disk; what is lost then makes the file be begun anew
+
+Call = tuple[str, Sequence[Any]]
+"""Method of the Master API, and its arguments."""
+
+
+class JournalError(Error):
+    """A journal cannot be used."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the journal of an earlier master says.
+
+    Attributes:
+        calls: to be made on the new master, in order.
+        pid: of the earlier master.
+        boot: of which start of the machine; see `boot_id`.
+        died: seconds since the epoch when it gave its last sign of life.
+        cut: whether the end of the file is missing or spoilt; what comes before is good.
+    """
+
+    calls: tuple[Call, ...]
+    pid: int
+    boot: str
+    died: float
+    cut: bool
+
+
+def boot_id() -> str:
+    """Return what tells one start of this machine from the next; empty if the system does not say."""
+    with contextlib.suppress(OSError):
+        return Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
+    return ""
+
+
+def frame(call: Call) -> bytes:
+    """Return a call as a record."""
+    body = dumps_call(*call)
+    return _FRAME.pack(len(body), zlib.crc32(body)) + body
+
+
+def unframe(data: bytes) -> Iterator[Call | None]:
+    """Yield the calls of records; None at the end if the rest is missing or spoilt."""
+    at = 0
+    while at < len(data):
+        if at + _FRAME.size > len(data):
+            yield None
+            return
+        size, checksum = _FRAME.unpack_from(data, at)
+        at += _FRAME.size
+        body = data[at : at + size]
+        if len(body) < size or zlib.crc32(body) != checksum:
+            yield None
+            return
+        try:
+            yield loads_call(body)
+        except Error:
+            yield None
+            return
+        at += size
+
+
+def read(path: Path) -> Found | None:
+    """Read the journal of a master that did not end by itself.
+
+    Returns:
+        What it says; None if there is none.
+
+    Raises:
+        JournalError: the file is no journal, not this user's, or cannot be read.
+    """
+    try:
+        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise JournalError(f"{path} cannot be read: {error.strerror}") from error
+    with open(descriptor, "rb") as file:
+        facts = os.fstat(descriptor)
+        if hasattr(os, "getuid") and facts.st_uid != os.getuid():
+            raise JournalError(f"{path} is another user's")
+        if facts.st_size > LARGEST:
+            raise JournalError(f"{path} has more than {LARGEST >> 20} MiB")
+        data = file.read(LARGEST)
+    if not data.startswith(MAGIC):
+        raise JournalError(f"{path} is no journal of a master")
+    calls = list(unframe(data[len(MAGIC) :]))
+    cut = bool(calls) and calls[-1] is None
+    known = [call for call in calls if call is not None]
+    first = known[0] if known else ("", ())
+    if first[0] != "begin" or [type(item) for item in first[1]] != [int, str]:
+        raise JournalError(f"{path} does not say which master it belongs to")
+    pid, boot = first[1]
+    return Found(tuple(known[1:]), pid, boot, facts.st_mtime, cut)
+
+
+class Journal:
+    """Writer of a journal. All but `close` is called on the master's loop.
+
+    Args:
+        path: the file; its folder is made. A file beside it is locked while this object lives.
+        on_problem: called with a text, in another thread, when the file cannot be written; once until it can again.
+
+    Raises:
+        JournalError: the folder cannot be used, or another master uses the file.
+    """
+
+    def __init__(self, path: Path, on_problem: Callable[[str], object]) -> None:
+        self._path = path
+        self._on_problem = on_problem
+        self._lock = _locked(path.with_suffix(".lock"))
+        self._work: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
+        self._ahead: tuple[str, bytes] | None = None  # taken by the writer, for its next turn
+        self._waiting = 0  # bytes; only the loop adds, only the writer subtracts
+        self._done = 0
+        self._base = self._added = 0  # sizes of the state at the beginning, and of what was added
+        self._broken = False
+        self._descriptor = -1
+        self._thread = threading.Thread(target=self._run, name="master: journal", daemon=True)
+        self._thread.start()
+
+    @property
+    def is_due(self) -> bool:
+        """Whether the file should be begun anew, by `begin`: it has grown, or could not be written."""
+        return self._broken or self._added > max(_GROWTH, self._base)
+
+    def begin(self, calls: Iterable[Call]) -> None:
+        """Begin the file anew with a state."""
+        data = MAGIC + frame(("begin", (os.getpid(), boot_id()))) + b"".join(map(frame, calls))
+        self._broken = False
+        self._base, self._added = len(data), 0
+        self._put("begin", data)
+
+    def add(self, call: Call) -> None:
+        """Add a change."""
+        data = frame(call)
+        self._added += len(data)
+        self._put("add", data)
+
+    def tick(self) -> None:
+        """Give a sign of life; call it every `ALIVE_S` seconds."""
+        self._put("tick", b"")
+
+    def close(self, *, remove: bool = True, timeout: float = 2.0) -> None:
+        """End the writing; harmless if done before.
+
+        Args:
+            remove: the master ends by itself: nobody is to continue it.
+            timeout: most seconds to wait for the disk.
+        """
+        if self._lock < 0:
+            return
+        self._work.put(("remove" if remove else "end", b""))
+        self._thread.join(timeout)
+        os.close(self._lock)
+        self._lock = -1
+
+    def _put(self, what: str, data: bytes) -> None:
+        if self._waiting - self._done + len(data) > _MOST_WAITING and what != "begin":
+            self._broken = True
+            return
+        self._waiting += len(data)
+        self._work.put((what, data))
+
+    def _run(self) -> None:
+        told = False
+        while True:
+            what, data = self._next()
+            try:
+                if what == "begin":
+                    self._write_anew(data)
+                    told = False
+                elif what == "add" and self._descriptor >= 0:
+                    _write(self._descriptor, data)
+                elif what == "tick" and self._descriptor >= 0:
+                    os.utime(self._path)
+                elif what == "remove":
+                    self._path.unlink(missing_ok=True)
+            except OSError as error:
+                self._give_up()
+                if not told:
+                    told = True
+                    self._on_problem(f"the journal {self._path} cannot be written: {error.strerror}")
+            self._done += len(data)
+            if what in ("remove", "end"):
+                self._drop()
+                return
+
+    def _next(self) -> tuple[str, bytes]:
+        """Return the next piece of work, additions joined: while the loop is busy, each write costs a wait for it."""
+        if self._ahead is not None:
+            what, data = self._ahead
+            self._ahead = None
+        else:
+            what, data = self._work.get()
+        joined = [data]
+        while what == "add":
+            try:
+                self._ahead = self._work.get_nowait()
+            except queue.Empty:
+                break
+            if self._ahead[0] != "add":
+                break
+            joined.append(self._ahead[1])
+            self._ahead = None
+        return what, b"".join(joined)
+
+    def _write_anew(self, data: bytes) -> None:
+        aside = self._path.with_suffix(".new")
+        aside.unlink(missing_ok=True)
+        self._drop()
+        self._descriptor = os.open(aside, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o600)
+        _write(self._descriptor, data)
+        os.replace(aside, self._path)
+
+    def _give_up(self) -> None:
+        """Remove what is no longer the whole truth; `is_due` asks for a new beginning."""
+        self._drop()
+        for path in (self._path, self._path.with_suffix(".new")):
+            with contextlib.suppress(OSError):
+                path.unlink(missing_ok=True)
+        self._broken = True
+
+    def _drop(self) -> None:
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+            self._descriptor = -1
+
+
+def _write(descriptor: int, data: bytes) -> None:
+    view = memoryview(data)
+    while view:
+        view = view[os.write(descriptor, view) :]
+
+
+def _locked(path: Path) -> int:
+    """Return the descriptor of a lock file that no other process holds."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o600)
+    except OSError as error:
+        raise JournalError(f"{path} cannot be made: {error.strerror}") from error
+    try:
+        import fcntl  # noqa: PLC0415 - Unix only
+
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except ImportError:
+        pass
+    except OSError as error:
+        os.close(descriptor)
+        raise JournalError(f"another master uses {path.with_suffix('.journal')}") from error
+    return descriptor

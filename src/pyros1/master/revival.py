@@ -1,0 +1,160 @@
+"""After a restart: which nodes of the earlier master are still there.
+
+Each is asked for its topics. No answer yet says nothing: a node may be suspended, a network away. A refused connection,
+or an answer that another program gives, says that the node is gone. It is forgotten then, and others are told.
+"""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Final
+
+from pyros1.ground.errors import Error, ProtocolError, XmlRpcFault
+from pyros1.master.journal import Found, boot_id
+from pyros1.master.registry import Known
+from pyros1.net.hosts import parse_uri
+from pyros1.net.loop import Loop
+from pyros1.net.rpc_caller import RpcCaller
+
+RECENT_S: Final = 60.0
+"""A master that died so many seconds ago is continued even if none of its nodes is left."""
+PATIENCE_S: Final = 60.0
+"""Seconds after which a node that never answered is gone."""
+_AGAIN_S: Final = 5.0
+_NAME: Final = "/master"
+_KNOCK_S: Final = 1.0
+_MOST_KNOCKS: Final = 100
+_Question = tuple[str, frozenset[str]]
+"""Method, and the topics of which the answer must have one; none: any answer will do."""
+
+
+def why_stale(found: Found, now: float, answers: Callable[[Iterable[str]], bool]) -> str:
+    """Say why a journal is not to be continued; empty if it is.
+
+    Args:
+        found: the journal.
+        now: seconds since the epoch.
+        answers: returns whether any of these API URIs is listened on; see `any_listens`.
+    """
+    if found.boot != boot_id():
+        return "this machine was started again since then"
+    if now - found.died <= RECENT_S:
+        return ""
+    apis = {str(params[-1]) for method, params in found.calls if method.startswith("register") and params}
+    if answers(apis):
+        return ""
+    since = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(found.died))
+    return f"it ended at {since}, and none of its nodes is left"
+
+
+def any_listens(apis: Iterable[str]) -> bool:
+    """Return whether a port of any of these URIs takes connections. It takes a second at most, mostly much less."""
+    places = list(apis)[:_MOST_KNOCKS]
+    if not places:
+        return False
+    with ThreadPoolExecutor(min(len(places), 32), "master: looks for nodes") as pool:
+        return any(list(pool.map(_listens, places)))
+
+
+def _listens(api: str) -> bool:
+    try:
+        with socket.create_connection(parse_uri(api), _KNOCK_S):
+            return True
+    except (OSError, Error):
+        return False
+
+
+class Revival:
+    """Asks nodes whether they are there. On the loop.
+
+    Args:
+        loop, caller: of the master.
+        nodes: those that the journal names.
+        forget: called with a node that is gone, and why.
+        done: called once when all have answered or are gone, with the number of those that are there.
+    """
+
+    def __init__(
+        self,
+        loop: Loop,
+        caller: RpcCaller,
+        nodes: Iterable[Known],
+        forget: Callable[[Known, str], object],
+        done: Callable[[int], object],
+    ) -> None:
+        self._loop = loop
+        self._caller = caller
+        self._forget = forget
+        self._done = done
+        self._until = time.monotonic() + PATIENCE_S
+        self._open = list(nodes)
+        self._here = 0
+        self._closed = False
+
+    def begin(self) -> None:
+        """Ask all."""
+        if not self._open:
+            self._done(0)
+        for node in list(self._open):
+            self._ask(node, _questions(node))
+
+    def close(self) -> None:
+        """Ask no more."""
+        self._closed = True
+
+    def _ask(self, node: Known, questions: Sequence[_Question]) -> None:
+        if self._closed:
+            return
+        method = questions[0][0]
+        try:
+            self._caller.call(
+                node.api, method, [_NAME], lambda value, error: self._answered(node, questions, value, error)
+            )
+        except Error as error:  # no URI
+            self._end(node, str(error))
+
+    def _answered(self, node: Known, questions: Sequence[_Question], value: Any, error: Error | None) -> None:
+        if self._closed:
+            return
+        wanted = questions[0][1]
+        if error is None:
+            if not wanted or wanted & _topics(value):
+                self._end(node, None)
+            elif len(questions) > 1:
+                self._ask(node, questions[1:])
+            else:
+                self._end(node, "another program has its port")
+        elif isinstance(error, XmlRpcFault):
+            self._end(node, None)  # a node that lacks the method
+        elif isinstance(error, ProtocolError):
+            self._end(node, f"another program has its port: {error}")
+        elif isinstance(error.__cause__, ConnectionRefusedError):
+            self._end(node, str(error))
+        elif time.monotonic() > self._until:
+            self._end(node, f"no answer within {PATIENCE_S:.0f} s: {error}")
+        else:
+            self._loop.call_later(_AGAIN_S, self._ask, node, questions)
+
+    def _end(self, node: Known, why_gone: str | None) -> None:
+        self._open.remove(node)
+        if why_gone is None:
+            self._here += 1
+        else:
+            self._forget(node, why_gone)
+        if not self._open:
+            self._done(self._here)
+
+
+def _questions(node: Known) -> list[_Question]:
+    """Return what tells a node from another program that has its port now."""
+    asked = (("getPublications", node.publications), ("getSubscriptions", node.subscriptions))
+    return [each for each in asked if each[1]] or [("getPid", frozenset())]
+
+
+def _topics(answer: Any) -> frozenset[str]:
+    """Return the topics in the answer of ``getPublications`` or ``getSubscriptions``; none if it is malformed."""
+    rows = answer[2] if isinstance(answer, list) and len(answer) == 3 and isinstance(answer[2], list) else []
+    return frozenset(row[0] for row in rows if isinstance(row, list) and row and isinstance(row[0], str))

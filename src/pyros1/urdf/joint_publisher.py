@@ -1,0 +1,93 @@
+"""joint_state_publisher: positions of all joints on joint_states (https://wiki.ros.org/joint_state_publisher)."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from typing import Any
+
+from pyros1.ground.errors import Error
+from pyros1.msgs.sensor_msgs.msg import JointState
+from pyros1.node import Node
+from pyros1.urdf.description import description, getter
+from pyros1.urdf.joints import SLIDERS, JointStates, options
+from pyros1.urdf.reading import read
+
+_QUEUE = 100
+
+
+class JointStatePublisher:
+    """Publishes the states of a robot's joints until the node ends.
+
+    Args:
+        node: the node.
+        states: the joints.
+    """
+
+    def __init__(self, node: Node, states: JointStates) -> None:
+        self._node = node
+        self._states = states
+        self._lock = threading.Lock()
+        self._publisher = node.advertise("joint_states", JointState, queue_size=_QUEUE)
+        own = node.resolve("joint_states")
+        for source in (*states.options.source_list, f"~{SLIDERS}"):
+            if node.resolve(source) == own:
+                node.log.error("source_list names %s, on which this node publishes: it is left out", own)
+                continue
+            node.subscribe(source, JointState, self._receive, queue_size=_QUEUE)
+
+    def _receive(self, message: Any) -> None:
+        with self._lock:
+            self._states.take(message.name, message.position, message.velocity, message.effort)
+
+    def publish(self) -> None:
+        """Publish the states once."""
+        with self._lock:
+            self._states.step()
+            names, positions, velocities, efforts = self._states.message()
+        if not names:
+            return  # as stock: a robot without joints that move has no states
+        message = JointState(name=names, position=positions, velocity=velocities, effort=efforts)
+        message.header.stamp = self._node.now()
+        self._publisher.publish(message)
+
+    def run(self) -> None:
+        """Publish at the rate until the node ends."""
+        rate = self._node.rate(self._states.options.rate)
+        while self._node.ok():
+            self.publish()
+            rate.sleep()
+
+
+def begin(node: Node) -> JointStatePublisher:
+    """Return the publisher that a node's parameters describe.
+
+    Raises:
+        UrdfError: the description or a parameter is wrong.
+    """
+    states = JointStates(read(description(node)), options(getter(node)))
+    for warning in states.warnings:
+        node.log.warn("%s", warning)
+    return JointStatePublisher(node, states)
+
+
+def main(argv: list[str]) -> int:
+    """Run the program; return its exit code.
+
+    Args:
+        argv: the command line, with the program's name.
+    """
+    with Node("joint_state_publisher", argv=argv[1:]) as node:
+        try:
+            publisher = begin(node)
+        except Error as error:
+            node.log.fatal("%s", error)
+            return 1
+        if node.params.get("~use_gui", False):
+            node.log.warn("the parameter use_gui does nothing: sliders are in joint_state_publisher_gui now")
+        publisher.run()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv))

@@ -1,0 +1,279 @@
+"""What a joint_state_publisher publishes: joints with limits, where they are, and who follows whom. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import isfinite, pi
+from typing import Any
+
+from pyros1.ground.shown import one_line
+from pyros1.urdf.model import MOVING, Joint, Mimic, Robot, UrdfError, cut
+
+MOST_SOURCES = 100
+SLIDERS = "sliders"
+"""The topic of the node joint_state_publisher, below its own name, on which a page says where joints shall be."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How joints are published; the names are those of stock's parameters.
+
+    Attributes:
+        rate: messages per second.
+        source_list: topics with positions to take.
+        zeros: joint -> position at the start, in radians or metres.
+        dependent_joints: joint -> whom it follows.
+        use_mimic_tags: whether joints follow others as the description says.
+        use_smallest_joint_limits: whether a safety_controller's limits count.
+        publish_default_positions, publish_default_velocities, publish_default_efforts: whether there are values before
+            a source gives some.
+        delta: how far free joints go with each message, to and fro between their limits; 0 for not at all.
+    """
+
+    rate: float = 10.0
+    source_list: tuple[str, ...] = ()
+    zeros: Mapping[str, float] = field(default_factory=dict)
+    dependent_joints: Mapping[str, Mimic] = field(default_factory=dict)
+    use_mimic_tags: bool = True
+    use_smallest_joint_limits: bool = True
+    publish_default_positions: bool = True
+    publish_default_velocities: bool = False
+    publish_default_efforts: bool = False
+    delta: float = 0.0
+
+
+def options(get: Callable[[str, Any], Any]) -> Options:
+    """Read options from parameters.
+
+    Args:
+        get: takes a parameter's name and a default; returns its value.
+
+    Raises:
+        UrdfError: a value is of the wrong kind; the text names the parameter.
+    """
+    sources = get("source_list", [])
+    if not isinstance(sources, (list, tuple)) or not all(isinstance(each, str) for each in sources):
+        raise UrdfError("the parameter source_list must be a list of topics")
+    if len(sources) > MOST_SOURCES:
+        raise UrdfError(f"the parameter source_list has more than {MOST_SOURCES} topics")
+    rate = _number(get("rate", 10), "rate")
+    if rate <= 0:
+        raise UrdfError("the parameter rate must be above 0")
+    flags = {
+        name: bool(get(name, default))
+        for name, default in (
+            ("use_mimic_tags", True),
+            ("use_smallest_joint_limits", True),
+            ("publish_default_positions", True),
+            ("publish_default_velocities", False),
+            ("publish_default_efforts", False),
+        )
+    }
+    return Options(
+        rate=rate,
+        source_list=tuple(sources),
+        zeros={name: _number(each, f"zeros/{name}") for name, each in _mapping(get("zeros", {}), "zeros").items()},
+        dependent_joints={
+            name: _dependent(each, f"dependent_joints/{name}")
+            for name, each in _mapping(get("dependent_joints", {}), "dependent_joints").items()
+        },
+        delta=_number(get("delta", 0.0), "delta"),
+        **flags,
+    )
+
+
+@dataclass
+class Free:
+    """A joint that follows no other.
+
+    Attributes:
+        joint: the joint.
+        lower, upper: its limits, in radians or metres. Of a continuous joint, half a turn to each side.
+        zero: where it is at the start, and in the centre.
+        position, velocity, effort: now; None for nothing to say.
+    """
+
+    joint: Joint
+    lower: float
+    upper: float
+    zero: float
+    position: float | None = None
+    velocity: float | None = None
+    effort: float | None = None
+    _back: bool = False
+
+    def step(self, delta: float) -> None:
+        """Go on by ``delta``, and turn at the limits."""
+        here = (self.zero if self.position is None else self.position) + (-delta if self._back else delta)
+        if not self.lower <= here <= self.upper:
+            self._back = here > self.upper
+            here = min(max(here, self.lower), self.upper)
+        self.position = here
+
+
+class JointStates:
+    """The joints of a robot.
+
+    Args:
+        robot: the robot.
+        options: how they are published.
+
+    Attributes:
+        names: of all joints that have a position, as in the description.
+        kinds: their types, by name.
+        free: those that follow no other.
+        followers: joint -> whom it follows: always a free joint.
+        warnings: what is odd, but can be used.
+    """
+
+    def __init__(self, robot: Robot, options: Options) -> None:
+        self.options = options
+        self.warnings = list(robot.warnings)
+        joints = {name: joint for name, joint in robot.joints.items() if joint.type in MOVING}
+        leaders = {name: joint.mimic for name, joint in joints.items() if joint.mimic and options.use_mimic_tags}
+        leaders.update({name: each for name, each in options.dependent_joints.items() if name in joints})
+        for name in [*options.zeros, *options.dependent_joints]:
+            if name not in joints:
+                self.warnings.append(f"{_shown(name)} has a parameter, and is no joint that moves")
+        for name in [name for name, each in leaders.items() if each.joint not in joints]:
+            self.warnings.append(f"joint {_shown(name)} follows {_shown(leaders.pop(name).joint)}, which does not move")
+        self.followers = _followers(leaders, self.warnings)
+        self.warnings = cut(self.warnings)
+        self.names = tuple(joints)
+        self.kinds = {name: joint.type for name, joint in joints.items()}
+        self.free = {name: self._free(joint) for name, joint in joints.items() if name not in self.followers}
+
+    def take(
+        self,
+        names: Sequence[str],
+        positions: Sequence[float] = (),
+        velocities: Sequence[float] = (),
+        efforts: Sequence[float] = (),
+    ) -> None:
+        """Take a message of a source. Joints that are not here, or follow others, are passed over, as are NaNs."""
+        for index, name in enumerate(names):
+            joint = self.free.get(name)
+            if joint is None:
+                continue
+            if index < len(positions) and isfinite(positions[index]):
+                joint.position = positions[index]
+            if index < len(velocities) and isfinite(velocities[index]):
+                joint.velocity = velocities[index]
+            if index < len(efforts) and isfinite(efforts[index]):
+                joint.effort = efforts[index]
+
+    def step(self) -> None:
+        """Move as the option ``delta`` says."""
+        if self.options.delta:
+            for joint in self.free.values():
+                joint.step(self.options.delta)
+
+    def message(self) -> tuple[list[str], list[float], list[float], list[float]]:
+        """Return names, positions, velocities and efforts. The last three are empty if no joint has any."""
+        free = self.free.values()
+        # With followers there are always positions, as in stock.
+        positioned = bool(self.followers) or any(each.position is not None for each in free)
+        positions = [self._position(name) for name in self.names] if positioned else []
+        moving = any(each.velocity is not None for each in free)
+        velocities = [self._scaled(name) for name in self.names] if moving else []
+        working = any(each.effort is not None for each in free)
+        efforts = [self._of(name).effort or 0.0 for name in self.names] if working else []
+        return list(self.names), positions, velocities, efforts
+
+    def _of(self, name: str) -> Free:
+        follower = self.followers.get(name)
+        return self.free[follower.joint if follower else name]
+
+    def _position(self, name: str) -> float:
+        position = self._of(name).position
+        if position is None:
+            return 0.0
+        follower = self.followers.get(name)
+        return position * follower.multiplier + follower.offset if follower else position
+
+    def _scaled(self, name: str) -> float:
+        follower = self.followers.get(name)
+        return (self._of(name).velocity or 0.0) * (follower.multiplier if follower else 1.0)
+
+    def _free(self, joint: Joint) -> Free:
+        lower, upper = limits(joint, self.options.use_smallest_joint_limits)
+        zero = self.options.zeros.get(joint.name, (lower + upper) / 2 if lower > 0 or upper < 0 else 0.0)
+        made = Free(joint, lower, upper, zero)
+        if self.options.publish_default_positions:
+            made.position = zero
+        if self.options.publish_default_velocities:
+            made.velocity = 0.0
+        if self.options.publish_default_efforts:
+            made.effort = 0.0
+        return made
+
+
+def limits(joint: Joint, smallest: bool = True) -> tuple[float, float]:
+    """Return how far a joint goes, in radians or metres.
+
+    Args:
+        joint: of a type in `MOVING`.
+        smallest: whether the limits of a safety_controller count, too.
+    """
+    if joint.type == "continuous" or joint.limit is None:
+        return -pi, pi
+    limit = joint.limit
+    lower, upper = limit.lower, limit.upper
+    if smallest:
+        lower = lower if limit.soft_lower is None else max(lower, limit.soft_lower)
+        upper = upper if limit.soft_upper is None else min(upper, limit.soft_upper)
+    return lower, max(lower, upper)
+
+
+def _followers(leaders: Mapping[str, Mimic], warnings: list[str]) -> dict[str, Mimic]:
+    """Return for each joint that follows another one the free joint that leads them in the end.
+
+    Of joints that follow each other in a circle, one is free.
+    """
+    found: dict[str, Mimic] = {}
+    free: set[str] = set()
+    for name in leaders:
+        path: dict[str, None] = {}
+        each = name
+        while each in leaders and each not in found and each not in free and each not in path:
+            path[each] = None
+            each = leaders[each].joint
+        if each in path:
+            free.add(each)
+            warnings.append(f"joint {_shown(each)} follows itself: it is free")
+        for follower in reversed(path):
+            if follower not in free:
+                mimic = leaders[follower]
+                further = found.get(mimic.joint, Mimic(mimic.joint))
+                found[follower] = Mimic(
+                    further.joint,
+                    mimic.multiplier * further.multiplier,
+                    mimic.multiplier * further.offset + mimic.offset,
+                )
+    return found
+
+
+def _dependent(value: object, name: str) -> Mimic:
+    values = _mapping(value, name)
+    parent = values.get("parent")
+    if not isinstance(parent, str):
+        raise UrdfError(f"the parameter {_shown(name)} must have a parent: the name of a joint")
+    factor, offset = _number(values.get("factor", 1.0), f"{name}/factor"), _number(values.get("offset", 0.0), name)
+    return Mimic(parent, factor, offset)
+
+
+def _mapping(value: object, name: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise UrdfError(f"the parameter {_shown(name)} must be a mapping: joint -> value")
+    return value
+
+
+def _number(value: object, name: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
+        raise UrdfError(f"the parameter {_shown(name)} must be a number")
+    return float(value)
+
+
+def _shown(name: str) -> str:
+    return one_line(name, 200)

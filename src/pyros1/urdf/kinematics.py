@@ -1,0 +1,146 @@
+"""Where a robot's links are, from the positions of its joints. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import cos, sin
+from typing import NamedTuple
+
+from pyros1.ground.shown import one_line
+from pyros1.tf.rotation import IDENTITY, Transform, chain_normalized
+from pyros1.urdf.model import MOVING, Joint, Robot, UrdfError
+
+FIXED = frozenset({"fixed", "planar"})
+"""Types of joints that are published once, as stock does: of a planar one only its origin is known."""
+
+
+class Edge(NamedTuple):
+    """A link and the one that it hangs on.
+
+    Attributes:
+        joint: the joint between them.
+        place: returns the child's place in the parent at a position of the joint, in radians or metres.
+    """
+
+    joint: Joint
+    place: Callable[[float], Transform]
+
+
+class Kinematics:
+    """The tree of a robot's links.
+
+    Args:
+        robot: the robot.
+
+    Attributes:
+        root: the link on which all others hang.
+        fixed: joint and place of each link that does not move.
+        moving: by joint, the links that move.
+
+    Raises:
+        UrdfError: the links are no tree.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.root = _root(robot)
+        joints = robot.joints.values()
+        self.fixed = [(joint, chain_normalized(joint.origin, IDENTITY)) for joint in joints if joint.type in FIXED]
+        self.moving = {joint.name: Edge(joint, placing(joint)) for joint in joints if joint.type in MOVING}
+        self._followers = _in_order(robot)
+
+    def complete(self, positions: dict[str, float]) -> None:
+        """Add the positions of joints that mimic others. Those that are there already stay as they are.
+
+        Args:
+            positions: joint -> radians or metres.
+        """
+        for name, leader, multiplier, offset in self._followers:
+            position = positions.get(leader)
+            if position is not None and name not in positions:
+                positions[name] = position * multiplier + offset
+
+    def transforms(self, positions: Mapping[str, float]) -> dict[str, tuple[str, Transform]]:
+        """Return the places of links: child -> (parent, transform).
+
+        Args:
+            positions: joint -> radians or metres. Links of joints that are not named, and follow none that is, are
+                left out, unless they are fixed.
+        """
+        known = dict(positions)
+        self.complete(known)
+        found = {joint.child: (joint.parent, place) for joint, place in self.fixed}
+        for name, (joint, place) in self.moving.items():
+            if name in known:
+                found[joint.child] = (joint.parent, place(known[name]))
+        return found
+
+
+def placing(joint: Joint) -> Callable[[float], Transform]:
+    """Return a function that takes a joint's position, and returns the child's place in the parent.
+
+    Args:
+        joint: of a type in `MOVING`.
+    """
+    x, y, z, qx, qy, qz, qw = chain_normalized(joint.origin, IDENTITY)
+    ax, ay, az = joint.axis
+    if joint.type == "prismatic":
+        dx, dy, dz, *_ = chain_normalized((0.0, 0.0, 0.0, qx, qy, qz, qw), (ax, ay, az, 0.0, 0.0, 0.0, 1.0))
+        return lambda position: (x + dx * position, y + dy * position, z + dz * position, qx, qy, qz, qw)
+    if not (ax or ay or az):
+        return lambda position: (x, y, z, qx, qy, qz, qw)
+    # The product of the origin's rotation and the axis, as quaternions: what the sine is multiplied with.
+    sx = qw * ax + qy * az - qz * ay
+    sy = qw * ay + qz * ax - qx * az
+    sz = qw * az + qx * ay - qy * ax
+    sw = -qx * ax - qy * ay - qz * az
+
+    def turned(position: float) -> Transform:
+        half = position * 0.5
+        s, c = sin(half), cos(half)
+        i, j, k, w = sx * s + qx * c, sy * s + qy * c, sz * s + qz * c, sw * s + qw * c
+        if w < 0.5 and (max(i, j, k, key=abs) if w > -0.5 else w) < 0.0:
+            return (x, y, z, -i, -j, -k, -w)  # the same rotation, with the sign that a matrix gives: w, or the largest
+        return (x, y, z, i, j, k, w)
+
+    return turned
+
+
+def _root(robot: Robot) -> str:
+    parents = {joint.child: joint.parent for joint in robot.joints.values()}
+    roots = [link for link in robot.links if link not in parents]
+    if len(roots) > 1:
+        raise UrdfError(
+            f"the robot has {len(roots)} links without a parent: {', '.join(one_line(name, 100) for name in roots[:5])}"
+            f"{' ...' if len(roots) > 5 else ''}. Join them with joints, for example fixed ones"
+        )
+    if not roots:
+        raise UrdfError("no link is the root: the joints go in a circle")
+    reached = {roots[0]}
+    for link in robot.links:
+        path: dict[str, None] = {}
+        each = link
+        while each not in reached:
+            if each in path:
+                raise UrdfError(
+                    f"the joints go in a circle: {', '.join(one_line(name, 100) for name in list(path)[:5])}"
+                )
+            path[each] = None
+            each = parents[each]
+        reached.update(path)
+    return roots[0]
+
+
+def _in_order(robot: Robot) -> list[tuple[str, str, float, float]]:
+    """Return (joint, leader, multiplier, offset) of joints that mimic others, leaders first."""
+    ordered: dict[str, tuple[str, str, float, float]] = {}
+    for joint in robot.joints.values():
+        path = []
+        each: Joint | None = joint
+        while each is not None and each.mimic is not None and each.name not in ordered:
+            path.append(each)
+            each = robot.joints.get(each.mimic.joint)
+        for follower in reversed(path):
+            if follower.mimic is not None:
+                mimic = follower.mimic
+                ordered[follower.name] = (follower.name, mimic.joint, mimic.multiplier, mimic.offset)
+    return list(ordered.values())

@@ -1,0 +1,90 @@
+"""What a description of a robot says, as far as its links move: https://wiki.ros.org/urdf/XML. Pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from pyros1.ground.errors import Error
+from pyros1.tf.rotation import IDENTITY, Transform, Vector
+
+MOVING = frozenset({"revolute", "continuous", "prismatic"})
+"""Types of joints that one number moves."""
+TYPES = MOVING | {"fixed", "floating", "planar"}
+
+
+MOST_WARNINGS = 50
+
+
+class UrdfError(Error):
+    """A description of a robot cannot be used; the text names the element, and says what to do."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """How far a joint goes, in radians or metres.
+
+    Attributes:
+        lower, upper: the ends.
+        soft_lower, soft_upper: those of its safety_controller; None if it has none.
+    """
+
+    lower: float = 0.0
+    upper: float = 0.0
+    soft_lower: float | None = None
+    soft_upper: float | None = None
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint's position is ``multiplier`` times that of another one, plus ``offset``."""
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint.
+
+    Attributes:
+        name: its name.
+        type: one of `TYPES`.
+        parent, child: the links that it joins.
+        origin: the child's place at position 0, in the parent.
+        axis: of length 1, in the child; (0, 0, 0) for a joint that cannot move.
+        limit: None if there is none.
+        mimic: whom it follows; None for nobody.
+    """
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    origin: Transform = IDENTITY
+    axis: Vector = (1.0, 0.0, 0.0)
+    limit: Limit | None = None
+    mimic: Mimic | None = None
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A robot.
+
+    Attributes:
+        name: its name.
+        links: names of its links, as they are written.
+        joints: by name, as they are written.
+        warnings: what is odd, but can be used.
+    """
+
+    name: str
+    links: tuple[str, ...]
+    joints: dict[str, Joint]
+    warnings: tuple[str, ...] = field(default=())
+
+
+def cut(warnings: list[str]) -> list[str]:
+    """Return at most `MOST_WARNINGS`, and a word about the others."""
+    more = len(warnings) - MOST_WARNINGS
+    return [*warnings[:MOST_WARNINGS], f"and {more} more like these"] if more > 0 else warnings

@@ -1,0 +1,230 @@
+"""robot_state_publisher: places of links, from positions of joints (https://wiki.ros.org/robot_state_publisher)."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+from pyros1.ground.errors import Error
+from pyros1.ground.shown import one_line
+from pyros1.msgs import AnyMsg
+from pyros1.msgs.sensor_msgs.msg import JointState
+from pyros1.msgs.tf2_msgs.msg import TFMessage
+from pyros1.node import Node
+from pyros1.node.topic_type import topic_type
+from pyros1.tf.rotation import Transform
+from pyros1.urdf.description import description, number
+from pyros1.urdf.encoded import Batch
+from pyros1.urdf.kinematics import Kinematics
+from pyros1.urdf.reading import read
+
+_QUEUE = 100
+_AHEAD = 500_000_000
+"""Nanoseconds by which places of fixed links on /tf are ahead of the time, so that they hold until the next ones."""
+_OLD = 30.0
+"""Seconds after which a message is so old that this is told."""
+_MOST_UNKNOWN = 1_000
+"""Most names in a message that are no joints of the robot."""
+_MOST_KINDS = 32
+"""Most sets of joints in messages for which the layout of the answer is kept."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The node's parameters.
+
+    Attributes:
+        publish_frequency: most messages per second for a joint, at least 1.
+        ignore_timestamp: whether every message counts, also one that is older than the last one or comes too soon.
+        use_tf_static: whether fixed links are published once, on /tf_static; else again and again, on /tf.
+        prefix: of the names of frames; empty for none.
+    """
+
+    publish_frequency: float = 50.0
+    ignore_timestamp: bool = False
+    use_tf_static: bool = True
+    prefix: str = ""
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """What messages with the same joints have in common.
+
+    Attributes:
+        batch: the answer.
+        joints: those of the answer, in its order.
+        unknown: a joint that the description does not have; empty if there is none.
+    """
+
+    batch: Batch
+    joints: tuple[str, ...]
+    unknown: str
+
+
+class RobotStatePublisher:
+    """Publishes the places of a robot's links until the node ends.
+
+    Args:
+        node: the node, which subscribes to joint_states.
+        kinematics: the robot.
+        settings: the parameters.
+    """
+
+    def __init__(self, node: Node, kinematics: Kinematics, settings: Settings) -> None:
+        self._node = node
+        self._kinematics = kinematics
+        self._settings = settings
+        self._interval = int(1e9 / max(settings.publish_frequency, 1.0))
+        self._most = len(kinematics.moving) + len(kinematics.fixed) + _MOST_UNKNOWN
+        self._published: dict[str, int] = {}  # joint -> nanoseconds
+        self._called = 0
+        self._kinds: dict[tuple[str, ...], _Kind] = {}
+        self._lock = threading.Lock()
+        kind = topic_type(TFMessage)
+        self._moving = node.advertise("/tf", AnyMsg, queue_size=_QUEUE, raw_type=kind)
+        if kinematics.fixed:
+            places = [place for _, place in kinematics.fixed]
+            self._fixed = self._batch(
+                [(joint.parent, joint.child, _always(place)) for joint, place in kinematics.fixed]
+            )
+            self._nothing = [0.0] * len(places)
+            if settings.use_tf_static:
+                self._static = node.advertise("/tf_static", AnyMsg, queue_size=_QUEUE, latch=True, raw_type=kind)
+                self._static.publish(self._fixed_message(0))
+            else:
+                node.timer(self._interval / 1e9, lambda event: self._moving.publish(self._fixed_message(_AHEAD)))
+        node.subscribe("joint_states", JointState, self._receive, queue_size=_QUEUE)
+
+    def _fixed_message(self, ahead: int) -> AnyMsg:
+        return AnyMsg(self._fixed.encode(*divmod(self._node.now().to_nsec() + ahead, 10**9), self._nothing))
+
+    def _receive(self, message: Any) -> None:
+        with self._lock:
+            self._take(message)
+
+    def _take(self, message: Any) -> None:
+        names, positions, stamp = message.name, message.position, message.header.stamp
+        if len(names) != len(positions) or len(names) > self._most:
+            self._refuse(names, positions)
+            return
+        now, at = self._node.now().to_nsec(), stamp.to_nsec()
+        if now < self._called:
+            self._node.log.warn("Moved backwards in time, re-publishing joint transforms!")
+            self._published.clear()
+        self._called = now
+        if now - at > _OLD * 1e9:
+            self._node.log.warn("Received JointState is %f seconds old.", (now - at) / 1e9, throttle=30)
+        published = self._published
+        last = min(map(published.get, names, [0] * len(names)), default=0)
+        if not names or (at < last + self._interval and not self._settings.ignore_timestamp):
+            return
+        key = tuple(names)
+        kind = self._kinds.get(key) or self._new_kind(key)
+        if kind.unknown:
+            text = 'Joint state with name: "%s" was received but not found in URDF'
+            self._node.log.warn(text, one_line(kind.unknown, 200), throttle=10)
+        known = dict(zip(names, positions, strict=True))
+        self._kinematics.complete(known)
+        places = [known[name] for name in kind.joints]
+        if not isfinite(sum(places)) and not all(map(isfinite, places)):
+            self._node.log.warn(
+                "positions that are no numbers are ignored, with all others of their message", throttle=10
+            )
+            return
+        if places:
+            self._moving.publish(AnyMsg(kind.batch.encode(stamp.secs, stamp.nsecs, places)))
+        published.update(dict.fromkeys(names, at))
+        if len(published) > 2 * self._most:  # somebody makes up names
+            self._published = {}
+
+    def _refuse(self, names: Sequence[str], positions: Sequence[float]) -> None:
+        if positions:
+            self._node.log.error("Robot state publisher ignored an invalid JointState message", throttle=1)
+            return
+        text = (
+            'Robot state publisher ignored a JointState message about joint(s) "%s"(,...) whose position member was '
+            "empty. This message will not reappear for 300 seconds."
+        )
+        self._node.log.warn(text, one_line(names[0], 200), throttle=300)
+
+    def _new_kind(self, names: tuple[str, ...]) -> _Kind:
+        known = dict.fromkeys(names, 0.0)
+        self._kinematics.complete(known)
+        moving = self._kinematics.moving
+        joints = tuple(name for name in known if name in moving)
+        edges = [(moving[name].joint.parent, moving[name].joint.child, moving[name].place) for name in joints]
+        fixed = {joint.name for joint, _ in self._kinematics.fixed}
+        unknown = next((name for name in names if name not in moving and name not in fixed), "")
+        if len(self._kinds) >= _MOST_KINDS:
+            del self._kinds[next(iter(self._kinds))]
+        kind = self._kinds[names] = _Kind(self._batch(edges), joints, unknown)
+        return kind
+
+    def _batch(self, edges: Sequence[tuple[str, str, Callable[[float], Transform]]]) -> Batch:
+        prefix = self._settings.prefix
+        return Batch((frame(prefix, parent), frame(prefix, child), place) for parent, child, place in edges)
+
+
+def frame(prefix: str, link: str) -> str:
+    """Return the name of a link's frame.
+
+    Args:
+        prefix: the parameter tf_prefix.
+        link: the link's name; one that begins with / gets no prefix.
+    """
+    prefix = prefix.strip("/")
+    return f"{prefix}/{link}" if prefix and not link.startswith("/") else link.removeprefix("/")
+
+
+def settings(node: Node) -> Settings:
+    """Read the node's parameters.
+
+    Raises:
+        UrdfError: a value is of the wrong kind.
+    """
+    params = node.params
+    prefix = params.search("tf_prefix")
+    return Settings(
+        publish_frequency=number(params.get("~publish_frequency", 50.0), "publish_frequency"),
+        ignore_timestamp=bool(params.get("~ignore_timestamp", False)),
+        use_tf_static=bool(params.get("~use_tf_static", True)),
+        prefix=str(params[prefix]) if prefix else "",
+    )
+
+
+def _always(place: Transform) -> Callable[[float], Transform]:
+    return lambda position: place
+
+
+def main(argv: list[str]) -> int:
+    """Run the program; return its exit code.
+
+    Args:
+        argv: the command line, with the program's name.
+    """
+    with Node("robot_state_publisher", argv=argv[1:]) as node:
+        try:
+            robot = read(description(node))
+            for warning in robot.warnings:
+                node.log.warn("%s", warning)
+            for joint in robot.joints.values():
+                if joint.type in ("floating", "planar"):
+                    node.log.warn(
+                        "joint %s is %s, which joint states do not tell: %s", joint.name, joint.type, _TOLD[joint.type]
+                    )
+            RobotStatePublisher(node, Kinematics(robot), settings(node))
+        except Error as error:
+            node.log.fatal("%s", error)
+            return 1
+        node.spin()
+    return 0
+
+
+_TOLD = {"floating": "another node must publish where its link is", "planar": "its link stays at the origin"}
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv))

@@ -1,0 +1,72 @@
+"""Calls about launches."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import Any
+
+from pyros1.ground.errors import ParameterNotSetError
+from pyros1.launch.running.control import Launch, launch_uris
+from pyros1.web.robot import Robot
+from pyros1.web.views.view import text
+from pyros1.web.wire import RequestError
+
+_PATIENCE = 3.0
+_VERBS = ("stop", "start", "restart")
+_LONGEST = 20_000
+
+
+def find(robot: Robot, args: Mapping[str, Any]) -> Launch:
+    """Return a launch; the caller must close it. Args: launch: name of its parameter.
+
+    Raises:
+        RequestError: no launch has said that it is there.
+    """
+    param = text(args, "launch")
+    uri = launch_uris(robot.master).get(param)
+    if uri is None:
+        raise RequestError("this launch has ended")
+    return Launch(uri, _PATIENCE)
+
+
+def control(robot: Robot, args: Mapping[str, Any]) -> None:
+    """Tell a launch to stop, start or restart a process. Args: launch, process: its label, verb."""
+    verb = text(args, "verb")
+    if verb not in _VERBS:
+        raise RequestError(f"a process can be told to {', '.join(_VERBS)}")
+    launch = find(robot, args)
+    try:
+        launch.tell(verb, text(args, "process"))
+    finally:
+        launch.close()
+
+
+def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, str]:
+    """Return the command line and the folder of a process. Args: launch, process: its label."""
+    launch = find(robot, args)
+    try:
+        found = launch.info(text(args, "process"))
+    finally:
+        launch.close()
+    words = found.get("args")
+    words = [word for word in words if isinstance(word, str)] if isinstance(words, list) else []
+    return {"command": shlex.join(words)[:_LONGEST], "cwd": str(found.get("cwd", ""))[:_LONGEST]}
+
+
+def forget(robot: Robot, args: Mapping[str, Any]) -> None:
+    """Delete the parameter of a launch that was killed. Args: launch: its name."""
+    param = text(args, "launch")
+    if param not in launch_uris(robot.master):
+        return
+    with suppress(ParameterNotSetError):
+        robot.master.delete_param(param)
+
+
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {
+    "control": control,
+    "info": info,
+    "forget": forget,
+}
+CHANGES = frozenset({"control", "forget"})

@@ -1,0 +1,54 @@
+"""Calls of services, which may take long: each connection has its own, and they end with it."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+from pyros1.node import Node
+from pyros1.web.wire import RequestError
+
+AT_ONCE = 16
+"""Most calls of a connection that run at the same time."""
+
+
+class Exchanges:
+    """The calls of one connection."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._under_way: set[Any] = set()
+        self._closed = False
+
+    def call(self, node: Node, name: str, service_class: Any, request: Any, timeout: float) -> Any:
+        """Call a service and return the response.
+
+        Args:
+            node: the node that calls.
+            name: the service's full name.
+            service_class: its type.
+            request: the request.
+            timeout: seconds.
+
+        Raises:
+            RequestError: the connection has ended.
+            ServiceError: the call failed.
+        """
+        with node.service(name, service_class) as client:
+            with self._lock:
+                if self._closed:
+                    raise RequestError("who called has gone")
+                self._under_way.add(client)
+            try:
+                return client.call(request, timeout)
+            finally:
+                with self._lock:
+                    self._under_way.discard(client)
+
+    def close(self) -> None:
+        """End all calls."""
+        with self._lock:
+            self._closed = True
+            under_way = list(self._under_way)
+        for client in under_way:
+            client.close()

@@ -1,0 +1,280 @@
+// The mouse and interactive markers: drag, click, menus; and what it tells the marker's server, as rviz does.
+
+import * as THREE from "../../vendor/three/three.module.min.js";
+import { fill, h } from "../dom.js";
+import { FACING, MODE, axisOf } from "./interactive.js";
+
+const EVENT = { POSE_UPDATE: 1, MENU_SELECT: 2, BUTTON_CLICK: 3, MOUSE_DOWN: 4, MOUSE_UP: 5 };
+const ALIVE = 500; // milliseconds between poses of something that is held and does not move
+const TURN = 0.01; // radians per pixel
+
+export class Interaction {
+  // stage; sets() -> the InteractiveSets; fixed() -> the fixed frame; publish(topic, type, value) -> promise; told(text).
+  constructor(stage, { sets, fixed, publish, told }) {
+    Object.assign(this, { stage, sets, fixed, publish, told });
+    this.client = `/pyros1_web/${Math.random().toString(36).slice(2, 8)}`;
+    this.place = stage.canvas.parentElement;
+    this.listen = [
+      ["pointerdown", (event) => this._down(event)], ["pointermove", (event) => this._move(event)],
+      ["pointerup", (event) => this._up(event)], ["pointercancel", (event) => this._up(event)],
+      ["contextmenu", (event) => this._context(event)],
+    ];
+    for (const [name, call] of this.listen) this.place.addEventListener(name, call, true); // before the camera's controls
+    this.before = () => this.sets().forEach((set) => set.face(stage.camera));
+    stage.before.push(this.before);
+    this.enabled = true;
+    this.waiting = []; // messages to the servers of markers
+  }
+
+  close() {
+    for (const [name, call] of this.listen) this.place.removeEventListener(name, call, true);
+    this._closeMenu();
+    clearInterval(this.beat);
+  }
+
+  _hit(event) {
+    if (!this.enabled || event.target !== this.stage.canvas) return null;
+    const ray = this.stage.ray(event.offsetX, event.offsetY);
+    const found = ray.intersectObjects(this.sets().filter((set) => set.object.visible).map((set) => set.object), true);
+    for (const { object, point } of found) {
+      for (let each = object; each; each = each.parent) {
+        const { control } = each.userData;
+        if (control) return control.facts.mode === MODE.NONE && !control.marker.facts.menu.length ? null : { control, point, ray: ray.ray };
+      }
+    }
+    return null;
+  }
+
+  _down(event) {
+    if (event.target !== this.stage.canvas) return;
+    this._closeMenu();
+    const hit = this._hit(event);
+    if (!hit || event.button === 1) return;
+    event.stopPropagation();
+    const { control, point } = hit;
+    const { marker } = control;
+    if (event.button === 2 || control.facts.mode === MODE.MENU || control.facts.mode === MODE.NONE) {
+      this.pending = hit;
+      return;
+    }
+    this.stage.canvas.setPointerCapture(event.pointerId);
+    this.stage.canvas.focus({ preventScroll: true });
+    const axis = axisOf(control.facts);
+    const turn = new THREE.Quaternion();
+    if (control.facts.facing === FACING.VIEW) axis.copy(this.stage.camera.getWorldDirection(new THREE.Vector3())).negate();
+    else axis.applyQuaternion((control.facts.facing === FACING.FIXED ? marker.outer : marker.inner).getWorldQuaternion(turn));
+    this.drag = { control, name: control.facts.name, mode: control.facts.mode, axis, marker, from: point.clone(), at: [event.offsetX, event.offsetY] };
+    marker.held = (again) => { this.drag.marker = again; }; // its server may send it anew meanwhile
+    this._feedback(EVENT.POSE_UPDATE, point); // the order of all these is rviz's
+    this._feedback(EVENT.MOUSE_DOWN, point);
+    if (control.facts.mode === MODE.BUTTON) this._feedback(EVENT.BUTTON_CLICK, point);
+    this.beat = setInterval(() => this._feedback(EVENT.POSE_UPDATE), ALIVE);
+  }
+
+  _move(event) {
+    if (!this.drag) {
+      if (!event.buttons) this._hover(this._hit(event)?.control);
+      return;
+    }
+    event.stopPropagation();
+    if (DRAGS[this.drag.mode]) {
+      const { ray } = this.stage.ray(event.offsetX, event.offsetY);
+      if (DRAGS[this.drag.mode](this.drag, ray, event, this.stage.camera)) this._soon();
+    }
+    this.drag.at = [event.offsetX, event.offsetY];
+  }
+
+  _up(event) {
+    if (this.pending) {
+      const { control, point } = this.pending;
+      this.pending = null;
+      event.stopPropagation();
+      if (control.marker.facts.menu.length) this._menu(control, point, event);
+      return;
+    }
+    const { drag } = this;
+    if (!drag) return;
+    event.stopPropagation();
+    clearInterval(this.beat);
+    cancelAnimationFrame(this.due);
+    this.due = 0;
+    this._feedback(EVENT.POSE_UPDATE, drag.from);
+    this._feedback(EVENT.MOUSE_UP, drag.from);
+    this.drag = null;
+    drag.marker.held = null;
+    if (drag.marker.later) {
+      drag.marker.later = false;
+      drag.marker.set.take({ new: [], gone: [], moved: [drag.marker.facts] });
+      this.stage.draw();
+    }
+  }
+
+  _context(event) {
+    if (this._hit(event)) event.preventDefault();
+  }
+
+  // A pose is sent once for each picture, however often the mouse moves.
+  _soon() {
+    this.stage.draw();
+    this.due ||= requestAnimationFrame(() => this._send());
+  }
+
+  _send() {
+    this.due = 0;
+    if (this.drag) this._feedback(EVENT.POSE_UPDATE);
+  }
+
+  _feedback(event, point = null, control = this.drag.control, entry = 0) {
+    const marker = this.drag?.marker || control.marker;
+    const { inner, outer, facts } = marker;
+    // As rviz does it: markers that go with their frame are told of in it, others in the fixed frame.
+    const position = facts.locked ? inner.position : inner.getWorldPosition(new THREE.Vector3());
+    const quaternion = facts.locked ? inner.quaternion : inner.getWorldQuaternion(new THREE.Quaternion());
+    const mouse = point ? point.clone() : new THREE.Vector3();
+    if (point && facts.locked) outer.worldToLocal(mouse);
+    const xyz = ({ x, y, z }) => ({ x, y, z });
+    const value = {
+      header: { frame_id: facts.locked ? facts.frame : this.fixed() }, client_id: this.client, marker_name: facts.name,
+      control_name: control.facts.name, event_type: event, menu_entry_id: entry,
+      pose: { position: xyz(position), orientation: { ...xyz(quaternion), w: quaternion.w } },
+      mouse_point: xyz(mouse), mouse_point_valid: Boolean(point),
+    };
+    this._tell({ topic: `${marker.set.topic}/feedback`, value, step: event === EVENT.POSE_UPDATE && !point });
+  }
+
+  // One after the other, so that none overtakes another; of the poses on the way, the newest is enough.
+  async _tell(message) {
+    if (message.step && this.waiting.at(-1)?.step) this.waiting.pop();
+    this.waiting.push(message);
+    if (this.telling) return;
+    this.telling = true;
+    while (this.waiting.length) {
+      const { topic, value } = this.waiting.shift();
+      try {
+        await this.publish(topic, "visualization_msgs/InteractiveMarkerFeedback", value);
+      } catch (error) {
+        this.told(error.message);
+      }
+    }
+    this.telling = false;
+  }
+
+  _hover(control) {
+    if (control === this.hovered) return;
+    const glow = (each, strength) => each?.group.traverse(({ material }) => {
+      for (const one of material ? [material].flat() : []) one.emissive?.setScalar(strength);
+    });
+    glow(this.hovered, 0);
+    glow(control, 0.25);
+    this.hovered = control;
+    this.stage.canvas.style.cursor = control ? "pointer" : "";
+    this.stage.canvas.title = control ? control.facts.description || control.marker.facts.description || "" : "";
+    this.stage.draw();
+  }
+
+  _menu(control, point, event) {
+    const { menu } = control.marker.facts;
+    const seen = new Set();
+    const branch = (parent, deep) => menu.filter((entry) => entry.parent === parent && !seen.has(entry.id)).map((entry) => {
+      seen.add(entry.id);
+      const inner = deep < 6 ? branch(entry.id, deep + 1) : [];
+      const choose = () => { this._closeMenu(); this._feedback(EVENT.MENU_SELECT, point, control, entry.id); };
+      return h("li", {}, inner.length
+        ? [h("span.muted", {}, entry.title), h("ul", {}, inner)]
+        : h("button.quiet", { role: "menuitem", onclick: choose }, entry.title));
+    });
+    this.list = fill(h("div.scene-menu", { role: "menu", onkeydown: (key) => { if (key.key === "Escape") this._closeMenu(); } }), h("ul", {}, branch(0, 0)));
+    this.place.append(this.list);
+    const box = this.place.getBoundingClientRect();
+    this.list.style.left = `${Math.max(0, Math.min(event.clientX - box.left, box.width - this.list.offsetWidth - 4))}px`;
+    this.list.style.top = `${Math.max(0, Math.min(event.clientY - box.top, box.height - this.list.offsetHeight - 4))}px`;
+    this.list.querySelector("button")?.focus();
+  }
+
+  _closeMenu() {
+    this.list?.remove();
+    this.list = null;
+  }
+}
+
+// What a drag does. Each takes the drag, the ray of the mouse, the event and the camera; it returns whether something moved.
+const DRAGS = {
+  [MODE.MOVE_AXIS]: (drag, ray) => {
+    const place = along(drag.from, drag.axis, ray);
+    return place && shift(drag, place);
+  },
+  [MODE.MOVE_PLANE]: (drag, ray) => {
+    const place = across(drag.from, drag.axis, ray);
+    return place && shift(drag, place);
+  },
+  [MODE.ROTATE_AXIS]: (drag, ray) => {
+    const middle = drag.marker.inner.getWorldPosition(new THREE.Vector3());
+    const place = across(drag.from, drag.axis, ray);
+    return place && spin(drag, middle, place);
+  },
+  [MODE.MOVE_ROTATE]: (drag, ray) => {
+    const middle = drag.marker.inner.getWorldPosition(new THREE.Vector3());
+    const place = across(drag.from, drag.axis, ray);
+    if (!place) return false;
+    const arm = drag.from.clone().sub(middle);
+    const high = arm.clone().projectOnVector(drag.axis);
+    const far = arm.sub(high).length();
+    spin(drag, middle, place);
+    // Where the grabbed point is now; then all goes so far that it is under the mouse.
+    const from = place.clone().sub(middle).projectOnPlane(drag.axis).setLength(far).add(high).add(middle);
+    drag.from.copy(from);
+    return shift(drag, place);
+  },
+  [MODE.MOVE_3D]: (drag, ray, event, camera) => {
+    const place = across(drag.from, camera.getWorldDirection(new THREE.Vector3()), ray);
+    return place && shift(drag, place);
+  },
+  [MODE.ROTATE_3D]: (drag, ray, event, camera) => tumble(drag, event, camera),
+  [MODE.MOVE_ROTATE_3D]: (drag, ray, event, camera) => DRAGS[event.shiftKey ? MODE.ROTATE_3D : MODE.MOVE_3D](drag, ray, event, camera),
+};
+
+// The place on a line that is nearest to a ray; null if they run side by side.
+function along(from, axis, ray) {
+  const between = from.clone().sub(ray.origin);
+  const dot = axis.dot(ray.direction);
+  const wide = 1 - dot * dot;
+  if (wide < 1e-6) return null;
+  return from.clone().addScaledVector(axis, (dot * between.dot(ray.direction) - between.dot(axis)) / wide);
+}
+
+// The place on a plane that a ray meets; null if it does not.
+function across(from, normal, ray) {
+  return ray.intersectPlane(new THREE.Plane().setFromNormalAndCoplanarPoint(normal, from), new THREE.Vector3());
+}
+
+function shift(drag, place) {
+  const { inner, outer } = drag.marker;
+  const world = inner.getWorldPosition(new THREE.Vector3()).add(place).sub(drag.from);
+  inner.position.copy(outer.worldToLocal(world));
+  drag.from.copy(place);
+  return true;
+}
+
+function turnBy(drag, turn) {
+  const { inner, outer } = drag.marker;
+  const world = inner.getWorldQuaternion(new THREE.Quaternion()).premultiply(turn);
+  inner.quaternion.copy(outer.getWorldQuaternion(new THREE.Quaternion()).invert().multiply(world)).normalize();
+  return true;
+}
+
+function spin(drag, middle, place) {
+  const [one, two] = [drag.from, place].map((each) => each.clone().sub(middle).projectOnPlane(drag.axis));
+  if (one.lengthSq() < 1e-8 || two.lengthSq() < 1e-8) return false;
+  const angle = Math.atan2(one.clone().cross(two).dot(drag.axis), one.dot(two));
+  drag.from.copy(place);
+  return turnBy(drag, new THREE.Quaternion().setFromAxisAngle(drag.axis, angle));
+}
+
+function tumble(drag, event, camera) {
+  const turn = new THREE.Quaternion();
+  for (const [amount, axis] of [[event.offsetX - drag.at[0], [0, 1, 0]], [event.offsetY - drag.at[1], [1, 0, 0]]]) {
+    const about = new THREE.Vector3(...axis).applyQuaternion(camera.quaternion);
+    turn.premultiply(new THREE.Quaternion().setFromAxisAngle(about, amount * TURN));
+  }
+  return turnBy(drag, turn);
+}

@@ -1,0 +1,63 @@
+// The list beside the scene: what is shown, what it says, its options, and what can be added.
+
+import { fill, h } from "../dom.js";
+
+export class DisplayList {
+  // host: {entries() -> [{key, title, kind, display, trouble, fixed}], hidden(key), show(key, shown), remove(key),
+  //        option(key, name, value), offers() -> [{key, title, kind, text}], add(key)}
+  constructor(element, host) {
+    this.element = element;
+    this.host = host;
+    this.open = new Set(); // keys whose options are shown
+  }
+
+  draw() {
+    const entries = this.host.entries();
+    const offers = this.host.offers();
+    this.lines = new Map();
+    const focused = this.element.contains(document.activeElement) ? document.activeElement.dataset.mark : null;
+    fill(this.element, h("h4", {}, "Displays"), entries.map((entry) => this._row(entry)),
+      offers.length ? h("h4", {}, "Add") : entries.every(({ fixed }) => fixed) && h("p.muted", {}, "No topics that can be drawn are published: scans, clouds, maps, markers, paths, poses, pictures."),
+      offers.map((offer) => h("button.quiet.add", { title: offer.text, onclick: () => this.host.add(offer.key) }, "+ ", h("span.mono", {}, offer.title), " ", h("span.muted", {}, offer.kind))));
+    if (focused) [...this.element.querySelectorAll("[data-mark]")].find((each) => each.dataset.mark === focused)?.focus();
+    for (const entry of entries) this.tell(entry);
+  }
+
+  // Show what a display says now.
+  tell({ key, display, trouble }) {
+    const line = this.lines?.get(key);
+    if (!line) return;
+    const problem = trouble || display.problem;
+    const text = problem || display.word || "";
+    const look = `word${problem ? " wrong" : " muted"}`;
+    if (line.className !== look) line.className = look;
+    if (line.textContent !== text) line.textContent = text;
+  }
+
+  _row({ key, title, kind, display, fixed }) {
+    const line = h("div.word");
+    this.lines.set(key, line);
+    const controls = Object.entries(display.controls || {});
+    const open = this.open.has(key);
+    return h("div.display", {},
+      h("label.check", {}, h("input", { type: "checkbox", checked: !this.host.hidden(key), onchange: (event) => this.host.show(key, event.target.checked) }),
+        h("span.mono", { title: `${title}: ${kind}` }, title)),
+      h("span.acts", {},
+        controls.length > 0 && h("button.quiet", { title: "options", "aria-label": `options of ${title}`, "aria-expanded": String(open), dataset: { mark: `options ${key}` }, onclick: () => { this.open[open ? "delete" : "add"](key); this.draw(); } }, open ? "▾" : "▸"),
+        !fixed && h("button.quiet", { title: "remove", "aria-label": `remove ${title}`, onclick: () => this.host.remove(key) }, "✕")),
+      line,
+      open && h("div.options", {}, controls.map(([name, control]) => this._control(key, display, name, control))));
+  }
+
+  _control(key, display, name, { text, kind, least, most, step, choices }) {
+    const value = display.options[name];
+    const mark = { mark: `${key} ${name}` };
+    const set = (changed) => this.host.option(key, name, changed);
+    if (kind === "check") return h("label.check", {}, h("input", { type: "checkbox", checked: value ?? true, dataset: mark, onchange: (event) => set(event.target.checked) }), text);
+    let field;
+    if (kind === "choice") field = h("select", { dataset: mark, onchange: (event) => set(event.target.value) }, choices.map((each) => h("option", { value: each, selected: each === value }, each || "what it has")));
+    else if (kind === "number") field = h("input", { type: "number", min: least, max: most, step, value, dataset: mark, onchange: (event) => { const number = Number(event.target.value); if (number >= least && number <= most) set(number); else event.target.value = display.options[name]; } });
+    else field = h("input", { value: value ?? "", dataset: mark, onchange: (event) => set(event.target.value.trim()) });
+    return h("label.option", {}, h("span", {}, text), field);
+  }
+}

@@ -1,0 +1,92 @@
+// An occupancy grid as a picture on the ground, of which parts may change.
+
+import * as THREE from "../../vendor/three/three.module.min.js";
+import { dispose } from "./stage.js";
+
+export const SCHEMES = ["map", "costmap", "raw"];
+
+// rviz's colours of the 256 values of a cell, as pixels.
+function table(scheme) {
+  const pixels = new Uint32Array(256);
+  const put = (cell, red, green, blue, alpha) => { pixels[cell & 255] = ((alpha << 24) | (blue << 16) | (green << 8) | red) >>> 0; };
+  for (let cell = -128; cell < 128; cell += 1) {
+    if (scheme === "raw") put(cell, cell & 255, cell & 255, cell & 255, 255);
+    else if (cell > 100) put(cell, 0, 255, 0, 255); // not legal
+    else if (cell < -1) put(cell, 255, Math.round(255 * (cell + 128) / 126), 0, 255); // not legal
+    else if (scheme === "costmap") {
+      if (cell === -1) put(cell, 112, 137, 134, 255);
+      else if (cell === 0) put(cell, 0, 0, 0, 0);
+      else if (cell === 99) put(cell, 0, 255, 255, 255);
+      else if (cell === 100) put(cell, 255, 0, 255, 255);
+      else put(cell, Math.round(255 * cell / 100), 0, 255 - Math.round(255 * cell / 100), 255);
+    } else if (cell === -1) put(cell, 112, 137, 134, 255);
+    else {
+      const grey = 255 - Math.round(2.55 * cell);
+      put(cell, grey, grey, grey, 255);
+    }
+  }
+  return pixels;
+}
+
+export class MapPlane {
+  constructor() {
+    this.object = new THREE.Group();
+    this.scheme = "map";
+    this.alpha = 0.85;
+  }
+
+  // Take a whole grid.
+  set({ width, height, resolution, origin }, cells) {
+    this._clear();
+    this.width = width;
+    this.cells = new Int8Array(cells.subarray(0, width * height));
+    if (!width || !height) return;
+    this.texture = new THREE.DataTexture(new Uint8Array(4 * width * height), width, height);
+    this.texture.colorSpace = THREE.SRGBColorSpace;
+    this._colour();
+    const [across, up] = [width * resolution, height * resolution];
+    const plane = new THREE.Mesh(
+      new THREE.PlaneGeometry(across, up).translate(across / 2, up / 2, 0),
+      new THREE.MeshBasicMaterial({ map: this.texture, transparent: true, opacity: this.alpha, side: THREE.DoubleSide, depthWrite: false, polygonOffset: true, polygonOffsetFactor: 1 }));
+    plane.renderOrder = -1;
+    plane.position.set(origin[0] ?? 0, origin[1] ?? 0, origin[2] ?? 0);
+    plane.quaternion.set(...origin.slice(3).map((value) => value ?? 0));
+    if (plane.quaternion.lengthSq() < 1e-12) plane.quaternion.identity();
+    plane.quaternion.normalize();
+    this.object.add(plane);
+  }
+
+  // Take a part of it.
+  patch({ x, y, width, height }, cells) {
+    if (!this.texture || x + width > this.width) return;
+    for (let row = 0; row < height; row += 1) {
+      this.cells.set(cells.subarray(row * width, (row + 1) * width), (y + row) * this.width + x);
+    }
+    this._colour(y, y + height);
+  }
+
+  style({ scheme, alpha }) {
+    this.scheme = scheme;
+    this.alpha = alpha;
+    const plane = this.object.children[0];
+    if (!plane) return;
+    plane.material.opacity = alpha;
+    this._colour();
+  }
+
+  _colour(low = 0, high = Infinity) {
+    const colours = table(this.scheme);
+    const pixels = new Uint32Array(this.texture.image.data.buffer);
+    const end = Math.min(high * this.width, this.cells.length);
+    for (let index = low * this.width; index < end; index += 1) pixels[index] = colours[this.cells[index] & 255];
+    this.texture.needsUpdate = true;
+  }
+
+  _clear() {
+    for (const child of [...this.object.children]) {
+      this.object.remove(child);
+      dispose(child);
+    }
+    this.texture = null;
+  }
+}

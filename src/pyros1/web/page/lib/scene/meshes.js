@@ -1,0 +1,178 @@
+// Meshes and textures of packages: STL, OBJ and DAE (Collada). What is wrong with a file is an Error, never half a mesh.
+
+import * as THREE from "../../vendor/three/three.module.min.js";
+
+const MOST_TEXT = 48 << 20; // bytes of a mesh that is text: reading it stops the page for a while
+const MOST_FILES = 300; // kept
+const LOADERS = { stl: "STLLoader", obj: "OBJLoader", dae: "ColladaLoader" };
+const known = new Map(); // URI -> promise of an object
+
+// The URL of a package's file.
+export function fileUrl(uri, token) {
+  return `package_file?token=${encodeURIComponent(token)}&uri=${encodeURIComponent(uri)}`;
+}
+
+// A copy of the mesh in a file. Its materials are its own if object.userData.painted, else to be replaced.
+export async function meshOf(uri, token) {
+  let found = known.get(uri);
+  if (!found) {
+    found = load(uri, token);
+    known.set(uri, found);
+    if (known.size > MOST_FILES) known.delete(known.keys().next().value);
+    found.catch(() => known.delete(uri)); // the next one who asks tries again
+  }
+  return (await found).clone();
+}
+
+// A texture in a file.
+export async function textureOf(uri, token) {
+  const answer = await ask(uri, token);
+  const url = URL.createObjectURL(await answer.blob());
+  try {
+    const texture = await new THREE.TextureLoader().loadAsync(url);
+    texture.colorSpace = THREE.SRGBColorSpace;
+    texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
+    return texture;
+  } catch {
+    throw new Error(`${short(uri)} is no picture that a browser can show`);
+  } finally {
+    URL.revokeObjectURL(url);
+  }
+}
+
+async function ask(uri, token) {
+  if (!uri) throw new Error("a mesh or a texture without a name");
+  if (!/^(package|file):\/\//.test(uri)) throw new Error(`${short(uri)}: only package:// and file:// are read`);
+  const answer = await fetch(fileUrl(uri, token));
+  if (!answer.ok) throw new Error((await answer.text()).trim().slice(0, 300));
+  return answer;
+}
+
+async function load(uri, token) {
+  const kind = uri.split(".").pop().toLowerCase();
+  if (uri && !LOADERS[kind]) throw new Error(`${short(uri)}: STL, OBJ and DAE are read, not ${kind.slice(0, 20)}`);
+  const answer = await ask(uri, token);
+  const bytes = await answer.arrayBuffer();
+  let object;
+  try {
+    const module = await import(`../../vendor/three/${LOADERS[kind]}.js`);
+    const manager = new THREE.LoadingManager();
+    const loader = new module[LOADERS[kind]](manager);
+    const settled = texturesOf(manager, uri, token);
+    object = await { stl, obj, dae }[kind](loader, bytes, uri, token, manager);
+    await settled();
+  } catch (error) {
+    throw new Error(`${short(uri)} cannot be read: ${error.message}`);
+  }
+  return tidy(object, uri);
+}
+
+// Textures that a mesh names come from its package too. Returns a function that waits until all came, or failed.
+function texturesOf(manager, uri, token) {
+  manager.setURLModifier((url) => (/^(blob|data):/.test(url) ? url : fileUrl(beside(uri, url.replace(uri, "")), token)));
+  const settled = new Promise((resolve) => { manager.onLoad = resolve; });
+  manager.itemStart("");
+  return () => {
+    manager.itemEnd("");
+    return settled;
+  };
+}
+
+// The URI of a file that another one names: "package://arm/meshes/a.dae", "../textures/b.png" -> "package://arm/textures/b.png".
+export function beside(uri, name) {
+  const given = name.replaceAll("\\", "/");
+  const whole = given.match(/(?:package|file):\/\/.*$/);
+  if (whole) return whole[0];
+  const [, start, path] = uri.match(/^(\w+:\/\/[^/]*\/)(.*)$/) || ["", "", uri];
+  const parts = path.split("/").slice(0, -1);
+  for (const part of given.replace(/^file:\/*/, "").split("/")) {
+    if (part === "..") parts.pop();
+    else if (part && part !== ".") parts.push(part);
+  }
+  return start + parts.join("/");
+}
+
+function stl(loader, bytes) {
+  const begin = new TextDecoder().decode(bytes.slice(0, 1024));
+  const text = /^\s*solid\b/.test(begin) && /\bfacet\b|\bendsolid\b/.test(begin);
+  if (text) decode(bytes);
+  else if (bytes.byteLength < 84) throw new Error("it is too short");
+  else {
+    const faces = new DataView(bytes).getUint32(80, true);
+    if (84 + 50 * faces > bytes.byteLength) throw new Error(`it says that it has ${faces} triangles, but has ${bytes.byteLength} bytes`);
+  }
+  const geometry = quietly(() => loader.parse(bytes));
+  const colours = geometry.hasColors;
+  return new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ roughness: 0.8, vertexColors: Boolean(colours), side: THREE.DoubleSide }));
+}
+
+async function obj(loader, bytes, uri, token, manager) {
+  const text = decode(bytes);
+  const names = [...text.matchAll(/^mtllib[ \t]+(.+?)[ \t\r]*$/gm)].slice(0, 20).map(([, name]) => name);
+  for (const name of names) {
+    const { MTLLoader } = await import("../../vendor/three/MTLLoader.js");
+    try {
+      const materials = new MTLLoader(manager).parse(decode(await (await ask(beside(uri, name), token)).arrayBuffer()), "");
+      materials.preload();
+      loader.setMaterials(materials);
+    } catch {
+      continue; // as without materials
+    }
+  }
+  const object = quietly(() => loader.parse(text));
+  object.userData.painted = Boolean(loader.materials);
+  return object;
+}
+
+function dae(loader, bytes) {
+  // As in rviz, z is up whatever the file says: a robot's description turns its meshes as it needs them.
+  const text = decode(bytes).replace(/<up_axis>\s*[XZ]_UP\s*<\/up_axis>/, "<up_axis>Y_UP</up_axis>");
+  const fault = new DOMParser().parseFromString(text, "application/xml").querySelector("parsererror");
+  if (fault) throw new Error("it is no XML");
+  const found = quietly(() => loader.parse(text, ""));
+  if (!found?.scene) throw new Error("it has no scene");
+  const outer = new THREE.Group(); // the scene's scale is that of the file's unit
+  outer.add(found.scene);
+  outer.userData.painted = true;
+  return outer;
+}
+
+// The loaders tell the console of each oddity; a mesh that is wrong is told on the page.
+function quietly(work) {
+  const before = { warn: console.warn, error: console.error, log: console.log, debug: console.debug };
+  for (const name of Object.keys(before)) console[name] = () => {};
+  try {
+    return work();
+  } finally {
+    Object.assign(console, before);
+  }
+}
+
+function decode(bytes) {
+  if (bytes.byteLength > MOST_TEXT) throw new Error(`${bytes.byteLength >> 20} MB of text; ${MOST_TEXT >> 20} MB can be read`);
+  return new TextDecoder().decode(bytes);
+}
+
+// Leave only what is drawn, and check that something is.
+function tidy(object, uri) {
+  let corners = 0;
+  const others = [];
+  object.traverse((each) => {
+    if (each.isLight || each.isCamera) others.push(each);
+    if (!each.isMesh) return;
+    const places = each.geometry.getAttribute("position");
+    corners += places?.count || 0;
+    if (places && !places.array.every(Number.isFinite)) throw new Error(`${short(uri)} has places that are no numbers`);
+    if (!each.geometry.getAttribute("normal")) each.geometry.computeVertexNormals();
+    for (const material of [each.material].flat()) {
+      if (material.map && !material.map.image) material.map = null; // it did not come: its colour is better than black
+    }
+  });
+  for (const each of others) each.removeFromParent();
+  if (!corners) throw new Error(`${short(uri)} has no triangles`);
+  return object;
+}
+
+function short(uri) {
+  return uri.length > 120 ? `… ${uri.slice(-110)}` : uri;
+}

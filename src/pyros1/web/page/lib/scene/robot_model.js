@@ -1,0 +1,212 @@
+// The display of a robot: its links, with the shapes of its URDF, where /tf says that they are.
+
+import * as THREE from "../../vendor/three/three.module.min.js";
+import { meshOf, textureOf } from "./meshes.js";
+import { dispose, put } from "./stage.js";
+import { readUrdf } from "./urdf.js";
+
+const GREY = [0.72, 0.74, 0.77, 1];
+const NAMED = 3; // links and problems that are named; the rest is counted
+
+export class RobotModel {
+  // token: of the link; changed(): called when it looks different.
+  constructor(token, changed) {
+    this.object = new THREE.Group();
+    this.token = token;
+    this.changed = changed;
+    this.word = "";
+    this.problem = "";
+    this.controls = {
+      visual: { text: "visual", kind: "check", usual: true },
+      collision: { text: "collision", kind: "check", usual: false },
+      alpha: { text: "opacity", kind: "number", usual: 1, least: 0, most: 1, step: 0.05 },
+      prefix: { text: "tf prefix", kind: "text", usual: "" },
+    };
+    this.options = { visual: true, collision: false, alpha: 1, prefix: "" };
+    this.links = new Map(); // name -> {group, joint}
+    this.turn = 0;
+  }
+
+  // Take a push of the view param.
+  take({ text, why }) {
+    this._clear();
+    this.why = "";
+    this.none = why || ""; // no robot is no fault
+    this.robot = null;
+    if (text) {
+      try {
+        this.robot = readUrdf(text);
+        this._build();
+      } catch (error) {
+        this.why = error.message;
+      }
+    }
+    this.place(this.frames);
+  }
+
+  set(options) {
+    Object.assign(this.options, options);
+    this._look();
+    this.place(this.frames);
+  }
+
+  // Put each link where its frame is. One without a frame stands where it would if its joint were at 0.
+  place(frames) {
+    this.frames = frames;
+    const { prefix } = this.options;
+    const lost = [];
+    for (const [name, { group, joint }] of this.links) { // parents come first
+      const pose = frames?.pose(prefix ? `${prefix}/${name}` : name);
+      if (pose) put(group, pose);
+      else {
+        lost.push(name);
+        const parent = joint && this.links.get(joint.parent)?.group;
+        group.position.set(0, 0, 0);
+        group.quaternion.identity();
+        if (parent) {
+          turned(group, joint);
+          group.position.applyQuaternion(parent.quaternion).add(parent.position);
+          group.quaternion.premultiply(parent.quaternion);
+        }
+      }
+    }
+    this._tell(lost);
+  }
+
+  show(shown) {
+    this.object.visible = shown;
+  }
+
+  close() {
+    this._clear();
+  }
+
+  _clear() {
+    this.turn += 1; // what is still loading comes too late
+    this.links.clear();
+    this.faults = [];
+    this.loading = 0;
+    for (const child of [...this.object.children]) {
+      this.object.remove(child);
+      dispose(child);
+    }
+  }
+
+  _build() {
+    const { links, joints, roots } = this.robot;
+    this.faults.push(...this.robot.problems);
+    const below = new Map();
+    for (const joint of joints) below.set(joint.parent, [...(below.get(joint.parent) || []), joint]);
+    const waiting = roots.map((name) => [name, null]);
+    for (let index = 0; index < waiting.length; index += 1) {
+      const [name, joint] = waiting[index];
+      if (this.links.has(name)) continue;
+      this.links.set(name, { group: this._link(links.get(name)), joint });
+      for (const each of below.get(name) || []) waiting.push([each.child, each]);
+    }
+    if (this.links.size < links.size) this.faults.push(`${links.size - this.links.size} links are in a circle of joints`);
+    this._look();
+  }
+
+  _link({ name, visuals, collisions }) {
+    const group = new THREE.Group();
+    group.name = name;
+    for (const [list, kind] of [[visuals, "visual"], [collisions, "collision"]]) {
+      for (const shape of list) {
+        const outer = new THREE.Group();
+        outer.userData.kind = kind;
+        turned(outer, shape);
+        group.add(outer);
+        this._shape(outer, shape, kind);
+      }
+    }
+    this.object.add(group);
+    return group;
+  }
+
+  async _shape(outer, { geometry, material }, kind) {
+    const { turn } = this;
+    const paint = kind === "collision" ? { color: [0.9, 0.5, 0.15, 0.5], texture: "" } : material;
+    const own = paintOf(paint);
+    if (geometry.kind !== "mesh") outer.add(new THREE.Mesh(solid(geometry), own));
+    this.loading += 1;
+    try {
+      if (paint?.texture) own.map = await textureOf(paint.texture, this.token);
+      own.needsUpdate = true;
+      if (geometry.kind === "mesh") {
+        const mesh = await meshOf(geometry.uri, this.token);
+        if (turn !== this.turn) return;
+        const painted = mesh.userData.painted && kind === "visual";
+        mesh.traverse((each) => {
+          if (each.isMesh) each.material = painted ? copied(each.material) : own.map || !each.material.vertexColors ? own : copied(each.material);
+        });
+        const scaled = new THREE.Group();
+        scaled.scale.set(...geometry.scale);
+        scaled.add(mesh);
+        outer.add(scaled);
+      }
+    } catch (error) {
+      if (turn === this.turn) this.faults.push(error.message);
+    } finally {
+      if (turn === this.turn) {
+        this.loading -= 1;
+        this._look(outer);
+        this.place(this.frames);
+        this.changed();
+      }
+    }
+  }
+
+  // What is seen, and how well one sees through it.
+  _look(part = this.object) {
+    const { alpha } = this.options;
+    part.traverse((each) => {
+      if (each.userData.kind) each.visible = this.options[each.userData.kind];
+      for (const material of each.isMesh ? [each.material].flat() : []) {
+        material.userData.alpha ??= material.opacity;
+        material.opacity = material.userData.alpha * alpha;
+        material.transparent = material.opacity < 1;
+        material.depthWrite = material.opacity > 0.5;
+        material.needsUpdate = true;
+      }
+    });
+  }
+
+  _tell(lost) {
+    const faults = [...new Set(this.faults)];
+    if (this.why) this.problem = this.why;
+    else if (faults.length) this.problem = some(faults, "; ");
+    else if (lost.length && lost.length === this.links.size) this.problem = "no tf of its links: all joints are drawn at 0. A robot_state_publisher sends tf.";
+    else if (lost.length) this.problem = `no tf of ${some(lost, ", ")}: drawn with the joint at 0`;
+    else this.problem = "";
+    const count = this.links.size;
+    this.word = this.none || `${this.robot?.name || "robot"}: ${count} link${count === 1 ? "" : "s"}${this.loading ? ` (${this.loading} shapes are loading)` : ""}`;
+  }
+}
+
+function some(list, between) {
+  const more = list.length - NAMED;
+  return list.slice(0, NAMED).join(between) + (more > 0 ? `${between}and ${more} more` : "");
+}
+
+function turned(object, { xyz, rpy }) {
+  object.position.set(...xyz);
+  object.quaternion.setFromEuler(new THREE.Euler(rpy[0], rpy[1], rpy[2], "ZYX"));
+}
+
+function solid(geometry) {
+  if (geometry.kind === "box") return new THREE.BoxGeometry(...geometry.size);
+  if (geometry.kind === "sphere") return new THREE.SphereGeometry(geometry.radius, 32, 20);
+  return new THREE.CylinderGeometry(geometry.radius, geometry.radius, geometry.length, 32).rotateX(Math.PI / 2);
+}
+
+function paintOf(material) {
+  const [red, green, blue, alpha] = material?.color || (material?.texture ? [1, 1, 1, 1] : GREY);
+  return new THREE.MeshStandardMaterial({
+    color: new THREE.Color().setRGB(red, green, blue, THREE.SRGBColorSpace), opacity: alpha, roughness: 0.75, side: THREE.DoubleSide,
+  });
+}
+
+function copied(material) {
+  return Array.isArray(material) ? material.map((each) => each.clone()) : material.clone();
+}

@@ -1,0 +1,115 @@
+// Robots as URDF describes them (https://wiki.ros.org/urdf/XML): text -> links with shapes, and joints. Nothing is drawn here.
+
+const MOST_LINKS = 5000;
+const MOST_SHAPES = 20000;
+
+// Return {name, links: Map, joints: [...], roots: [names], problems: [texts]}, or throw an Error that says what is wrong.
+// A link is {name, visuals: [shape], collisions: [shape]}, a shape {xyz, rpy, geometry, material}, a geometry one of
+// {kind: "box", size}, {kind: "cylinder", radius, length}, {kind: "sphere", radius}, {kind: "mesh", uri, scale}, a
+// material {color: [r, g, b, a] or null, texture: URI}, a joint {name, type, parent, child, xyz, rpy}.
+export function readUrdf(text) {
+  const document = new DOMParser().parseFromString(text, "application/xml");
+  const fault = document.querySelector("parsererror");
+  if (fault) throw new Error(`this is no XML: ${fault.textContent.replace(/\s+/g, " ").replace(/^.*?(error on line)/, "$1").slice(0, 200)}`);
+  const robot = document.documentElement;
+  if (robot.nodeName !== "robot") throw new Error(`this is no URDF: it begins with <${robot.nodeName.slice(0, 50)}>, not <robot>`);
+  const problems = [];
+  const materials = new Map(children(robot, "material").map((each) => [each.getAttribute("name") || "", material(each)]));
+  const links = new Map();
+  let shapes = 0;
+  for (const element of children(robot, "link").slice(0, MOST_LINKS)) {
+    const name = element.getAttribute("name") || "";
+    const link = { name, visuals: [], collisions: [] };
+    for (const [tag, list] of [["visual", link.visuals], ["collision", link.collisions]]) {
+      for (const each of children(element, tag)) {
+        if (++shapes > MOST_SHAPES) throw new Error(`more than ${MOST_SHAPES} shapes`);
+        try {
+          list.push(shape(each, materials));
+        } catch (error) {
+          problems.push(`${tag} of ${name}: ${error.message}`);
+        }
+      }
+    }
+    links.set(name, link);
+  }
+  const joints = children(robot, "joint").map(joint).filter(({ parent, child }) => links.has(parent) && links.has(child));
+  const led = new Set(joints.map(({ child }) => child));
+  return { name: robot.getAttribute("name") || "", links, joints, roots: [...links.keys()].filter((name) => !led.has(name)), problems };
+}
+
+function children(element, tag) {
+  return [...element.children].filter((each) => each.nodeName === tag);
+}
+
+function child(element, tag) {
+  return children(element, tag)[0];
+}
+
+// Numbers in an attribute; a wrong one is an error, none gives what is usual.
+function numbers(element, attribute, usual) {
+  const text = element?.getAttribute(attribute);
+  if (text === null || text === undefined) return usual;
+  const found = text.trim().split(/\s+/).map(Number);
+  if (found.length !== usual.length || !found.every(Number.isFinite)) throw new Error(`${attribute}="${text.slice(0, 60)}" is not ${usual.length === 1 ? "a number" : `${usual.length} numbers`}`);
+  return found;
+}
+
+function origin(element) {
+  const found = child(element, "origin");
+  return { xyz: numbers(found, "xyz", [0, 0, 0]), rpy: numbers(found, "rpy", [0, 0, 0]) };
+}
+
+function shape(element, materials) {
+  const inner = child(element, "material");
+  let found = null;
+  if (inner) {
+    const name = inner.getAttribute("name") || "";
+    found = inner.children.length ? material(inner) : materials.get(name) || null;
+    if (inner.children.length && name && !materials.has(name)) materials.set(name, found); // later ones may name it
+  }
+  return { ...origin(element), geometry: geometry(child(element, "geometry")), material: found };
+}
+
+function geometry(element) {
+  const found = element?.children[0];
+  if (!found) throw new Error("it has no geometry");
+  const positive = (attribute) => {
+    const [value] = numbers(found, attribute, [NaN]);
+    if (!(value >= 0)) throw new Error(`a ${found.nodeName} needs a ${attribute}`);
+    return value;
+  };
+  switch (found.nodeName) {
+    case "box": return { kind: "box", size: numbers(found, "size", [1, 1, 1]) };
+    case "cylinder": return { kind: "cylinder", radius: positive("radius"), length: positive("length") };
+    case "sphere": return { kind: "sphere", radius: positive("radius") };
+    case "mesh": return { kind: "mesh", uri: found.getAttribute("filename") || "", scale: scale(found) };
+    default: throw new Error(`<${found.nodeName.slice(0, 50)}> is no shape of URDF`);
+  }
+}
+
+function scale(element) {
+  const text = (element.getAttribute("scale") || "").trim();
+  return text && !/\s/.test(text) ? new Array(3).fill(numbers(element, "scale", [1])[0]) : numbers(element, "scale", [1, 1, 1]);
+}
+
+function material(element) {
+  let color = null;
+  try {
+    const given = child(element, "color");
+    if (given) color = numbers(given, "rgba", [1, 1, 1, 1]).map((value) => Math.min(1, Math.max(0, value)));
+  } catch {
+    // the colour of things without a colour
+  }
+  return { color, texture: child(element, "texture")?.getAttribute("filename") || "" };
+}
+
+function joint(element) {
+  const place = { xyz: [0, 0, 0], rpy: [0, 0, 0] };
+  try {
+    Object.assign(place, origin(element));
+  } catch {
+    // /tf says where the link is
+  }
+  const name = (tag) => child(element, tag)?.getAttribute("link") || "";
+  return { name: element.getAttribute("name") || "", type: element.getAttribute("type") || "", parent: name("parent"), child: name("child"), ...place };
+}

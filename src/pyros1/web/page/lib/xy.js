@@ -1,0 +1,82 @@
+// Curves over time as one against another: points of both at the same times, and what of them fits into a picture.
+
+const LARGEST_GAP = 1; // seconds between two values of x within which it is taken as a straight line
+
+// The points of a pair of curves between two times: {xs, ys, times}, at the times of y, at most so many.
+// Of too many, every second, third ... is left out, always the same, so that the picture does not flicker.
+export function join(x, y, begin, end, most) {
+  const first = y.indexOf(begin);
+  const last = Math.min(y.end, y.indexOf(end + 1e-9));
+  const step = Math.max(1, 2 ** Math.ceil(Math.log2(Math.max(1, last - first) / most)));
+  const count = Math.max(0, Math.ceil((last - first) / step));
+  const out = { xs: new Float64Array(count), ys: new Float64Array(count), times: new Float64Array(count) };
+  let kept = 0;
+  let near = x.indexOf(begin);
+  const keep = (index) => {
+    const time = y.times[index];
+    while (near < x.end && x.times[near] < time) near += 1;
+    const value = at(x, near, time);
+    if (!Number.isFinite(value) || !Number.isFinite(y.values[index])) return;
+    out.xs[kept] = value;
+    out.ys[kept] = y.values[index];
+    out.times[kept] = time;
+    kept += 1;
+  };
+  for (let index = first + ((step - ((first - y.start + y.forgotten) % step)) % step); index < last; index += step) keep(index);
+  return { xs: out.xs.subarray(0, kept), ys: out.ys.subarray(0, kept), times: out.times.subarray(0, kept) };
+}
+
+// The value of a curve at a time; near is the index of its first point at that time or later.
+function at({ times, values, start, end }, near, time) {
+  if (near < end && times[near] === time) return values[near];
+  if (near <= start || near >= end) return near > start && near >= end && time - times[end - 1] < LARGEST_GAP ? values[end - 1] : NaN;
+  const [before, after] = [times[near - 1], times[near]];
+  if (after - before > LARGEST_GAP) return time - before < LARGEST_GAP ? values[near - 1] : NaN;
+  return values[near - 1] + ((values[near] - values[near - 1]) * (time - before)) / (after - before);
+}
+
+// The least box around some points, with some room: {x: [least, most], y: [least, most]}.
+export function boxAround(trails) {
+  const box = { x: [Infinity, -Infinity], y: [Infinity, -Infinity] };
+  for (const { xs, ys } of trails) {
+    for (const [range, values] of [[box.x, xs], [box.y, ys]]) {
+      for (const value of values) {
+        if (value < range[0]) range[0] = value;
+        if (value > range[1]) range[1] = value;
+      }
+    }
+  }
+  return { x: spread(box.x), y: spread(box.y) };
+}
+
+function spread([least, most]) {
+  if (!(least <= most)) return [0, 1];
+  const room = least === most ? Math.abs(least) * 0.1 || 0.5 : (most - least) * 0.06;
+  return [least - room, most + room];
+}
+
+// A box widened so that a unit is as long on both axes of a picture of some size.
+export function equal({ x, y }, width, height) {
+  const unit = Math.max((x[1] - x[0]) / Math.max(1, width), (y[1] - y[0]) / Math.max(1, height));
+  const about = ([least, most], size) => [(least + most - unit * size) / 2, (least + most + unit * size) / 2];
+  return { x: about(x, width), y: about(y, height) };
+}
+
+// The point that is nearest to a place, in pixels: {trail, index} with numbers, or null if none is near enough.
+export function nearest(trails, place, box, width, height, reach) {
+  const [scaleX, scaleY] = [width / (box.x[1] - box.x[0]), height / (box.y[1] - box.y[0])];
+  let found = null;
+  let least = reach * reach;
+  trails.forEach(({ xs, ys }, trail) => {
+    for (let index = 0; index < xs.length; index += 1) {
+      const across = (xs[index] - place.x) * scaleX;
+      const up = (ys[index] - place.y) * scaleY;
+      const far = across * across + up * up;
+      if (far <= least) {
+        least = far;
+        found = { trail, index };
+      }
+    }
+  });
+  return found;
+}

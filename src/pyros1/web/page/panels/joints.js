@@ -1,0 +1,244 @@
+// The joints of a robot with sliders, as joint_state_publisher_gui's window.
+
+import { command, empty, fill, h } from "../lib/dom.js";
+import { number, plural } from "../lib/format.js";
+
+const DEGREES = 180 / Math.PI;
+const STEPS = 500; // of a slider from end to end, at least
+const QUIET = 600; // milliseconds after a touch in which a slider does not follow the robot
+// The robot beside the sliders: seen from near, and without the names of its frames.
+const NEAR = { hidden: ["frames"], view: { name: "orbit", position: [1.5, -1.1, 0.9], target: [0, 0, 0.2], zoom: 1 } };
+
+export default {
+  title: "Joints",
+  description: "joints of the robot, with sliders",
+  order: 42,
+  layout: { split: "row", sizes: [3, 2], parts: [{ panel: "scene", settings: NEAR }, { panel: "joints" }] },
+  mount: (place) => new Joints(place),
+};
+
+class Joints {
+  constructor(place) {
+    this.place = place;
+    this.degrees = place.settings.degrees === true;
+    this.rows = [];
+    this.facts = null;
+    this.wanted = {}; // joint -> where it shall be, not yet told
+    this.kept = {}; // the same, of joints that are published from here
+    if (!document.getElementById("joints-style")) {
+      document.head.append(h("link", { id: "joints-style", rel: "stylesheet", href: "panels/joints.css" }));
+    }
+    this._build();
+    this.args = { description: place.settings.description || "/robot_description" };
+    this._open();
+  }
+
+  unmount() {
+    cancelAnimationFrame(this.telling);
+    this.stream.close();
+  }
+
+  _open() {
+    this.stream?.close();
+    this.stream = this.place.robot.stream("joints", this.args, {
+      data: (data) => this._take(data),
+      problem: (text) => { this.wrong = text; this._tell(); },
+    });
+  }
+
+  _build() {
+    const { body, tools } = this.place;
+    this.search = h("input", { placeholder: "find joints", "aria-label": "find joints", size: 10, oninput: () => this._filter() });
+    this.unit = h("button", { title: "radians or degrees", onclick: () => { this.degrees = !this.degrees; this._save(); this._numbers(); } }, this.degrees ? "deg" : "rad");
+    this.centre = h("button", { title: "all joints to their zero", disabled: true, onclick: () => this._all((joint) => joint.zero) }, "Centre");
+    this.random = h("button", { title: "all joints to places anywhere between their limits", disabled: true, onclick: () => this._all(anywhere) }, "Randomize");
+    this.stop = h("button", { title: "publish the joints no more", hidden: true, onclick: () => this._publish(false) }, "Stop publishing");
+    this.which = h("select.mono", { "aria-label": "robot", hidden: true, onchange: () => this._describe(this.which.value) });
+    this.count = h("span.muted");
+    tools.append(this.which, this.search, this.centre, this.random, this.unit, this.stop, this.count);
+    this.hint = h("div.joints-hint", { hidden: true });
+    this.list = h("div.joints-list");
+    body.classList.add("joints");
+    body.append(this.hint, this.list);
+  }
+
+  _save() {
+    this.place.save({ description: this.args.description, degrees: this.degrees });
+  }
+
+  _describe(name) {
+    this.args = { description: name };
+    this._save();
+    this._open();
+  }
+
+  _publish(on) {
+    this.kept = {};
+    this.args = { ...this.args, publish: on, positions: this.kept };
+    this.stream.change(this.args);
+  }
+
+  _take({ facts, positions }) {
+    this.wrong = "";
+    if (facts) {
+      const before = JSON.stringify(this.facts?.joints);
+      this.facts = facts;
+      if (JSON.stringify(facts.joints) !== before || !facts.joints.length) this._draw();
+      this._state();
+    }
+    if (positions) {
+      this.rows.forEach((row, index) => row.heard(positions[index]));
+    }
+    this._tell();
+  }
+
+  // Which robot, who publishes, and whether sliders move anything.
+  _state() {
+    const { facts } = this;
+    const readOnly = this.place.robot.about.read_only;
+    this.movable = facts.movable && !readOnly;
+    for (const row of this.rows) row.enable(this.movable);
+    this.centre.disabled = this.random.disabled = !this.movable;
+    this.stop.hidden = !facts.publishing;
+    const names = [...new Set([facts.description, ...facts.descriptions])];
+    this.which.hidden = names.length < 2;
+    fill(this.which, names.map((name) => h("option", { value: name, selected: name === facts.description }, name)));
+    fill(this.count, facts.joints.length ? plural(facts.joints.length + facts.more, "joint") : "");
+    const free = facts.there && facts.joints.length && !facts.movable;
+    this.hint.hidden = !free;
+    if (!free) return;
+    if (facts.publishers.length) {
+      fill(this.hint, h("span", {}, "Only to look at: ", h("b.mono", {}, facts.publishers.join(", ")), " takes no positions from here."));
+    } else {
+      fill(this.hint, h("span", {}, "Nobody publishes ", h("b.mono", {}, facts.topic), "."),
+        h("button.primary", { disabled: readOnly, onclick: () => this._publish(true) }, "Publish from here"),
+        h("span.muted", {}, "or, in a terminal: ", command("pyros1 run joint_state_publisher_gui joint_state_publisher_gui")));
+    }
+  }
+
+  _draw() {
+    const { facts } = this;
+    this.rows = facts.joints.map((joint) => new Row(joint, this));
+    if (!facts.there) {
+      fill(this.list, empty("No robot here", `The parameter ${facts.description} describes it, in URDF; a launch file sets it. Try:`,
+        command("pyros1 launch two_wheeler display.launch")));
+    } else if (!facts.joints.length) {
+      fill(this.list, empty("Nothing moves", "The robot's description has no joint that moves."));
+    } else {
+      fill(this.list, this.rows.map((row) => row.element),
+        facts.more ? h("p.muted.joints-more", {}, `and ${plural(facts.more, "joint")} more, which are not shown`) : null);
+    }
+    this._numbers();
+    this._filter();
+  }
+
+  _numbers() {
+    fill(this.unit, this.degrees ? "deg" : "rad");
+    for (const row of this.rows) row.draw();
+  }
+
+  _filter() {
+    const word = this.search.value.toLowerCase();
+    for (const row of this.rows) row.element.hidden = !row.joint.name.toLowerCase().includes(word);
+  }
+
+  _all(place) {
+    for (const row of this.rows) if (!row.joint.follows && !row.element.hidden) row.move(place(row.joint, row));
+  }
+
+  // Positions are told once per frame, however often a slider moves.
+  moved(name, position) {
+    this.wanted[name] = position;
+    this.telling ||= requestAnimationFrame(() => {
+      this.telling = 0;
+      const { publishing } = this.facts;
+      if (publishing) Object.assign(this.kept, this.wanted);
+      this.args = { ...this.args, publish: publishing, positions: publishing ? this.kept : this.wanted };
+      this.stream.change(this.args);
+      this.args.positions = this.kept; // after a lost connection, nothing shall move by itself
+      this.wanted = {};
+    });
+  }
+
+  _tell() {
+    this.place.problem(this.wrong || this.facts?.problem || "");
+  }
+}
+
+class Row {
+  constructor(joint, panel) {
+    this.joint = joint;
+    this.panel = panel;
+    this.position = null;
+    this.touched = -Infinity;
+    const { name, type, lower, upper, follows } = joint;
+    this.step = 10 ** Math.floor(Math.log10((upper - lower || 1) / STEPS));
+    this.slider = h("input", {
+      type: "range", "aria-label": name, title: "double click: to its zero", disabled: true, min: lower, max: upper, step: "any", value: joint.zero,
+      oninput: () => this.move(this.round(Number(this.slider.value))),
+      ondblclick: () => this.move(joint.zero),
+    });
+    this.field = h("input.joints-number", {
+      "aria-label": `position of ${name}`, disabled: true, inputMode: "decimal", size: 7,
+      onchange: () => this._typed(), onfocus: () => this.field.select(), onblur: () => this.draw(),
+    });
+    this.ends = [h("span.muted"), h("span.muted")];
+    this.element = h("div.joints-row", { dataset: { joint: name }, className: `joints-row${follows ? " follows" : ""}` },
+      h("span.joints-name.mono", { title: name }, name),
+      h("span.joints-kind.muted", {}, follows ? `follows ${follows}` : type),
+      this.field, this.unit = h("span.joints-unit.muted"), h("span.joints-range", {}, this.ends[0], this.slider, this.ends[1]));
+  }
+
+  enable(on) {
+    this.slider.disabled = this.field.disabled = !on || Boolean(this.joint.follows);
+  }
+
+  // The robot says where the joint is.
+  heard(position) {
+    if (position === this.position || performance.now() - this.touched < QUIET) return;
+    this.position = position;
+    this.draw();
+  }
+
+  move(position) {
+    this.touched = performance.now();
+    this.position = position;
+    this.draw();
+    this.panel.moved(this.joint.name, position);
+  }
+
+  // Numbers as people say them; the ends can be reached whatever they are.
+  round(value) {
+    const { lower, upper } = this.joint;
+    return Math.min(Math.max(Number((Math.round(value / this.step) * this.step).toPrecision(12)), lower), upper);
+  }
+
+  _typed() {
+    const typed = Number(this.field.value.trim().replace(",", ".") || "x") / this._scale();
+    this.field.classList.toggle("wrong", !Number.isFinite(typed));
+    if (Number.isFinite(typed)) this.move(Math.min(Math.max(typed, this.joint.lower), this.joint.upper));
+  }
+
+  _scale() {
+    return this.joint.type !== "prismatic" && this.panel.degrees ? DEGREES : 1;
+  }
+
+  draw() {
+    const scale = this._scale();
+    const { position, joint } = this;
+    const shown = (value) => number(Number((value * scale).toFixed(scale === 1 ? 4 : 2)));
+    fill(this.unit, joint.type === "prismatic" ? "m" : scale === 1 ? "rad" : "°");
+    fill(this.ends[0], shown(joint.lower));
+    fill(this.ends[1], shown(joint.upper));
+    if (document.activeElement !== this.field || performance.now() - this.touched < QUIET) {
+      this.field.value = position === null || position === undefined ? "" : shown(position);
+      this.field.classList.remove("wrong");
+    }
+    this.slider.value = position ?? joint.zero;
+    this.element.classList.toggle("outside", position !== null && (position < joint.lower - 1e-9 || position > joint.upper + 1e-9));
+  }
+}
+
+function anywhere({ lower, upper }, row) {
+  return row.round(lower + Math.random() * (upper - lower));
+}

@@ -1,0 +1,83 @@
+// What is known of one process of a launch, and the end of its log.
+
+import { fill, h } from "../../lib/dom.js";
+import { bytes, duration } from "../../lib/format.js";
+import { copied, facts as list, outcome } from "../pieces.js";
+import { button, may } from "./verbs.js";
+
+export class About {
+  constructor(panel, key, facts, entry) {
+    this.panel = panel;
+    this.key = key;
+    this.result = outcome();
+    this.facts = h("div");
+    this.actions = h("div.actions");
+    this.more = h("div");
+    this.logs = h("div.logs", {}, h("p.muted.hint", {}, "…"));
+    this.element = h("div.about.process-about", {}, h("h3", {}, copied(entry.node || entry.label)), h("span.muted", {}, facts.title),
+      this.actions, this.result.element, this.facts, this.more, h("h4", {}, "Log"), this.logs);
+    const args = { launch: facts.param, process: entry.label };
+    const { robot } = panel.place;
+    robot.call("launches.info", args).then(({ command, cwd }) => fill(this.more, list([
+      command && ["command", copied(command)], cwd && ["folder", h("span.mono", {}, cwd)],
+    ])), (error) => fill(this.more, h("p.muted.hint", {}, error.message)));
+    this.stream = robot.stream("launch_log", args, {
+      data: (data) => this._showLogs(data),
+      problem: (text) => { if (text) fill(this.logs, h("p.muted.hint", {}, text)); },
+    });
+    this.update({ facts, entry });
+  }
+
+  close() {
+    this.stream.close();
+  }
+
+  update(now) {
+    if (!now) {
+      this.result.fail("this process is gone, with its launch");
+      fill(this.actions);
+      return;
+    }
+    const { facts, entry } = now;
+    const restarts = Math.max(0, entry.starts - 1);
+    fill(this.facts, list([
+      ["state", h(`span.is-${entry.state}`, {}, h("i.lamp"), ` ${entry.state}`, entry.exit && `, ${entry.exit}`)],
+      entry.pid && ["process", entry.pid],
+      entry.machine && ["machine", entry.machine],
+      entry.uptime !== null && ["runs for", duration(entry.uptime)],
+      entry.cpu !== null && ["CPU", `${entry.cpu.toFixed(1)} %`],
+      entry.memory !== null && ["memory", bytes(entry.memory)],
+      ["restarts", String(restarts)],
+      entry.respawn && ["respawn", "it is started again whenever it ends"],
+      entry.required && ["required", "its launch ends when it ends; not if it is stopped here"],
+    ]));
+    const state = `${entry.state} ${facts.refusal} ${this.panel.place.robot.about.read_only}`;
+    if (state === this.state) return;
+    this.state = state;
+    const launch = this.panel.launches.get(facts.param);
+    fill(this.actions, may(launch, entry).map((verb) => button(verb, false, () => this._tell(verb, facts.param, entry))),
+      h("button", { title: "what the node says, in the console", onclick: () => this.panel.place.open("console", { node: entry.node }) }, "Console"),
+      h("button", { title: "its topics, services and loggers", onclick: () => this.panel.place.open("nodes", { selected: entry.node }) }, "Node"));
+  }
+
+  async _tell(verb, param, entry) {
+    try {
+      await this.panel.tell(verb, param, entry);
+      this.result.say("");
+    } catch (error) {
+      this.result.fail(error.message);
+    }
+  }
+
+  _showLogs({ files, base, folder }) {
+    if (!files.length) {
+      fill(this.logs, h("p.muted.hint", {}, base.startsWith(folder) ? `There is no log file yet: ${base}*.log`
+        : `Its log files are not below this server's folder of logs, ${folder}, but at ${base}*.log`));
+      return;
+    }
+    fill(this.logs, files.map(({ path, size, text }) => h("div.log-file", {},
+      h("p.hint", {}, copied(path, path.slice(path.lastIndexOf("/") + 1)), h("span.muted", {}, ` ${bytes(size)}`)),
+      text ? h("pre.tail.mono", { tabIndex: 0 }, text) : h("p.muted.hint", {}, "empty"))));
+    for (const element of this.logs.querySelectorAll(".tail")) element.scrollTop = element.scrollHeight;
+  }
+}

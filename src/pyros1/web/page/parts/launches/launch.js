@@ -1,0 +1,155 @@
+// One launch in the panel of launches: its head and a row for each process.
+
+import { fill, h } from "../../lib/dom.js";
+import { bytes, duration } from "../../lib/format.js";
+import { button, may } from "./verbs.js";
+
+const MOST_ROWS = 300;
+
+export function keyOf(param, entry) {
+  return `${param} ${entry.label}`;
+}
+
+// Labels end with the number of the start.
+function turn({ label }) {
+  return Number(/-(\d+)$/.exec(label)?.[1] || 0);
+}
+
+export class Launch {
+  constructor(panel, param) {
+    this.panel = panel;
+    this.param = param;
+    this.rows = new Map(); // label -> {element, cells, buttons, shown}
+    this.expected = new Map(); // label -> {verb, starts}: what was told, until it is seen
+    this.head = h("header");
+    this.note = h("p.muted.hint", { hidden: true });
+    this.body = h("div.processes", { role: "rowgroup" });
+    this.element = h("section.launch", { dataset: { param } }, this.head, this.note, this.body);
+  }
+
+  take(facts) {
+    this.facts = facts;
+    for (const [label, { verb, starts, since }] of this.expected) {
+      const entry = facts.processes?.find((each) => each.label === label);
+      const done = !entry || (verb === "stop" ? !["running", "stopping"].includes(entry.state) : entry.starts > starts);
+      if (done || performance.now() - since > 30000) this.expected.delete(label);
+    }
+  }
+
+  // Show some of the processes. all: also if the launch is folded, since somebody looks for them.
+  show(entries, all) {
+    const { facts, panel } = this;
+    const open = all || !panel.folded.has(this.param);
+    this.element.hidden = all && !entries.length;
+    this._drawHead(open);
+    const words = [];
+    if (!facts.problem && facts.refusal) words.push(`Only to look at: ${facts.refusal}.`);
+    if (entries.length > MOST_ROWS) words.push(`${entries.length - MOST_ROWS} more processes are not shown; the field above finds them.`);
+    else if (facts.count > (facts.processes || []).length) words.push(`${facts.count - facts.processes.length} more processes are not shown.`);
+    if (!facts.problem && !facts.count && !facts.expected) words.push(facts.title === "roscore" ? "The master, and what collects the log." : "It runs no processes.");
+    const text = open ? words.join(" ") : "";
+    this.note.hidden = !text;
+    if (this.note.textContent !== text) this.note.textContent = text;
+    // Their order is that in which the launch began them; if they are too many, those that need a look are not left out.
+    const few = entries.length > MOST_ROWS ? [...entries].sort((one, other) => (one.state === "running") - (other.state === "running")).slice(0, MOST_ROWS) : entries;
+    const shown = open ? [...few].sort((one, other) => turn(one) - turn(other)) : [];
+    const labels = new Set(shown.map((entry) => entry.label));
+    for (const [label, row] of this.rows) {
+      if (labels.has(label)) continue;
+      row.element.remove();
+      this.rows.delete(label);
+    }
+    shown.forEach((entry, index) => {
+      const row = this.rows.get(entry.label) || this._row(entry.label);
+      if (this.body.children[index] !== row.element) this.body.insertBefore(row.element, this.body.children[index] || null);
+      this._draw(row, entry);
+    });
+    this.mark();
+  }
+
+  redraw() {
+    for (const row of this.rows.values()) row.state = "";
+    if (this.facts) this.panel._show();
+  }
+
+  _drawHead(open) {
+    const { facts, panel } = this;
+    const state = JSON.stringify([open, facts.title, facts.problem, facts.pid, facts.expected, facts.processes?.map((each) => each.state)]);
+    if (state !== this.headState) {
+      this.headState = state;
+      this.time = h("span.muted");
+      const count = (what) => (facts.processes || []).filter((each) => each.state === what).length;
+      fill(this.head,
+        h("button.quiet.turn", { "aria-expanded": String(open), onclick: () => panel.fold(this.param), title: open ? "fold" : "unfold" },
+          `${open ? "▾" : "▸"} `, h("b", {}, facts.title || "a launch that does not answer")),
+        h("span.muted.where", { title: facts.uri }, `${facts.host}${facts.pid ? `, process ${facts.pid}` : ""}`), this.time,
+        count("died") > 0 && h("button.badge.died", { title: "show those that died", onclick: () => panel.find("died") }, `${count("died")} died`),
+        facts.expected > 0 && h("span.badge", { title: "nodes that have not begun, since what they wait for is not there" }, `${facts.expected} to come`),
+        facts.problem && h("span.wrong", {}, facts.problem),
+        facts.problem && !panel.place.robot.about.read_only && h("button", {
+          title: "delete the parameter by which it is known; it was killed, or its machine is away", onclick: () => panel.forget(this.param),
+        }, "Forget"));
+    }
+    const time = facts.uptime === null || facts.uptime === undefined ? "" : `for ${duration(facts.uptime)}`;
+    if (this.time.textContent !== time) this.time.textContent = time;
+  }
+
+  _row(label) {
+    const cells = Object.fromEntries(["name", "state", "cpu", "memory", "uptime", "starts", "verbs"].map((name) => [name, h(`div.${name}`, { role: "gridcell" })]));
+    const key = keyOf(this.param, { label });
+    const element = h("div.process", {
+      role: "row", dataset: { key }, onclick: (event) => { if (!event.target.closest("button")) this.panel.choose(key); },
+    }, Object.values(cells));
+    const row = { element, cells, state: "" };
+    this.rows.set(label, row);
+    return row;
+  }
+
+  _draw(row, entry) {
+    const { cells, element } = row;
+    const told = this.expected.get(entry.label);
+    const word = told ? { stop: "stopping", start: "starting", restart: "restarting" }[told.verb] : entry.state;
+    const state = JSON.stringify([word, entry.exit, entry.required, entry.respawn, this.facts.refusal]);
+    if (state !== row.state) {
+      row.state = state;
+      element.className = `process is-${word}`;
+      fill(cells.name, h("span.mono.node", { title: entry.label }, entry.node || entry.label),
+        entry.required && h("span.badge", { title: "its launch ends when it ends" }, "required"),
+        entry.respawn && h("span.badge", { title: "it is started again whenever it ends" }, "respawn"));
+      fill(cells.state, h("i.lamp"), h("span.word", { title: entry.exit }, word, entry.exit && ["died", "ended", "waiting"].includes(word) && h("span.exit", {}, `, ${entry.exit}`)));
+      fill(cells.verbs, may(this, entry).map((verb) => button(verb, true, () => this._tell(verb, entry), Boolean(told))));
+    }
+    put(cells.cpu, entry.cpu === null ? "" : `${entry.cpu.toFixed(1)} %`, "CPU");
+    put(cells.memory, bytes(entry.memory), "memory");
+    put(cells.uptime, duration(entry.uptime), "since its last start");
+    put(cells.starts, entry.starts > 1 ? `× ${entry.starts}` : "", `started ${entry.starts} times`);
+  }
+
+  async _tell(verb, entry) {
+    try {
+      await this.panel.tell(verb, this.param, entry);
+      this.panel.place.problem("");
+    } catch (error) {
+      this.panel.place.problem(error.message);
+    }
+  }
+
+  // Note what was told; null for nothing.
+  expect(label, verb) {
+    const entry = this.facts.processes?.find((each) => each.label === label);
+    if (verb && entry) this.expected.set(label, { verb, starts: entry.starts, since: performance.now() });
+    else this.expected.delete(label);
+    this.panel._show();
+  }
+
+  mark() {
+    for (const row of this.rows.values()) row.element.setAttribute("aria-selected", String(row.element.dataset.key === this.panel.selected));
+  }
+}
+
+function put(cell, text, title) {
+  if (cell.textContent !== text) {
+    cell.textContent = text;
+    cell.title = text && title;
+  }
+}

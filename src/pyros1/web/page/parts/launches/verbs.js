@@ -1,0 +1,22 @@
+// What a launch can be told about a process, and the buttons for it.
+
+import { h } from "../../lib/dom.js";
+
+const WORDS = {
+  stop: ["Stop", "■", "end it; its launch does not start it again"],
+  start: ["Start", "▶", "start it as its launch file says"],
+  restart: ["Restart", "↻", "end it and start it again"],
+};
+
+// The verbs that fit the state of a process; none if this page may not use them.
+export function may(launch, entry) {
+  if (launch.facts.refusal || launch.panel.place.robot.about.read_only) return [];
+  if (entry.state === "running" || entry.state === "stopping") return ["restart", "stop"];
+  return entry.state === "waiting" ? ["start", "stop"] : ["start"];
+}
+
+export function button(verb, small, act, disabled = false) {
+  const [word, sign, about] = WORDS[verb];
+  const props = { title: `${word}: ${about}`, "aria-label": word, disabled, onclick: act };
+  return small ? h("button.quiet.verb", props, sign) : h("button", props, `${sign} ${word}`);
+}

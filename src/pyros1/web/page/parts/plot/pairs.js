@@ -1,0 +1,103 @@
+// Pairs of curves of the plot: the second of each is drawn against the first.
+
+import { fill, h } from "../../lib/dom.js";
+import { number } from "../../lib/format.js";
+
+const MOST = 50;
+
+// on: {curves(): those that there are, add(text), remove(texts): forget curves, changed(), redraw()}
+export class Pairs {
+  constructor(colours, on) {
+    this.colours = colours;
+    this.on = on;
+    this.list = []; // {x, y, hidden, colours, at, mark}: texts of curves; y is "" until somebody says it
+  }
+
+  // The first of two is x, the second y; one alone waits for the other.
+  add(texts) {
+    for (const text of texts.map((each) => each.trim()).filter(Boolean)) {
+      const last = this.list.at(-1);
+      if (last && !last.y) {
+        last.y = text;
+        this.on.add(text);
+      } else this.pair(text, "");
+    }
+    this.on.changed();
+  }
+
+  pair(x, y) {
+    if (this.list.length >= MOST || (y && this.list.some((pair) => pair.x === x && pair.y === y))) return;
+    this.list.push({ x, y, hidden: false });
+    for (const text of [x, y]) this.on.add(text);
+  }
+
+  // What is shown over time becomes pairs.
+  pairAll() {
+    const texts = this.on.curves().map(({ text }) => text);
+    for (let index = 0; index < texts.length; index += 2) this.pair(texts[index], texts[index + 1] || "");
+  }
+
+  remove(pair) {
+    this.list = this.list.filter((each) => each !== pair);
+    const used = new Set(this.list.flatMap(({ x, y }) => [x, y]));
+    this.on.remove([pair.x, pair.y].filter((text) => !used.has(text)));
+    this.on.changed();
+  }
+
+  // Pairs of lines; parts of arrays go with the same part, or with a curve that has none.
+  trails() {
+    const trails = [];
+    for (const pair of this.list) {
+      const [x, y] = [pair.x, pair.y].map((text) => this.on.curves().find((curve) => curve.text === text));
+      pair.colours = [];
+      for (const [part, points] of y ? [...y.points].sort((one, other) => one[0] - other[0]) : []) {
+        const across = x?.points.get(part) || x?.points.get(-1);
+        const colour = this.colours[trails.length % this.colours.length];
+        if (!across) continue;
+        pair.colours.push(colour);
+        trails.push({ pair, x: across, y: points, colour });
+      }
+    }
+    return trails;
+  }
+
+  pointAt(pairs, found) {
+    for (const pair of this.list) pair.at = null;
+    if (found) pairs[found.trail].pair.at = found;
+  }
+
+  drawLegend(legend) {
+    this.trails();
+    fill(legend, this.list.map((pair) => {
+      pair.mark = h("span.value.mono");
+      return h("span.chip", { title: "click to hide or show" },
+        h("button", { className: `name mono${pair.hidden ? " hidden-curve" : ""}`, onclick: () => {
+          pair.hidden = !pair.hidden;
+          this.on.redraw();
+        } }, (pair.colours.length ? pair.colours : ["var(--border)"]).map((background) => h("i.swatch", { style: { background } })), pairLabel(pair)),
+        pair.mark,
+        h("button.quiet", { title: "remove", "aria-label": `remove ${pairLabel(pair)}`, onclick: () => this.remove(pair) }, "✕"));
+    }));
+  }
+
+  drawValues(now) {
+    for (const pair of this.list) {
+      if (!pair.mark) continue;
+      const [x, y] = [pair.x, pair.y].map((text) => this.on.curves().find((curve) => curve.text === text));
+      const problem = x?.problem || y?.problem || "";
+      const last = (curve) => [...(curve?.points.values() || [])][0]?.last();
+      const at = pair.at ? [pair.at.x, pair.at.y] : [last(x), last(y)];
+      const age = pair.at ? `, ${number(pair.at.time - now, 2)} s` : "";
+      const text = problem || (at.includes(undefined) ? "" : `${at.map((value) => number(value, 3)).join(", ")}${age}`);
+      if (pair.mark.textContent !== text) pair.mark.textContent = text;
+      pair.mark.classList.toggle("wrong", Boolean(problem));
+    }
+  }
+}
+
+// Two fields of one message are named once: /pose x, y.
+function pairLabel({ x, y }) {
+  if (!y) return `${x}: type what is drawn against it`;
+  const folder = x.slice(0, x.lastIndexOf("/") + 1);
+  return y.startsWith(folder) && !y.slice(folder.length).includes("/") ? `${folder.slice(0, -1)} ${x.slice(folder.length)}, ${y.slice(folder.length)}` : `${x}, ${y}`;
+}

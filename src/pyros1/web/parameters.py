@@ -1,0 +1,124 @@
+"""The parameters, as far as pages may see them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.ground.errors import ParameterNotSetError
+from pyros1.net.master_client import MasterClient
+from pyros1.web.access import Access
+from pyros1.web.tables.params import flatten
+
+_HIDDEN = object()
+
+
+class Parameters:
+    """The parameters. Of a namespace, only those in it are there that pages may see.
+
+    Args:
+        master: whose parameters they are.
+        access: what pages may see.
+        check_visible: raises an error that says that pages may not see a name.
+    """
+
+    def __init__(self, master: MasterClient, access: Access, check_visible: Callable[[str], None]) -> None:
+        self._master = master
+        self._access = access
+        self._check_visible = check_visible
+
+    def get(self, name: str) -> Any:
+        """Return a parameter, or all those in a namespace as a dictionary.
+
+        Args:
+            name: a full name; ``/`` for all.
+
+        Raises:
+            RequestError: pages may not see it.
+            ParameterNotSetError: it is not set.
+            MasterUnreachableError: the master does not answer.
+        """
+        name = _full(name)
+        try:
+            value = self._visible(name.rstrip("/"), self._master.get_param(name))
+        except ParameterNotSetError:
+            self._check_visible(name)
+            raise
+        if value is _HIDDEN:
+            if name == "/":
+                return {}
+            self._check_visible(name)
+            return {}  # a namespace that may be seen, with nothing in it that may
+        return value
+
+    def has(self, name: str) -> bool:
+        """Return whether a parameter is set that pages may see; a namespace is if something in it is."""
+        name = _full(name)
+        if not self._access.topics:
+            return self._master.has_param(name)
+        try:
+            return self._visible(name.rstrip("/"), self._master.get_param(name)) is not _HIDDEN
+        except ParameterNotSetError:
+            return False
+
+    def names(self) -> list[str]:
+        """Return the full names of all parameters that pages may see, sorted."""
+        return self._access.visible(sorted(self._master.get_param_names()))
+
+    def set(self, name: str, value: Any) -> None:
+        """Set a parameter, or replace all those in a namespace.
+
+        Raises:
+            RequestError: pages may not see all that would be set, or replaced.
+            MasterUnreachableError: the master does not answer.
+        """
+        name = _full(name)
+        self._check_all(name, value)
+        self._check_all(name)
+        self._master.set_param(name, value)
+
+    def delete(self, name: str) -> None:
+        """Delete a parameter, or all those in a namespace.
+
+        Raises:
+            RequestError: pages may not see all of that.
+            ParameterNotSetError: it is not set.
+            MasterUnreachableError: the master does not answer.
+        """
+        name = _full(name)
+        self._check_all(name)
+        self._master.delete_param(name)
+
+    def _visible(self, name: str, value: Any) -> Any:
+        if not self._access.topics:
+            return value
+        if isinstance(value, dict) and value:
+            inner = {key: self._visible(f"{name}/{key}", each) for key, each in value.items()}
+            return {key: each for key, each in inner.items() if each is not _HIDDEN} or _HIDDEN
+        return value if self._access.may_see(name or "/") else _HIDDEN
+
+    def _check_all(self, name: str, value: Any = _HIDDEN) -> None:
+        """Check that all parameters in a value may be seen; without one, in that which the master has."""
+        if not self._access.topics:
+            return
+        if value is _HIDDEN:
+            known: Any = self._master.get_param("/")
+            path = ""
+            for part in filter(None, name.split("/")):
+                if not isinstance(known, dict):
+                    self._check_visible(path)  # a value in whose place there would be a namespace
+                    return
+                if part not in known:
+                    self._check_visible(name)
+                    return
+                known, path = known[part], f"{path}/{part}"
+            value = known
+        if not isinstance(value, dict) or not value:
+            self._check_visible(name)
+            return
+        for inner, _ in flatten(value):
+            self._check_visible(name.rstrip("/") + inner)
+
+
+def _full(name: str) -> str:
+    return "/" + "/".join(filter(None, name.split("/")))

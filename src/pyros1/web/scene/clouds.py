@@ -1,0 +1,121 @@
+"""Clouds of points as blocks of numbers that a page hands to its graphics card as they are. Pure but for numpy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pyros1.web.scene.shape import Shape, ShapeError
+
+MOST_POINTS = 1_500_000
+"""Most points of a cloud that are sent."""
+_KINDS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+"""numpy's names of the types of sensor_msgs/PointField."""
+_PACKED = ("rgb", "rgba")
+_Floats = NDArray[np.float32]
+
+
+def point_cloud2(cloud: Any, by: str = "", most: int = MOST_POINTS) -> Shape:
+    """Return a sensor_msgs/PointCloud2.
+
+    Args:
+        cloud: the message.
+        by: the field that colours the points; empty for "rgb", "intensity" or "z", the first that there is.
+        most: the number of points that are sent at most; of larger clouds every second, third ... point.
+
+    Returns:
+        "count", "every" (one of how many points is sent), "fields" (those that can colour), "by", and "colour":
+
+        - "rgb": for each point four bytes blue, green, red and one to ignore
+        - "value": for each point one byte, from the field's "least" (0) to its "most" (255)
+        - "z": nothing; the height is between "least" and "most"
+
+        with the places as float32 x, y, z, and then the colours. Points without a place are left out.
+
+    Raises:
+        ShapeError: the sizes in the message contradict each other, or it has no x, y and z.
+    """
+    points = _points(cloud)
+    fields = list(points.dtype.names or ())
+    every = -(-len(points) // most) or 1
+    points = points[::every]
+    places = np.empty((len(points), 3), np.float32)
+    with np.errstate(all="ignore"):
+        for index, name in enumerate("xyz"):
+            places[:, index] = points[name]
+    if by not in fields:
+        by = next((name for name in (*_PACKED, "intensity") if name in fields), "z")
+    colours = points[by].copy()
+    with np.errstate(all="ignore"):
+        there = np.isfinite(places.sum(axis=1))  # quicker than all(); an overflow leaves out what nobody can see
+    if not there.all():
+        places, colours = places[there], colours[there]
+    facts = {"kind": "cloud", "count": len(places), "every": every, "fields": fields}
+    return _coloured(facts, places, colours, by, bool(cloud.is_bigendian))
+
+
+def point_cloud(cloud: Any, by: str = "", most: int = MOST_POINTS) -> Shape:
+    """Return a sensor_msgs/PointCloud; as `point_cloud2`. Its channels are fields."""
+    every = -(-len(cloud.points) // most) or 1
+    channels = {each.name: each.values for each in cloud.channels if len(each.values) == len(cloud.points)}
+    fields = ["x", "y", "z", *channels]
+    if by not in fields:
+        by = next((name for name in (*_PACKED, "intensity") if name in channels), "z")
+    with np.errstate(all="ignore"):
+        places = np.array([(each.x, each.y, each.z) for each in cloud.points[::every]], np.float32).reshape(-1, 3)
+        values = np.asarray(channels[by], np.float32)[::every] if by in channels else places[:, "xyz".index(by)]
+    there = np.isfinite(places).all(axis=1)
+    facts = {"kind": "cloud", "count": int(there.sum()), "every": every, "fields": fields}
+    return _coloured(facts, places[there], values[there], by, False)
+
+
+def _points(cloud: Any) -> NDArray[Any]:
+    width, height, step, row = cloud.width, cloud.height, cloud.point_step, cloud.row_step
+    names = [field.name for field in cloud.fields]
+    if not {"x", "y", "z"} <= {*names}:
+        raise ShapeError(f"a cloud without x, y and z; it has {', '.join(names) or 'no fields'}"[:300])
+    if step < 1 or row < width * step or len(cloud.data) < (row * (height - 1) + width * step if height else 0):
+        raise ShapeError(f"{width} x {height} points of {step} bytes do not fit into {len(cloud.data)} bytes")
+    order = ">" if cloud.is_bigendian else "<"
+    known = {field.name: (order + _KINDS[field.datatype], field.offset) for field in cloud.fields if _good(field)}
+    if any(offset + np.dtype(kind).itemsize > step for kind, offset in known.values()):
+        raise ShapeError(f"a field ends behind its point, which has {step} bytes")
+    if not {"x", "y", "z"} <= known.keys():
+        raise ShapeError("x, y and z of the points are of no type of numbers")
+    if not width or not height:
+        return np.empty(0, [(name, kind) for name, (kind, _) in known.items()])
+    layout = np.dtype(
+        {
+            "names": [*known],
+            "formats": [kind for kind, _ in known.values()],
+            "offsets": [offset for _, offset in known.values()],
+            "itemsize": step,
+        }
+    )
+    if height == 1 or row == width * step:
+        return np.frombuffer(cloud.data, layout, width * height)
+    rows = [np.frombuffer(cloud.data, layout, width, row * index) for index in range(height)]
+    return np.concatenate(rows)
+
+
+def _good(field: Any) -> bool:
+    return field.datatype in _KINDS and bool(field.name)
+
+
+def _coloured(facts: dict[str, Any], places: _Floats, values: NDArray[Any], by: str, swapped: bool) -> Shape:
+    if by in _PACKED and values.dtype.itemsize == 4:
+        packed = np.ascontiguousarray(values)
+        facts |= {"by": by, "colour": "rgb"}
+        return facts, places.tobytes() + (packed.byteswap() if swapped else packed).tobytes()
+    with np.errstate(all="ignore"):
+        numbers = values.astype(np.float32)
+        finite = numbers if by in ("x", "y", "z") else numbers[np.isfinite(numbers)]
+        least, most = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
+        facts |= {"by": by, "least": least, "most": most}
+        if by == "z":
+            return {**facts, "colour": "z"}, places.tobytes()
+        share = (numbers - least) * np.float32(255 / (most - least) if most > least else 0)
+        levels = np.nan_to_num(share, nan=0.0, posinf=255.0, neginf=0.0).clip(0, 255).astype(np.uint8)
+    return {**facts, "colour": "value"}, places.tobytes() + levels.tobytes()

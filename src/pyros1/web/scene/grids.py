@@ -1,0 +1,75 @@
+"""Occupancy grids and their updates, which change a part (map_msgs/OccupancyGridUpdate). Pure but for numpy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pyros1.web.scene.shape import Shape, ShapeError
+from pyros1.web.scene.shapes import occupancy_grid
+
+UPDATES = "_updates"
+"""What the name of the topic of updates has more than that of the grid."""
+
+
+class Grid:
+    """A grid, and which part of it somebody has not seen yet."""
+
+    def __init__(self) -> None:
+        self._facts: dict[str, Any] = {}
+        self._cells: NDArray[np.int8] | None = None
+        self._changed: tuple[int, int, int, int] | None = None  # left, low, right, high
+        self._whole = True
+        self.message: Any = None
+
+    def put(self, message: Any) -> None:
+        """Take a nav_msgs/OccupancyGrid.
+
+        Raises:
+            ShapeError: it cannot be drawn.
+        """
+        self._cells = None
+        facts, cells = occupancy_grid(message)
+        self._facts, self.message = facts, message
+        self._cells = np.frombuffer(cells, np.int8).reshape(facts["height"], facts["width"]).copy()
+        self.forget()
+
+    def update(self, message: Any) -> None:
+        """Take a map_msgs/OccupancyGridUpdate; without a grid it is nothing.
+
+        Raises:
+            ShapeError: it does not fit into the grid.
+        """
+        if self._cells is None:
+            return
+        height, width = self._cells.shape
+        left, low, right, high = message.x, message.y, message.x + message.width, message.y + message.height
+        if min(left, low) < 0 or right > width or high > height:
+            raise ShapeError(f"an update of {message.width} x {message.height} cells at ({left}, {low}) leaves the map")
+        if len(message.data) != message.width * message.height:
+            raise ShapeError(f"an update of {message.width} x {message.height} cells has {len(message.data)} values")
+        self._cells[low:high, left:right] = np.asarray(message.data, np.int8).reshape(message.height, message.width)
+        if self._changed is not None:
+            one = self._changed
+            left, low, right, high = min(left, one[0]), min(low, one[1]), max(right, one[2]), max(high, one[3])
+        self._changed = (left, low, right, high)
+
+    def forget(self) -> None:
+        """Show the whole grid next."""
+        self._whole, self._changed = True, None
+
+    def take(self) -> Shape | None:
+        """Return the grid if it is new, or the part that has changed, with its place "x" and "y" in cells; or None."""
+        if self._cells is None:
+            return None
+        changed, whole = self._changed, self._whole
+        self._changed, self._whole = None, False
+        if whole:
+            return {**self._facts}, self._cells.tobytes()
+        if changed is None:
+            return None
+        left, low, right, high = changed
+        facts = {"kind": "patch", "x": left, "y": low, "width": right - left, "height": high - low}
+        return facts, self._cells[low:high, left:right].tobytes()

@@ -1,0 +1,172 @@
+"""Interactive markers of a topic, as their servers keep them (https://wiki.ros.org/interactive_markers). Pure.
+
+A server publishes all its markers, latched, on ``TOPIC/update_full``, and what changes on ``TOPIC/update``; the numbers
+of these messages say which of them belong together.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from pyros1.web.scene.markers import as_json
+
+MOST_MARKERS = 1_000
+"""Most interactive markers of a topic; others are left out."""
+MOST_CONTROLS = 200
+MOST_ENTRIES = 500
+_MOST_SERVERS = 20
+_SILENT = 10.0
+"""Seconds without a sign of life (they come twice a second), after which a server is believed to have gone."""
+_UPDATE = 1
+_PLACE = ("pose", "frame")
+
+Key = tuple[str, str]
+"""Server and name."""
+
+
+class InteractiveMarkers:
+    """The interactive markers of a topic, and what has changed since somebody looked."""
+
+    def __init__(self) -> None:
+        self._markers: dict[Key, tuple[int, dict[str, Any]]] = {}  # version in which it came, marker
+        self._moved: dict[Key, int] = {}
+        self._gone: dict[Key, int] = {}
+        self._servers: dict[str, tuple[int, float]] = {}  # number of the newest message, when there was a sign of life
+        self._version = 0
+
+    def init(self, message: Any, now: float) -> None:
+        """Take a visualization_msgs/InteractiveMarkerInit at a time in seconds."""
+        server = message.server_id
+        if server not in self._servers and len(self._servers) >= _MOST_SERVERS:
+            return
+        known = self._servers.get(server)
+        if known is not None and known[0] == message.seq_num and any(key[0] == server for key in self._markers):
+            self._servers[server] = (known[0], now)
+            return  # told again, as nothing has changed
+        self._version += 1
+        self._servers[server] = (message.seq_num, now)
+        names = {marker.name for marker in message.markers}
+        for key in [key for key in self._markers if key[0] == server and key[1] not in names]:
+            self._remove(key)
+        for marker in message.markers:
+            self._put(server, marker)
+
+    def update(self, message: Any, now: float) -> bool:
+        """Take a visualization_msgs/InteractiveMarkerUpdate; return whether none is missing before it."""
+        known = self._servers.get(message.server_id)
+        if known is None:
+            return False
+        number, _ = known
+        if message.type != _UPDATE:
+            self._servers[message.server_id] = (number, now)
+            return bool(message.seq_num <= number)
+        if message.seq_num <= number:
+            return True
+        if message.seq_num != number + 1:
+            return False
+        self._version += 1
+        self._servers[message.server_id] = (message.seq_num, now)
+        for marker in message.markers:
+            self._put(message.server_id, marker)
+        for pose in message.poses:
+            key = (message.server_id, pose.name)
+            if key in self._markers:
+                version, marker = self._markers[key]
+                place = {"pose": pose_of(pose.pose), "frame": pose.header.frame_id.lstrip("/")}
+                self._markers[key] = (version, marker | place)
+                self._moved[key] = self._version
+        for name in message.erases:
+            self._remove((message.server_id, name))
+        return True
+
+    def sweep(self, now: float) -> None:
+        """Forget servers that have gone."""
+        for server in [server for server, (_, seen) in self._servers.items() if now > seen + _SILENT]:
+            del self._servers[server]
+            self._version += 1
+            for key in [key for key in self._markers if key[0] == server]:
+                self._remove(key)
+
+    def changes(self, seen: int) -> tuple[int, list[dict[str, Any]], list[dict[str, Any]], list[list[str]]]:
+        """Return what has changed.
+
+        Args:
+            seen: the version up to which all is known; 0 for nothing.
+
+        Returns:
+            The version now; markers that are new or different; "server", "name", "frame" and "pose" of those that have
+            moved only; servers and names of those that left.
+        """
+        new = [marker for version, marker in self._markers.values() if version > seen]
+        moved = [
+            {name: marker[name] for name in ("server", "name", *_PLACE)}
+            for key, (version, marker) in self._markers.items()
+            if version <= seen < self._moved.get(key, 0)
+        ]
+        gone = [list(key) for key, version in self._gone.items() if version > seen]
+        return self._version, new, moved, gone
+
+    def _put(self, server: str, marker: Any) -> None:
+        key = (server, marker.name)
+        if key not in self._markers and len(self._markers) >= MOST_MARKERS:
+            return
+        facts = {"server": server, **_facts(marker)}
+        if key in self._markers:
+            version, known = self._markers[key]
+            if known == facts:
+                return
+            if known | {name: facts[name] for name in _PLACE} == facts:  # servers tell all again when one moves
+                self._markers[key], self._moved[key] = (version, facts), self._version
+                return
+        self._gone.pop(key, None)
+        self._moved.pop(key, None)
+        self._markers[key] = (self._version, facts)
+
+    def _remove(self, key: Key) -> None:
+        if self._markers.pop(key, None) is not None:
+            self._moved.pop(key, None)
+            self._gone.pop(key, None)
+            if len(self._gone) >= MOST_MARKERS:
+                del self._gone[next(iter(self._gone))]
+            self._gone[key] = self._version
+
+
+def pose_of(pose: Any) -> list[float]:
+    """Return x, y, z in metres and a quaternion x, y, z, w; 0 for what is not finite."""
+    place, turn = pose.position, pose.orientation
+    return _finite(place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w)
+
+
+def _finite(*numbers: float) -> list[float]:
+    return [number if math.isfinite(number) else 0.0 for number in numbers]
+
+
+def _facts(marker: Any) -> dict[str, Any]:
+    return {
+        "name": marker.name,
+        "description": marker.description[:1000],
+        "frame": marker.header.frame_id.lstrip("/"),
+        "locked": not marker.header.stamp,  # a stamp of 0 says that it moves with its frame
+        "pose": pose_of(marker.pose),
+        "scale": marker.scale if 0 < marker.scale < float("inf") else 1.0,
+        "menu": [
+            {"id": entry.id, "parent": entry.parent_id, "title": entry.title[:300]}
+            for entry in marker.menu_entries[:MOST_ENTRIES]
+        ],
+        "controls": [
+            {
+                "name": control.name,
+                "turn": _finite(
+                    control.orientation.x, control.orientation.y, control.orientation.z, control.orientation.w
+                ),
+                "mode": control.interaction_mode,
+                "facing": control.orientation_mode,
+                "always": bool(control.always_visible),
+                "independent": bool(control.independent_marker_orientation),
+                "description": control.description[:300],
+                "markers": [as_json(each) for each in control.markers[:MOST_CONTROLS]],
+            }
+            for control in marker.controls[:MOST_CONTROLS]
+        ],
+    }

@@ -1,0 +1,65 @@
+"""The last lines of the log files of a process of a launch."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pyros1.launch.running.logs import log_folder
+from pyros1.net.hosts import is_local, parse_uri
+from pyros1.web.calls.launches import find
+from pyros1.web.tables.launches import log_files, tail
+from pyros1.web.views.view import View, text
+from pyros1.web.wire import Push, RequestError
+
+if TYPE_CHECKING:
+    from pyros1.web.robot import Robot
+
+
+class LaunchLogView(View):
+    """Log files as they grow.
+
+    Args (of the page):
+        launch: name of the launch's parameter.
+        process: label of the process.
+
+    Pushes ``{"files": [{"path", "size", "text"}, ...], "base": TEXT, "folder": TEXT}`` whenever they change: files
+    below the folder of logs, whose paths begin with the base.
+    """
+
+    period = 1.0
+    polled = True
+
+    def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
+        super().__init__(robot, args, wake)
+        self._folder = log_folder(os.environ)
+        self._base = self._find(args)
+        self._shown: object = None
+
+    def _find(self, args: Mapping[str, Any]) -> str:
+        launch = find(self.robot, args)
+        label = text(args, "process")
+        try:
+            entry = next((entry for entry in launch.status() if entry.label == label), None)
+        finally:
+            launch.close()
+        if entry is None:
+            raise RequestError(f"this launch has no process {label[:200]}")
+        if not entry.log:
+            raise RequestError("this process has no log files")
+        if entry.machine or not is_local(parse_uri(launch.uri)[0]):
+            raise RequestError(f"its log files are on another machine: {entry.log}*.log")
+        return entry.log
+
+    def take(self) -> Push | None:
+        try:
+            files = log_files(self._base, self._folder)
+            stamps = [(path, path.stat().st_size, path.stat().st_mtime_ns) for path in files]
+            if stamps == self._shown:
+                return None
+            shown = [{"path": str(path), "size": size, "text": tail(path)} for path, size, _ in stamps]
+        except (OSError, ValueError) as error:  # a null character, for example
+            raise RequestError(f"the log files cannot be read: {error}") from None
+        self._shown = stamps
+        return Push({"files": shown, "base": self._base, "folder": str(self._folder)})

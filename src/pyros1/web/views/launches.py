@@ -1,0 +1,104 @@
+"""Launches, and how their processes are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from pyros1.doctor.together import together
+from pyros1.ground.errors import Error
+from pyros1.launch.running.control import Launch, Report, launch_uris
+from pyros1.net.hosts import parse_uri
+from pyros1.web.tables.launches import Used, describe, used
+from pyros1.web.views.view import View
+from pyros1.web.wire import Push
+
+if TYPE_CHECKING:
+    from pyros1.web.robot import Robot
+
+_PERIOD = 1.0
+_PATIENCE = 2.0
+_MOST = 50
+_PAUSE = 10.0
+"""Seconds until a launch that did not answer is asked again, so that the others are not held back."""
+_SHARE = 0.1
+"""Most of the time that asking takes: launches of many processes are asked less often."""
+
+
+class LaunchesView(View):
+    """Pushes ``{"launches": [{"param", "uri", "host", "problem", ...}], "more": N}``.
+
+    Each has what `pyros1.web.tables.launches.describe` returns; or a problem, if it does not answer.
+    """
+
+    period = _PERIOD
+    polled = True
+
+    def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
+        super().__init__(robot, args, wake)
+        self._launches: dict[str, Launch] = {}
+        self._silent: dict[str, tuple[float, str]] = {}
+        self._used: dict[str, dict[tuple[str, int], Used]] = {}
+
+    def take(self) -> Push | None:
+        start = monotonic()
+        params = launch_uris(self.robot.master)
+        shown = dict(sorted(params.items())[:_MOST])
+        self._forget({*shown.values()})
+        entries = [self._entry(param, uri, answer) for (param, uri), answer in self._ask(shown).items()]
+        self.period = max(_PERIOD, (monotonic() - start) / _SHARE) if not self._silent else _PERIOD
+        return Push({"launches": entries, "more": len(params) - len(shown)})
+
+    def change(self, args: Mapping[str, Any]) -> None:
+        """Look at once, also for those that did not answer: the page has changed something."""
+        self._silent.clear()
+
+    def close(self) -> None:
+        self._forget(set())
+
+    def _forget(self, kept: set[str]) -> None:
+        for uri in self._launches.keys() - kept:
+            self._launches.pop(uri).close()
+            self._used.pop(uri, None)
+        self._silent = {uri: told for uri, told in self._silent.items() if uri in kept}
+
+    def _ask(self, params: Mapping[str, str]) -> dict[tuple[str, str], Report | Exception | str]:
+        now = monotonic()
+        answers: dict[tuple[str, str], Report | Exception | str] = {}
+        jobs = {}
+        for entry in params.items():
+            until, problem = self._silent.get(entry[1], (0.0, ""))
+            answers[entry] = problem
+            if now >= until:
+                jobs[entry] = partial(self._report, entry[1])
+        for entry, answer in together(jobs, _PATIENCE + 1).items():
+            answers[entry] = answer
+            if isinstance(answer, Exception):
+                self._silent[entry[1]] = (now + _PAUSE, str(answer))
+            else:
+                self._silent.pop(entry[1], None)
+        return answers
+
+    def _report(self, uri: str) -> Report:
+        launch = self._launches.get(uri)
+        if launch is None:
+            launch = self._launches[uri] = Launch(uri, _PATIENCE)
+        return launch.report()
+
+    def _entry(self, param: str, uri: str, answer: Report | Exception | str) -> dict[str, Any]:
+        entry: dict[str, Any] = {"param": param, "uri": uri[:1000], "host": _host(uri)}
+        if not isinstance(answer, Report):
+            return {**entry, "problem": str(answer)}
+        now = monotonic()
+        entry.update(describe(answer, now, self._used.get(uri, {})))
+        self._used[uri] = used(answer, now)
+        return entry
+
+
+def _host(uri: str) -> str:
+    try:
+        return parse_uri(uri)[0]
+    except Error:
+        return ""

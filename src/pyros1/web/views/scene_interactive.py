@@ -1,0 +1,92 @@
+"""The interactive markers of a topic, for a 3D scene."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from pyros1.ground.errors import MessageError
+from pyros1.web.hub import Arrival
+from pyros1.web.scene.interactive import InteractiveMarkers
+from pyros1.web.views.view import View, text
+from pyros1.web.wire import Push, RequestError
+
+if TYPE_CHECKING:
+    from pyros1.web.robot import Robot
+
+_TYPES = {"visualization_msgs/InteractiveMarkerInit", "visualization_msgs/InteractiveMarkerUpdate"}
+ASK_AGAIN = 2.0
+"""Seconds between two questions for all markers, if updates were missed."""
+
+
+class SceneInteractiveView(View):
+    """Interactive markers.
+
+    Args (of the page):
+        topic: the full name of the topic of updates, which ends in ``/update``.
+
+    Pushes ``{"kind": "interactive", "all": BOOL, "new": [...], "moved": [...], "gone": [[SERVER, NAME], ...]}``; see
+    `pyros1.web.scene.interactive`. Poses are in the frames of the markers.
+    """
+
+    polled = True  # servers go without a word
+
+    def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
+        super().__init__(robot, args, wake)
+        self._base = text(args, "topic").removesuffix("/update")
+        self._lock = threading.Lock()
+        self._markers = InteractiveMarkers()
+        self._seen = -1
+        self._problem = ""
+        self._missing = False
+        self._asked = monotonic()
+        self._end_full = robot.listen(f"{self._base}/update_full", self._arrived)
+        try:
+            self._end = robot.listen(f"{self._base}/update", self._arrived)
+        except BaseException:
+            self._end_full()
+            raise
+
+    def take(self) -> Push | None:
+        now = monotonic()
+        if self._missing and now > self._asked + ASK_AGAIN:
+            self._missing, self._asked = False, now
+            self._end_full()  # who subscribes anew gets the latched message
+            self._end_full = self.robot.listen(f"{self._base}/update_full", self._arrived)
+        if self._problem:
+            raise RequestError(self._problem)
+        with self._lock:
+            self._markers.sweep(now)
+            before = self._seen
+            self._seen, new, moved, gone = self._markers.changes(max(0, before))
+        if self._seen == before:
+            return None
+        first = before < 0
+        return Push({"kind": "interactive", "all": first, "new": new, "moved": moved, "gone": gone})
+
+    def change(self, args: Mapping[str, Any]) -> None:
+        """Show all again."""
+        self._seen = -1
+
+    def close(self) -> None:
+        self._end()
+        self._end_full()
+
+    def _arrived(self, arrival: Arrival) -> None:
+        kind = (arrival.raw._connection_header or {}).get("type", "")
+        if kind not in _TYPES:
+            self._problem = f"{self._base} has no interactive markers, but {kind}"
+            return
+        try:
+            message: Any = arrival.message
+        except MessageError as error:
+            self._problem = str(error)
+            return
+        with self._lock:
+            if kind.endswith("Init"):
+                self._markers.init(message, monotonic())
+            elif not self._markers.update(message, monotonic()):
+                self._missing = True
+        self.wake()

@@ -1,0 +1,72 @@
+// Boxes of the graph that the user drags. Run by tests/web/test_page_modules.py, or with: node --test tests/web/page
+
+import assert from "node:assert/strict";
+import test from "node:test";
+
+const page = new URL("../../../src/pyros1/web/page/", import.meta.url);
+const { Scene } = await import(new URL("lib/graph/scene.js", page));
+globalThis.matchMedia = () => ({ matches: false });
+
+const box = (id, group = "") => ({ id, kind: "node", name: id.slice(2), label: id, group });
+const MODEL = {
+  boxes: [box("n:/g/a", "/g"), box("n:/b"), box("n:/c")],
+  edges: [{ id: "e", from: "n:/g/a", to: "n:/b", lines: [], links: [] }, { id: "f", from: "n:/b", to: "n:/c", lines: [], links: [] }],
+  groups: [{ id: "f:/g", name: "/g", parent: "" }],
+};
+const WHAT = { boxes: MODEL.boxes.map(({ id }) => ({ id, width: 20, height: 10 })) };
+const FOUND = {
+  boxes: { "n:/g/a": [0, 0], "n:/b": [100, 0], "n:/c": [200, 0] },
+  edges: { e: { points: [0, 0, 50, 0, 100, 0], label: [50, 0] }, f: { points: [100, 0, 150, 0, 200, 0], label: [150, 0] } },
+  frames: { "/g": [0, 0, 50, 50] }, width: 220, height: 50,
+};
+
+function arranged(scene = new Scene(), found = FOUND) {
+  scene.arrange(MODEL, WHAT, found, null, 0);
+  scene.step(1e9);
+  return scene;
+}
+
+test("a box that is dragged takes its lines with it, at once", () => {
+  const scene = arranged();
+  scene.move("n:/b", 10, 20);
+  assert.deepEqual(scene.items.get("n:/b").at, [110, 20]);
+  assert.deepEqual(scene.items.get("n:/c").at, [200, 0]);
+  assert.deepEqual(scene.lines.get("e").at, [0, 0, 55, 10, 110, 20, 55, 10]); // from end to end more and more, the label by the half
+  assert.deepEqual(scene.lines.get("f").at, [110, 20, 155, 10, 200, 0, 155, 10]);
+  assert.equal(scene.find(112, 22, 1).box.id, "n:/b");
+  scene.move("n:/nothing", 1, 1);
+});
+
+test("the frame of its namespace grows, and the bounds of all", () => {
+  const scene = arranged();
+  scene.move("n:/g/a", -300, 0);
+  const [x, , width, height] = scene.frames.get("/g").at;
+  assert.ok(x - width / 2 < -310 && x + width / 2 === 25 && height === 64);
+  assert.ok(scene.bounds[0] < -310);
+});
+
+test("it stays where it was put when there is a new layout", () => {
+  const scene = arranged();
+  scene.move("n:/b", 10, 20);
+  arranged(scene, { ...FOUND, boxes: { ...FOUND.boxes, "n:/c": [200, 80] } });
+  assert.deepEqual(scene.items.get("n:/b").at, [110, 20]);
+  assert.deepEqual(scene.items.get("n:/c").at, [200, 80]);
+});
+
+test("it glides back", () => {
+  const scene = arranged();
+  scene.move("n:/b", 10, 20);
+  scene.release(1000);
+  assert.equal(scene.step(1001), true);
+  scene.step(1e9);
+  assert.deepEqual(scene.items.get("n:/b").at, [100, 0]);
+  assert.deepEqual(scene.lines.get("e").at, [0, 0, 50, 0, 100, 0, 50, 0]);
+  assert.deepEqual(scene.bounds, [0, 0, 220, 50]);
+});
+
+test("no more than some are kept", () => {
+  const scene = arranged();
+  for (let index = 0; index < 500; index += 1) scene.put.set(`n:/${index}`, [0, 0]);
+  scene.move("n:/b", 1, 1);
+  assert.equal(scene.put.size, 500);
+});

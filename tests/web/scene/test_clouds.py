@@ -1,0 +1,132 @@
+"""Clouds as blocks of numbers for a graphics card."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pyros1.msgs.geometry_msgs.msg import Point32
+from pyros1.msgs.sensor_msgs.msg import ChannelFloat32, PointCloud, PointCloud2, PointField
+from pyros1.web.scene import clouds
+from pyros1.web.scene.shape import ShapeError
+
+XYZ = [PointField("x", 0, 7, 1), PointField("y", 4, 7, 1), PointField("z", 8, 7, 1)]
+
+
+def cloud(count: int, **more: object) -> PointCloud2:
+    data = np.arange(3 * count, dtype=np.float32).tobytes()
+    values = {"height": 1, "width": count, "fields": XYZ, "point_step": 12, "row_step": 12 * count, "data": data}
+    return PointCloud2(**{**values, **more})  # type: ignore[arg-type]
+
+
+def points(rows: list[tuple[Any, ...]], kinds: str, extra: list[PointField], **more: object) -> PointCloud2:
+    data = np.array(rows, np.dtype(kinds)).tobytes()
+    step = len(data) // len(rows)
+    return cloud(len(rows), fields=[*XYZ, *extra], point_step=step, row_step=step * len(rows), data=data, **more)
+
+
+def test_places_are_passed_on_and_coloured_by_height() -> None:
+    facts, blob = clouds.point_cloud2(cloud(5))
+    assert (facts["count"], facts["every"], facts["fields"]) == (5, 1, ["x", "y", "z"])
+    assert (facts["colour"], facts["by"], facts["least"], facts["most"]) == ("z", "z", 2.0, 14.0)
+    assert blob == cloud(5).data
+
+
+def test_a_field_of_ones_choice_colours_with_a_byte_for_each_point() -> None:
+    message = points(
+        [(0, 0, 0, 10), (0, 0, 1, 20), (0, 0, 2, 30)], "<f4,<f4,<f4,<u2", [PointField("intensity", 12, 4, 1)]
+    )
+    facts, blob = clouds.point_cloud2(message)
+    assert (facts["colour"], facts["by"], facts["least"], facts["most"]) == ("value", "intensity", 10.0, 30.0)
+    assert blob[36:] == bytes([0, 127, 255])
+    facts, blob = clouds.point_cloud2(message, "x")
+    assert (facts["by"], facts["colour"], blob[36:]) == ("x", "value", bytes(3))
+    assert clouds.point_cloud2(message, "nothing")[0]["by"] == "intensity"
+
+
+@pytest.mark.parametrize("order", "<>")
+def test_packed_colours_of_either_byte_order(order: str) -> None:
+    kinds = f"{order}f4,{order}f4,{order}f4,{order}u4"
+    message = points([(1, 2, 3, 0x102030)], kinds, [PointField("rgb", 12, 7, 1)], is_bigendian=order == ">")
+    facts, blob = clouds.point_cloud2(message)
+    assert (facts["colour"], facts["by"]) == ("rgb", "rgb")
+    assert np.frombuffer(blob[:12], np.float32).tolist() == [1, 2, 3]
+    assert blob[12:] == b"\x30\x20\x10\x00"
+
+
+def test_points_without_a_place_are_left_out() -> None:
+    nan = float("nan")
+    message = points(
+        [(nan, 0, 0, 1.0), (1, 2, 3, 2.0), (0, float("inf"), 0, 3.0)], "<f4,<f4,<f4,<f4", [PointField("i", 12, 7, 1)]
+    )
+    facts, blob = clouds.point_cloud2(message, "i")
+    assert (facts["count"], facts["least"], facts["most"]) == (1, 2.0, 2.0)
+    assert np.frombuffer(blob[:12], np.float32).tolist() == [1, 2, 3]
+    nothing = points([(nan, nan, nan)], "<f4,<f4,<f4", [])
+    assert clouds.point_cloud2(nothing)[0]["count"] == 0
+
+
+def test_padding_between_rows_is_left_out() -> None:
+    rows = [np.arange(6, dtype=np.float32) + 10 * row for row in range(3)]
+    data = b"".join(row.tobytes() + b"\xff" * 8 for row in rows)
+    facts, blob = clouds.point_cloud2(cloud(2, height=3, row_step=32, data=data))
+    assert facts["count"] == 6
+    assert blob == b"".join(row.tobytes() for row in rows)
+    assert clouds.point_cloud2(cloud(2, height=3, row_step=32, data=data[:-8]))[1] == blob  # the last row without it
+
+
+def test_of_large_clouds_some_points_are_left_out() -> None:
+    facts, blob = clouds.point_cloud2(cloud(25), most=10)
+    assert (facts["count"], facts["every"]) == (9, 3)
+    assert np.frombuffer(blob, np.float32)[::3].tolist() == [9.0 * number for number in range(9)]
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"fields": XYZ[:2]}, "without x, y and z"),
+        ({"fields": []}, "no fields"),
+        ({"fields": [*XYZ[:2], PointField("z", 8, 99, 1)]}, "no type of numbers"),
+        ({"point_step": 0}, "do not fit"),
+        ({"point_step": 8}, "ends behind its point"),
+        ({"data": b"123"}, "do not fit"),
+        ({"width": 4_000_000_000}, "do not fit"),
+        ({"height": 4_000_000_000}, "do not fit"),
+    ],
+)
+def test_clouds_that_contradict_themselves(more: dict[str, object], said: str) -> None:
+    with pytest.raises(ShapeError, match=said):
+        clouds.point_cloud2(cloud(5, **more))
+
+
+@pytest.mark.parametrize("step", [12, 4_000_000_000])
+def test_clouds_without_points(step: int) -> None:
+    facts, blob = clouds.point_cloud2(cloud(0, point_step=step, height=7))
+    assert (facts["count"], blob) == (0, b"")
+
+
+@given(
+    st.lists(st.tuples(st.floats(width=32), st.floats(width=32), st.floats(width=32), st.floats(width=32)), max_size=20)
+)
+def test_any_numbers(rows: list[tuple[float, ...]]) -> None:
+    message = points(rows or [(0, 0, 0, 0)], "<f4,<f4,<f4,<f4", [PointField("i", 12, 7, 1)])
+    for by in ("", "i", "x"):
+        facts, blob = clouds.point_cloud2(message, by)
+        json.dumps(facts, allow_nan=False)
+        assert len(blob) == facts["count"] * (12 if facts["colour"] == "z" else 13)
+
+
+def test_the_older_type() -> None:
+    message = PointCloud(points=[Point32(1, 2, 3), Point32(4, 5, float("nan")), Point32(7, 8, 9)])
+    facts, blob = clouds.point_cloud(message)
+    assert (facts["count"], facts["by"]) == (2, "z")
+    assert np.frombuffer(blob, np.float32).tolist() == [1, 2, 3, 7, 8, 9]
+    message.channels = [ChannelFloat32("intensity", [0.0, 1.0, 2.0]), ChannelFloat32("short", [1.0])]
+    facts, blob = clouds.point_cloud(message)
+    assert (facts["by"], facts["fields"], blob[24:]) == ("intensity", ["x", "y", "z", "intensity"], bytes([0, 255]))
+    assert clouds.point_cloud(PointCloud())[0]["count"] == 0

@@ -1,0 +1,79 @@
+"""Publishers that pages make."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from pyros1.msgs import from_definition
+from pyros1.web.publishing import IDLE, IDLE_LATCHED, MOST, Publishing
+
+FLOAT = "std_msgs/Float64"
+
+
+class Clock:
+    """Seconds that pass when one says so."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def node(make_node: Callable[..., Any]) -> Any:
+    return make_node("publishes")
+
+
+def published(node: Any) -> list[str]:
+    return sorted(name for name, _ in node.master.get_published_topics() if name != "/rosout")
+
+
+def test_publishers_end_some_time_after_their_last_message(node: Any, clock: Clock) -> None:
+    publishing = Publishing(lambda: node, clock=clock)
+    for name in ("/a", "/b"):
+        publishing.publish(name, FLOAT, {"data": 1.0})
+    publishing.publish("/latched", FLOAT, {"data": 1.0}, latch=True)
+    clock.now = IDLE - 1
+    publishing.publish("/b", FLOAT, {"data": 2.0})
+    publishing.tidy()
+    assert published(node) == ["/a", "/b", "/latched"]
+    clock.now = IDLE + 1
+    publishing.tidy()
+    assert published(node) == ["/b", "/latched"]
+    clock.now = IDLE_LATCHED - 1
+    publishing.tidy()
+    assert published(node) == ["/latched"]
+    clock.now = IDLE_LATCHED + 1
+    publishing.tidy()
+    assert published(node) == []
+    publishing.publish("/a", FLOAT, {"data": 1.0})
+    publishing.close()
+    assert published(node) == []
+
+
+def test_the_one_that_was_used_least_recently_makes_room(node: Any, clock: Clock) -> None:
+    publishing = Publishing(lambda: node, clock=clock)
+    names = [f"/t{number:03}" for number in range(MOST)]
+    for name in names:
+        publishing.publish(name, FLOAT, {"data": 1.0})
+    publishing.publish(names[0], FLOAT, {"data": 1.0})
+    publishing.publish("/more", FLOAT, {"data": 1.0})
+    assert set(published(node)) == {*names, "/more"} - {names[1]}
+    publishing.close()
+
+
+def test_a_type_with_another_definition_is_another_type(node: Any, clock: Clock) -> None:
+    definition = "int32 one"
+    publishing = Publishing(lambda: node, lambda name: from_definition(name, definition), clock)
+    publishing.publish("/a", "nowhere_msgs/Thing", {"one": 1})
+    definition = "int32 two"
+    publishing.publish("/a", "nowhere_msgs/Thing", {"two": 1})
+    publishing.close()

@@ -1,0 +1,123 @@
+"""The views behind the 3D scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from pyros1.msgs.geometry_msgs.msg import PoseStamped, TransformStamped
+from pyros1.msgs.map_msgs.msg import OccupancyGridUpdate
+from pyros1.msgs.nav_msgs.msg import OccupancyGrid
+from pyros1.msgs.sensor_msgs.msg import PointCloud2, PointField
+from pyros1.msgs.visualization_msgs.msg import InteractiveMarker, InteractiveMarkerInit, InteractiveMarkerUpdate
+from pyros1.tf import StaticTransformBroadcaster
+from pyros1.web.robot import Robot
+from pyros1.web.wire import RequestError
+
+PATIENCE = 20.0
+Make = Callable[..., Any]
+
+
+def test_a_parameter_that_is_a_text(make_node: Make, watch: Make) -> None:
+    master = make_node("setter").master
+    watched = watch("param", param="/robot_description")
+    watched.until(lambda data: data == {"text": None, "why": "there is no parameter /robot_description"})
+    master.set_param("/robot_description", "<robot/>")
+    watched.until(lambda data: data == {"text": "<robot/>"})
+    assert watched.view.take() is None
+    master.set_param("/robot_description", {"a": 1})
+    watched.until(lambda data: data["why"] == "/robot_description is not a text")
+    watched.view.change({"param": "/other"})
+    watched.until(lambda data: "/other" in data["why"])
+
+
+def test_a_parameter_that_pages_may_not_see(make_robot: Make, watch: Make) -> None:
+    narrow = make_robot(topics=("/camera/*",))
+    with pytest.raises(RequestError, match="not among those"):
+        watch("param", narrow, param="/robot_description")
+
+
+def test_a_message_comes_again_when_there_is_a_way_to_its_frame(make_node: Make, watch: Make) -> None:
+    node = make_node("robot")
+    message = PoseStamped()
+    message.header.frame_id = "base"
+    node.advertise("/pose", PoseStamped, latch=True).publish(message)
+    watched = watch("scene_topic", topic="/pose", fixed="map")
+    assert watched.until(lambda data: data["kind"] == "poses")["pose"] is None
+    assert watched.view.polled
+    assert watched.view.take() is None
+    link = TransformStamped(child_frame_id="base")
+    link.header.frame_id, link.transform.translation.x, link.transform.rotation.w = "map", 2.0, 1.0
+    StaticTransformBroadcaster(node).send_transform([link])
+    assert watched.until(lambda data: data["pose"] is not None)["pose"][0] == 2.0
+    assert not watched.view.polled
+
+
+def test_a_map_and_what_changes_in_it(make_node: Make, watch: Make) -> None:
+    node = make_node("mapper")
+    grid = OccupancyGrid(data=[0] * 6)
+    grid.info.width, grid.info.height = 3, 2
+    grid.header.frame_id = "map"
+    updates = node.advertise("/map_updates", OccupancyGridUpdate)
+    node.advertise("/map", OccupancyGrid, latch=True).publish(grid)
+    watched = watch("scene_topic", topic="/map", fixed="map")
+    watched.until(lambda data: data["kind"] == "map" and data["width"] == 3)
+    assert updates.wait_for_subscribers(timeout=PATIENCE)
+    updates.publish(OccupancyGridUpdate(x=1, y=1, width=2, height=1, data=[100, -1]))
+    part = watched.until(lambda data: data["kind"] == "patch")
+    assert (part["x"], part["y"], part["width"], part["height"]) == (1, 1, 2, 1)
+    watched.view.change({"topic": "/map", "fixed": "map"})
+    push = watched.view.take()
+    assert (push.data["kind"], [*push.blob]) == ("map", [0, 0, 0, 0, 100, 255])
+    updates.publish(OccupancyGridUpdate(x=5, width=1, height=1, data=[1]))
+    with pytest.raises(RequestError, match="leaves the map"):
+        watched.until(lambda data: False)
+
+
+def test_a_cloud_by_a_field_of_ones_choice(make_node: Make, watch: Make, robot: Robot) -> None:
+    fields = [PointField(name, 4 * index, 7, 1) for index, name in enumerate(("x", "y", "z", "heat"))]
+    cloud = PointCloud2(height=1, width=4, fields=fields, point_step=16, row_step=64, data=bytes(64))
+    cloud.header.frame_id = "map"
+    make_node("camera").advertise("/cloud", PointCloud2, latch=True).publish(cloud)
+    watched = watch("scene_topic", topic="/cloud", fixed="map")
+    assert watched.until(lambda data: data["kind"] == "cloud")["by"] == "z"
+    watched.view.change({"topic": "/cloud", "fixed": "map", "by": "heat", "most": 2})
+    assert watched.until(lambda data: data["by"] == "heat")["every"] == 2
+    with pytest.raises(RequestError, match="most is a number"):
+        watched.view.change({"topic": "/cloud", "most": 0})
+
+
+def test_interactive_markers(make_node: Make, watch: Make) -> None:
+    node = make_node("server")
+    full = node.advertise("/controls/update_full", InteractiveMarkerInit, latch=True)
+    updates = node.advertise("/controls/update", InteractiveMarkerUpdate)
+    full.publish(InteractiveMarkerInit(server_id="s", seq_num=1, markers=[InteractiveMarker(name="a")]))
+    watched = watch("scene_interactive", topic="/controls/update")
+    seen: list[str] = []
+    watched.until(lambda data: seen.extend(each["name"] for each in data["new"]) or seen == ["a"])
+    assert updates.wait_for_subscribers(timeout=PATIENCE)
+    updates.publish(InteractiveMarkerUpdate(server_id="s", seq_num=2, type=1, erases=["a"]))
+    watched.until(lambda data: data["gone"] == [["s", "a"]])
+
+
+def test_interactive_markers_whose_update_was_missed_are_asked_for_again(
+    make_node: Make, watch: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.web.views.scene_interactive.ASK_AGAIN", 0.0)
+    node = make_node("server")
+    full = node.advertise("/controls/update_full", InteractiveMarkerInit, latch=True)
+    updates = node.advertise("/controls/update", InteractiveMarkerUpdate)
+    watched = watch("scene_interactive", topic="/controls/update")
+    assert full.wait_for_subscribers(timeout=PATIENCE)
+    assert updates.wait_for_subscribers(timeout=PATIENCE)
+    updates.publish(InteractiveMarkerUpdate(server_id="s", seq_num=7, type=0))
+    full.publish(InteractiveMarkerInit(server_id="s", seq_num=7, markers=[InteractiveMarker(name="b")]))
+    watched.until(lambda data: [each["name"] for each in data["new"]] == ["b"])
+
+
+def test_a_topic_of_something_else_says_so(make_node: Make, watch: Make) -> None:
+    make_node("robot").advertise("/pose/update", PoseStamped, latch=True).publish(PoseStamped())
+    with pytest.raises(RequestError, match="has no interactive markers, but geometry_msgs/PoseStamped"):
+        watch("scene_interactive", topic="/pose/update").until(lambda data: False)

@@ -1,0 +1,37 @@
+"""Views of pictures and of the log."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from pyros1.msgs.rosgraph_msgs.msg import Log
+from pyros1.msgs.sensor_msgs.msg import CompressedImage
+from pyros1.web.robot import Robot
+from pyros1.web.wire import RequestError
+
+PNG = b"\x89PNG\r\n\x1a\n" + struct.pack(">I4sII", 13, b"IHDR", 100_000, 100_000) + bytes(9)
+JPEG = b"\xff\xd8\xff\xc0\x00\x11\x08" + struct.pack(">HH", 65_500, 65_500) + bytes(9)
+
+
+@pytest.mark.parametrize("data", [PNG, JPEG, bytes(12) + PNG], ids=["PNG", "JPEG", "depth"])
+def test_pictures_that_would_unpack_to_too_much_are_not_sent(
+    watch: Callable[..., Any], make_node: Callable[..., Any], data: bytes
+) -> None:
+    make_node("bomber").advertise("/bomb", CompressedImage, latch=True).publish(format="png", data=data)
+    with pytest.raises(RequestError, match="too large"):
+        watch("image", topic="/bomb").until(lambda facts: True)
+
+
+def test_a_page_of_an_earlier_run_gets_the_whole_log(watch: Callable[..., Any], robot: Robot) -> None:
+    for text in ("one", "two"):
+        robot.console.take(Log(name="/node", level=2, msg=text))
+    run = watch("console", after=0, run="").until(lambda data: len(data["entries"]) == 2)["run"]
+    assert run == robot.console.run
+    data = watch("console", after=1, run=run).until(lambda data: data["entries"])
+    assert [entry.text for entry in data["entries"]] == ["two"]
+    data = watch("console", after=1, run="of yesterday").until(lambda data: data["entries"])
+    assert [entry.text for entry in data["entries"]] == ["one", "two"]
