@@ -84,8 +84,9 @@ early = [rospy.Subscriber("once", Float64, lambda _, i=i: early[i].unregister())
 rospy.init_node("churn")
 once.publish(1)
 ended = threading.Event()
-def attempt(action):
+def attempt(number, action):
     while not ended.is_set():
+        turns[number] += 1
         try:
             action()
         except rospy.ROSException as error:
@@ -111,10 +112,11 @@ def of_all():
     impl = pubs[0].impl
     return impl and impl.get_num_connections()
 actions = [lambda: pubs[0].publish(1.0)] * 2 + [change, both, look, of_all]
-threads = [threading.Thread(target=attempt, args=(action,)) for action in actions]
+turns = [0] * len(actions)
+threads = [threading.Thread(target=attempt, args=each) for each in enumerate(actions)]
 for thread in threads:
     thread.start()
-time.sleep(float(sys.argv[1]))
+until(lambda: min(turns) > int(sys.argv[1]))
 ended.set()
 for thread in threads:
     thread.join(20)
@@ -128,7 +130,7 @@ assert "/once" not in [name for name, _ in subscribed] and "/t" not in [name for
 
 
 def test_topics_that_come_and_go_in_many_threads(environ: dict[str, str]) -> None:
-    run(HEAD + CHURN, environ, "0.7")
+    run(HEAD + CHURN, environ, "25")
 
 
 ENDING = """
@@ -171,8 +173,9 @@ actions = [
     (Allowed, lambda: rospy.logdebug("x")),
     (Allowed, lambda: rospy.Timer(rospy.Duration(0.0005), lambda _: None, oneshot=True).join(5)),
 ]
-def loop(allowed, action):
+def loop(number, allowed, action):
     while not ended.is_set():
+        turns[number] += 1
         try:
             action()
         except allowed:
@@ -180,14 +183,16 @@ def loop(allowed, action):
         except BaseException as error:
             wrong.append(repr(error))
         if rospy.is_shutdown():
-            time.sleep(0.002)
+            time.sleep(0.002)  # some would never wait again, and leave the others no time
     left.append(None)
-threads = [threading.Thread(target=loop, args=each, daemon=True) for each in actions]
+turns = [0] * len(actions)
+threads = [threading.Thread(target=loop, args=(number, *each), daemon=True) for number, each in enumerate(actions)]
 for thread in threads:
     thread.start()
 until(lambda: rospy.has_param("/own"))
 rospy.signal_shutdown("now")
-rospy.rostime.wallsleep(0.1)
+before = list(turns)
+until(lambda: all(now > then + 3 for now, then in zip(turns, before)))
 ended.set()
 for thread in threads:
     thread.join(15)

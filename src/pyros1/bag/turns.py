@@ -31,11 +31,21 @@ class Turns:
             if self.busy:
                 self._later.append((action, args))
                 return
+            self._catch_up()
             try:
                 self.busy = True
                 action(*args)
             finally:
                 self.busy = False
-            while self._later:
-                later, given = self._later.popleft()
-                self.do(later, *given)
+            self._catch_up()
+
+    def _catch_up(self) -> None:
+        """Do what was asked for meanwhile, in order, even if a signal handler comes between any two of these lines."""
+        while self._later:
+            try:
+                self.busy = True
+                if self._later:
+                    action, args = self._later.popleft()
+                    action(*args)
+            finally:
+                self.busy = False

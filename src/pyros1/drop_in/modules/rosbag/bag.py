@@ -4,26 +4,23 @@ from __future__ import annotations
 
 import io
 import os
+import threading
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
 from rospy.rostime import Time
 
-from pyros1.bag.errors import BagError, EncryptedError, UnindexedError
+from pyros1.bag.errors import UnindexedError
 from pyros1.bag.format.appending import append
-from pyros1.bag.format.compression import COMPRESSIONS
-from pyros1.bag.format.encryption import ENCRYPTORS, NONE, KeyUnavailableError, new_cipher
 from pyros1.bag.format.reader import BagReader
-from pyros1.bag.format.records import NS
 from pyros1.bag.format.writer import BagWriter
 from pyros1.bag.info import frequency_text as _human_readable_frequency
 from pyros1.bag.info import size_text as _human_readable_size
-from pyros1.bag.turns import Turns
 from pyros1.drop_in.missing import missing
 from rosbag._facts import ComparableMixin, Facts
 from rosbag._lending import Lending
-from rosbag._messages import decoder, encoder, header_fields, limit, result, version_of
+from rosbag._messages import decoder, limit, result, version_of
 from rosbag._parts import (
     BagMessage,
     BagMessageWithConnectionHeader,
@@ -46,14 +43,14 @@ from rosbag._parts import (
     stock_errors,
 )
 from rosbag._repairing import repaired
+from rosbag._writing import CLOSED, Writing
 
 found_lz4 = True
 """Whether chunks can be compressed with lz4: pyros1 always can."""
 __getattr__ = missing(__name__)
-_CLOSED = "I/O operation on closed bag"
 
 
-class Bag(Facts):
+class Bag(Writing, Facts):
     """A bag open for reading or writing.
 
     Args:
@@ -89,22 +86,14 @@ class Bag(Facts):
                 raise ValueError("options must be of type dict")
             compression = options.get("compression", compression)
             chunk_threshold = options.get("chunk_threshold", chunk_threshold)
-        self._writer: BagWriter | None = None
         self._file: Any = None
-        self._turns = Turns()  # callbacks of several topics may write at once
-        self._check_compression(compression)
-        self._check_threshold(chunk_threshold)
-        self._compression = compression
-        self._chunk_threshold = chunk_threshold
+        super().__init__(mode, compression, chunk_threshold)
         if not f or not (isinstance(f, (str, os.PathLike)) or hasattr(f, "read")):
             raise ValueError("filename (or stream) is invalid")
         if mode not in ("r", "w", "a"):
             raise ValueError(f'mode "{mode}" is invalid')
-        self._mode = mode
         self._version = 200
         self._cipher: Any = None
-        self._topic_connections: dict[Any, int] = {}
-        self._encoders: dict[Any, Callable[[Any], bytes]] = {}
         path = isinstance(f, (str, os.PathLike))
         self._filename = os.fspath(f) if path else None
         self._file = open(f, {"r": "rb", "w": "w+b", "a": "a+b"}[mode]) if path else f  # noqa: SIM115
@@ -153,11 +142,6 @@ class Bag(Facts):
     # Properties -------------------------------------------------------------------------------------------------------
 
     @property
-    def options(self) -> dict[str, Any]:
-        """Compression and chunk threshold for writing."""
-        return {"compression": self._compression, "chunk_threshold": self._chunk_threshold}
-
-    @property
     def filename(self) -> str | None:
         """Path of the file; None for a file object."""
         return self._filename
@@ -176,49 +160,13 @@ class Bag(Facts):
     def size(self) -> int:
         """Size of the file in bytes, with what waits to be written."""
         if not self._file:
-            raise ValueError(_CLOSED)
+            raise ValueError(CLOSED)
         if self._writer is not None:
             return self._writer.size
         place = self._file.tell()
         size: int = self._file.seek(0, os.SEEK_END)
         self._file.seek(place)
         return size
-
-    @property
-    def compression(self) -> str:
-        """Compression of the chunks to come."""
-        return self._compression
-
-    @compression.setter
-    def compression(self, compression: str) -> None:
-        self._check_compression(compression)
-        self.flush()
-        self._compression = compression
-        if self._writer is not None:
-            self._writer.compression = compression
-
-    @property
-    def chunk_threshold(self) -> int:
-        """Size in bytes beyond which a chunk is closed."""
-        return self._chunk_threshold
-
-    @chunk_threshold.setter
-    def chunk_threshold(self, chunk_threshold: int) -> None:
-        self._check_threshold(chunk_threshold)
-        self.flush()
-        self._chunk_threshold = chunk_threshold
-        if self._writer is not None:
-            self._writer.chunk_threshold = chunk_threshold
-
-    @staticmethod
-    def _check_compression(compression: str) -> None:
-        if compression not in COMPRESSIONS:
-            raise ValueError(f"compression must be one of: {', '.join(COMPRESSIONS)}")
-
-    @staticmethod
-    def _check_threshold(chunk_threshold: int) -> None:
-        if chunk_threshold < 0:
-            raise ValueError("chunk_threshold must be greater than or equal to zero")
 
     # Reading ----------------------------------------------------------------------------------------------------------
 
@@ -287,83 +235,6 @@ class Bag(Facts):
                 else:
                     yield BagMessage(connection.topic, message, Time.from_nsec(nanoseconds))
 
-    # Writing ----------------------------------------------------------------------------------------------------------
-
-    def write(self, topic: str, msg: Any, t: Any = None, raw: bool = False, connection_header: Any = None) -> None:
-        """Write a message.
-
-        Args:
-            topic: name of its topic.
-            msg: the message; with `raw` a tuple of type, bytes, md5 sum and class, as `read_messages` yields it.
-            t: genpy.Time of the message; None: now.
-            raw: whether `msg` is such a tuple.
-            connection_header: header of the topic's connection, for its first message.
-
-        Raises:
-            ValueError: an argument is wrong, or the bag is closed.
-            SerializationError: a value does not fit its field.
-            OSError: the disk is full, ...
-        """
-        if not self._file:
-            raise ValueError(_CLOSED)
-        if self._writer is None:
-            raise io.UnsupportedOperation("write")
-        if not topic:
-            raise ValueError("topic is invalid")
-        if not msg:
-            raise ValueError("msg is invalid")
-        nanoseconds = time.time_ns() if t is None else t.secs * NS + t.nsecs
-        key: Any
-        if not raw:
-            cls = type(msg)
-            encode = self._encoders.get(cls)
-            if encode is None:
-                encode = self._encoders[cls] = encoder(cls)
-            kind, data, md5sum, key = cls._type, encode(msg), cls._md5sum, (topic, cls)
-            if kind == "*":
-                connection_header = connection_header or getattr(msg, "_connection_header", None)
-                if not connection_header:
-                    raise ValueError("msg is an AnyMsg that was not received: its type is not known")
-                kind, md5sum = connection_header["type"], connection_header["md5sum"]
-                key = (topic, kind, md5sum)
-        elif len(msg) in (4, 5):
-            kind, data, md5sum = msg[:3]
-            cls, key = msg[-1], (topic, kind, md5sum)
-        else:
-            raise ValueError("msg must be of length 4 or 5")
-        self._turns.do(self._put, key, (topic, kind, md5sum, cls, connection_header), nanoseconds, data)
-
-    def _put(self, key: Any, description: tuple[Any, ...], nanoseconds: int, data: bytes) -> None:
-        if not self._file or self._writer is None:
-            raise ValueError(_CLOSED)
-        conn = self._topic_connections.get(key)
-        if conn is None:
-            conn = self._topic_connections[key] = self._connect(*description)
-        try:
-            self._writer.write(conn, nanoseconds, data)
-        except BagError as error:
-            raise ROSBagFormatException(str(error)) from error
-
-    def _connect(self, topic: str, kind: str, md5sum: str, cls: Any, header: Any) -> int:
-        """Return the connection of a topic and type; a new one gets the header, or one with the type's definition."""
-        key = (topic, kind, md5sum)
-        conn = self._topic_connections.get(key)
-        if conn is None:
-            if header is None:
-                header = header_fields(topic, kind, md5sum, cls)
-            fields = {name: each.encode() if isinstance(each, str) else bytes(each) for name, each in header.items()}
-            _ConnectionInfo(0, topic, fields)  # which tells if a field is missing
-            assert self._writer is not None
-            conn = self._topic_connections[key] = self._writer.add_connection(topic, fields)
-        return conn
-
-    def flush(self) -> None:
-        """Write the open chunk; raises ValueError if the bag is closed."""
-        if not self._file:
-            raise ValueError(_CLOSED)
-        if self._writer is not None:
-            self._turns.do(self._writer.flush)
-
     def close(self) -> None:
         """Close the bag; a closed one stays closed."""
         self._turns.do(self._close)
@@ -387,7 +258,7 @@ class Bag(Facts):
         Yields the offset in the file, in bytes, of each chunk.
         """
         if not self._file:
-            raise ValueError(_CLOSED)
+            raise ValueError(CLOSED)
         return self._reindex()
 
     def _reindex(self) -> Iterator[int]:
@@ -404,29 +275,6 @@ class Bag(Facts):
                 reader.close()
             else:
                 self._known = -1, reader
-
-    def set_encryptor(self, encryptor: str | None = None, param: str | None = None) -> None:
-        """Encrypt the bag; before the first message is written.
-
-        Args:
-            encryptor: ``rosbag/AesCbcEncryptor``; None or ``rosbag/NoEncryptor`` for a plain bag.
-            param: the gpg user whose key is used, or ``*``.
-
-        Raises:
-            ROSBagException: the encryptor is unknown, or there is a message already.
-            ROSBagEncryptException: the key is not available.
-        """
-        if encryptor not in (None, *ENCRYPTORS):
-            raise ROSBagEncryptNotSupportedException(f"pyros1 has no encryptor {encryptor}")
-        if self._mode != "w" or encryptor in (None, NONE) or not self._file:
-            return
-        assert self._writer is not None
-        if self._writer.connections:
-            raise ROSBagException("pyros1 sets an encryptor only before the first message is written")
-        with stock_errors():
-            cipher = new_cipher(param or "*")
-        self._writer.abort()
-        self._writer = BagWriter(self._target, self._compression, self._chunk_threshold, cipher)
 
     def _read_message(self, position: Any, raw: bool = False, return_connection_header: bool = False) -> Any:
         self.flush()
