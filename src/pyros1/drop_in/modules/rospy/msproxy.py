@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pyros1.drop_in.binary import as_stock
 from pyros1.drop_in.process import PROCESS
@@ -13,9 +13,11 @@ from pyros1.ground import names
 from pyros1.ground.errors import MasterError, MasterUnreachableError, ParameterNotSetError
 from pyros1.net.hosts import master_uri
 from pyros1.net.master_client import MasterClient
-from pyros1.node.parameters.parameters import Parameters
 from rospy.exceptions import ROSException
 from rospy.names import as_text, get_caller_id, get_mappings, resolve_name
+
+if TYPE_CHECKING:
+    from pyros1.node.parameters.parameters import Parameters
 
 _T = TypeVar("_T")
 _RESOLVED = {
@@ -55,6 +57,8 @@ class MasterProxy:
             self.client: MasterClient = node.master
             self.parameters: Parameters = node.params
         else:
+            from pyros1.node.parameters.parameters import Parameters
+
             special = names.parse_arguments([]).special if node is None else node.arguments.special
             self.client = MasterClient(get_caller_id(), uri or master_uri(os.environ, special))
             self.parameters = Parameters(

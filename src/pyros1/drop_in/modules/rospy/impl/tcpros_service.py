@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pyros1
 from pyros1.drop_in.missing import names as _names
@@ -26,8 +26,6 @@ from pyros1.ground.errors import (
     WaitTimeoutError,
 )
 from pyros1.net.bell import Event
-from pyros1.node.services.client import ServiceClient
-from pyros1.node.services.client import wait_for_service as _wait
 from rospy.core import logerr, logfatal, logwarn
 from rospy.exceptions import ROSException, ROSInterruptException, ROSSerializationException
 from rospy.impl.answering import Exchange, write_error
@@ -37,6 +35,9 @@ from rospy.msg import args_kwds_to_message
 from rospy.msproxy import MasterProxy
 from rospy.names import as_text, isstring, resolve_name
 from rospy.service import SERVICES, ServiceException, _Service
+
+if TYPE_CHECKING:
+    from pyros1.node.services.client import ServiceClient
 
 logger = logging.getLogger("rospy.service")
 
@@ -274,6 +275,8 @@ class ServiceProxy(_Service):
         if client is not None:
             return client
         if node is None:  # rospy needs none to call a service
+            from pyros1.node.services.client import ServiceClient
+
             visitor: Any = _Visitor()
             master = MasterProxy(None).client
             client = ServiceClient(
@@ -331,8 +334,10 @@ def wait_for_service(service: str, timeout: Any = None) -> None:
         if PROCESS.node is not None:
             PROCESS.node.wait_for_service(service, limit)
         else:
+            from pyros1.node.services.client import wait_for_service as wait
+
             visitor: Any = _Visitor()
-            _wait(visitor, MasterProxy(None).client, name, limit)
+            wait(visitor, MasterProxy(None).client, name, limit)
     except WaitTimeoutError:
         raise ROSException(f"timeout exceeded while waiting for service {name}") from None
     except NodeShutdownError:
