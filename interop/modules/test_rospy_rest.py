@@ -93,11 +93,101 @@ t("names", lambda: (rospy.get_name(), rospy.Publisher("chatter", String, queue_s
 t("arguments", lambda: (rospy.myargv()[1:], rospy.names.get_mappings(), rospy.names.get_resolved_mappings()))
 """
 
+VALUES = """
+from geometry_msgs.msg import PoseStamped, Twist, PolygonStamped, Point32
+from sensor_msgs.msg import JointState, Image, LaserScan
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.srv import AddDiagnostics
+from nav_msgs.msg import Path
+rospy.init_node("wrong")
+i=0
+def each(*messages):
+    # one publisher for each, since stock's is broken after an error
+    global i
+    for m in messages:
+        i += 1
+        p = rospy.Publisher("s%d" % i, type(m), queue_size=5); s = rospy.Subscriber("s%d" % i, type(m), lambda x: 0)
+        until(lambda: p.get_num_connections() and s.get_num_connections())
+        try: p.publish(m); print(i, "ok")
+        except Exception as error: print(i, type(error).__name__)
+ps = PoseStamped(); ps.header = None
+ps2 = PoseStamped(); ps2.pose.position = None
+ps3 = PoseStamped(); ps3.header.frame_id = b"map"
+ps4 = PoseStamped(); ps4.header.stamp = 5
+ps5 = PoseStamped(); ps5.header.stamp = None
+ps6 = PoseStamped(); ps6.pose.position.x = "1"
+ps7 = PoseStamped(); ps7.header.frame_id = None
+ps8 = PoseStamped(); ps8.header.frame_id = 5
+each(ps, ps2, ps3, ps4, ps5, ps6, ps7, ps8, String("\\udce4"), String(b"x"), JointState(name=[b"a"]),
+    JointState(name=["\\ud800"]), JointState(name=None), JointState(name=[5]), JointState(name="abc"),
+    JointState(position=["a"]), JointState(position=5), JointState(position=[None]),
+    DiagnosticArray(status=[5]), DiagnosticArray(status=[DiagnosticStatus(name=b"x")]),
+    DiagnosticArray(status=[DiagnosticStatus(values=[KeyValue("a", 5)])]),
+    DiagnosticArray(status=[DiagnosticStatus(values=[KeyValue("a", None)])]), Image(data="abc"),
+    Image(data=[1,2]), Image(data=[300]), Image(data=None), Image(height=-1), Image(height=2**33),
+    Image(height=1.5), LaserScan(ranges=(1,2)), Path(poses=[ps]), Path(poses=None), Path(poses=ps2),
+    Twist(linear=5), Int32(2**31), Int32("1"), Int32(None), Float64("x"), Float64(None), Float64(1),
+    PolygonStamped())
+rospy.Service("sv", AddDiagnostics, lambda r: (True, "x"))
+for v in (b"x", "\\udce4", 5, None, "ok"):
+    try: print(rospy.ServiceProxy("sv", AddDiagnostics)(v))
+    except Exception as error: print(type(error).__name__)
+"""
+
+LOGGING = """
+import tempfile
+folder = tempfile.TemporaryDirectory()
+file = os.path.join(folder.name, "python_logging.conf")
+with open(file, "w") as writer:
+    writer.write('''[loggers]
+keys=root, rosout
+[handlers]
+keys=fileHandler,streamHandler
+[formatters]
+keys=defaultFormatter
+[logger_root]
+level=INFO
+handlers=fileHandler
+[logger_rosout]
+level=INFO
+handlers=streamHandler
+propagate=1
+qualname=rosout
+[handler_fileHandler]
+class=handlers.RotatingFileHandler
+level=DEBUG
+formatter=defaultFormatter
+args=(os.environ['ROS_LOG_FILENAME'],'a', 50000000, 4)
+[handler_streamHandler]
+class=rosgraph.roslogging.RosStreamHandler
+level=DEBUG
+formatter=defaultFormatter
+args=(True,)
+[formatter_defaultFormatter]
+format=[%(name)s][%(levelname)s] %(message)s
+''')
+os.environ["ROS_PYTHON_LOG_CONFIG_FILE"] = file
+os.environ["ROSCONSOLE_FORMAT"] = "${severity}|${node}|${logger}|${function}|${message}"
+os.environ["ROS_LOG_DIR"] = os.path.join(folder.name, "log")
+rospy.init_node("configured")
+print(os.path.relpath(os.environ["ROS_LOG_FILENAME"], folder.name))
+def speak():
+    rospy.logdebug("not shown")
+    rospy.loginfo("information %d", 5)
+    rospy.loginfo("named", logger_name="sub")
+    rospy.logwarn("warning")
+    logging.getLogger("other").warning("of another library")
+speak()
+sys.stdout.flush()
+with open(os.environ["ROS_LOG_FILENAME"]) as reader:
+    print(*[line for line in reader.read().splitlines() if line[:2] == "[o" or line.startswith("[rosout")], sep="\\n")
+"""
+
 
 @pytest.mark.parametrize(
     "program",
-    [ROSOUT, CALLBACKS, TIMES, SERVICES, ARGUMENTS],
-    ids=["rosout", "errors of callbacks", "times", "services", "empty arguments"],
+    [ROSOUT, CALLBACKS, TIMES, SERVICES, ARGUMENTS, VALUES, LOGGING],
+    ids=["rosout", "errors of callbacks", "times", "services", "empty arguments", "wrong values", "logging"],
 )
 def test_the_same_as_stock(master: Master, program: str) -> None:
     lines = same(master, "import rospy\n" + TOOLS + program).splitlines()

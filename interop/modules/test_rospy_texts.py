@@ -92,6 +92,25 @@ with tempfile.NamedTemporaryFile() as file:
         print([shown(message) for _, message, _ in bag.read_messages()])
 """
 
+SERVICES = """
+import rosgraph, socket, struct
+from diagnostic_msgs.srv import AddDiagnostics, AddDiagnosticsResponse
+asked = []
+def answer(request):
+    asked.append(request.load_namespace)
+    return AddDiagnosticsResponse(True, "ok")
+rospy.Service("texts", AddDiagnostics, answer)
+uri = rosgraph.Master("/texts").lookupService(rospy.resolve_name("texts"))
+with socket.create_connection(rospy.core.parse_rosrpc_uri(uri), 10) as connection:
+    fields = ["callerid=/raw", "service=" + rospy.resolve_name("texts"), "md5sum=*"]
+    header = b"".join(struct.pack("<I", len(field)) + field.encode() for field in fields)
+    connection.sendall(struct.pack("<I", len(header)) + header)
+    assert connection.recv(4096)
+    connection.sendall(b"\\7\\0\\0\\0\\3\\0\\0\\0a\\xe4b")
+    until(lambda: asked)
+print(ascii(asked))
+"""
+
 HANDLER = """
 import codecs, genpy
 handler = codecs.lookup_error("rosmsg")
@@ -114,6 +133,6 @@ def test_random_messages(master: Master, seed: int) -> None:
     assert same(master, HEAD + RANDOM.replace("SEED", str(seed)))
 
 
-@pytest.mark.parametrize("program", [TOPICS, HANDLER], ids=["topics and bags", "handler"])
+@pytest.mark.parametrize("program", [TOPICS, SERVICES, HANDLER], ids=["topics and bags", "services", "handler"])
 def test_what_is_told(master: Master, program: str) -> None:
     assert same(master, HEAD + program)

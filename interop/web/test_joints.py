@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 from browsing import Browser, Web
+from harness import until
 
 import pyros1
 from pyros1.msgs.sensor_msgs.msg import JointState
@@ -59,12 +60,7 @@ def test_a_slider_moves_the_robot(browser: Browser, web: Web, robot: Buffer) -> 
     browser.wait(f"{ROW.format('lift_joint')} && !{ROW.format('lift_joint')}.querySelector('input').disabled")
     row = browser.run(f"return {ROW.format('lift_joint')}")
     browser.run(SLIDE, row, 0.2)
-    moved = threading.Event()
-    for _ in range(200):
-        if abs(height(robot, "lift") - low - 0.2) < 1e-3:
-            break
-        moved.wait(0.1)
-    assert height(robot, "lift") == pytest.approx(low + 0.2, abs=1e-3)
+    until(lambda: abs(height(robot, "lift") - low - 0.2) < 1e-6, "the lift is 0.2 m higher")
     follower = f"{ROW.format('right_finger_joint')}.querySelector('.joints-number').value"
     browser.run(SLIDE, browser.run(f"return {ROW.format('left_finger_joint')}"), 0.03)
     browser.wait(f"{follower} === '0.03'")
@@ -92,7 +88,7 @@ def test_publishing_from_the_page_until_a_driver_comes(browser: Browser, web: We
     browser.wait(f"!{ROW.format('pan_joint')}.querySelector('input').disabled")
     browser.run(SLIDE, browser.run(f"return {ROW.format('pan_joint')}"), 1.3)
     browser.wait(f"{ROW.format('pan_joint')}.querySelector('.joints-number').value.startsWith('1.3')")
-    assert came
+    until(lambda: came and 1.3 in came[-1].position, "the joint is published where the slider is")
     make_node("driver").advertise("/joint_states", JointState)
     browser.wait_for_text("Only to look at: /driver takes no positions from here.")
     browser.wait(f"{ROW.format('pan_joint')}.querySelector('input').disabled")

@@ -7,6 +7,7 @@ import signal
 import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from browsing import Browser, Web
@@ -93,6 +94,21 @@ def test_details_with_the_log(browser: Browser, web: Web) -> None:
     browser.wait("document.querySelector('.details').hidden")
     browser.type("input.search", "died")
     browser.wait("[...document.querySelectorAll('.process .node')].every((node) => node.textContent === '/quits')")
+
+
+@pytest.mark.usefixtures("launched")
+def test_from_a_node_to_its_process(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
+    make_node("alone")
+    line = "[...document.querySelectorAll('.line')].find((line) => line.dataset.key === {!r})"
+    for node, shown in (("/talker", "running"), ("/alone", "No launch runs /alone")):
+        browser.open(web.page("nodes"))
+        browser.run("localStorage.clear()")
+        browser.open(web.page("nodes"))
+        browser.wait(line.format(node))
+        browser.run(f"{line.format(node)}.querySelector('.cell').click()")
+        browser.click(".about button", "Process")
+        browser.wait("document.querySelector('[data-panel=launches]').innerText.includes(arguments[0])", shown)
+    browser.wait("document.querySelector('[data-panel=launches] .note').textContent.includes('/alone')")
 
 
 @pytest.mark.usefixtures("stock_launch")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -102,6 +104,19 @@ def test_dynamic_reconfigure_is_live_both_ways(browser: Browser, web: Web, make_
     server.update({"rate": 20.0})
     browser.run("document.activeElement.blur()")
     browser.wait("document.querySelector('.configure .num').value === '20'")
+
+
+def test_reconfigure_as_its_command_opens_it(browser: Browser, web: Web, make_node: Make) -> None:
+    tree = base64.urlsafe_b64encode(json.dumps({"panel": "params", "settings": {"reconfigure": ""}}).encode()).decode()
+    browser.open(f"{web.link}#params={tree.rstrip('=')}")
+    browser.wait_for_text("No node with dynamic_reconfigure runs")
+    parameters = Parameters()
+    outer = parameters.group("outer")
+    parameters.group("inner", parent=outer).add("gain", 2)
+    Server(make_node("motor"), parameters, lambda config, level: config)
+    browser.wait("document.querySelector('.configure .num')?.value === '2'")
+    names = "[...document.querySelectorAll('.configure summary')].map((each) => each.textContent).join()"
+    assert browser.run(f"return {names}") == "outer,inner"
 
 
 def wait_for(fits: Callable[[], bool]) -> None:

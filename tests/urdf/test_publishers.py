@@ -6,6 +6,7 @@ interop/tf/test_state_publishers.py compares them with stock's.
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from queue import Queue
 from typing import Any
@@ -87,9 +88,14 @@ def test_every_message_counts_if_one_wants_that(make_node: Make) -> None:
     assert [arm.said()[0] for _ in range(3)] == [100.0, 100.0, 99.0]
 
 
-def test_what_cannot_be_used_is_told(make_node: Make, caplog: pytest.LogCaptureFixture) -> None:
+def test_what_cannot_be_used_is_told(make_node: Make) -> None:
     arm = Arm(make_node)
     log = Ear(arm.user, "/rosout", type_of("rosgraph_msgs/Log"))
+    until = time.monotonic() + PATIENCE
+    while log.came.empty():  # until the link is there
+        assert time.monotonic() < until
+        arm.node.log.warn("begin")
+        time.sleep(0.02)
     arm.say(1.0, "turn", "lift", positions=[1.0])
     arm.say(1.0, "turn", positions=[])
     arm.say(1.0)
@@ -121,6 +127,27 @@ def test_fixed_links_on_tf_and_a_prefix(make_node: Make) -> None:
     assert found[0].header.stamp.to_sec() > before + 0.4
     assert arm.fixed.came.empty()
     assert [frame("", "/a"), frame("/p", "a"), frame("p", "/a")] == ["a", "p/a", "a"]
+
+
+def test_time_that_jumps_back(make_node: Make) -> None:
+    setter = make_node("setter")
+    setter.params["/use_sim_time"] = True
+    clock = setter.advertise("/clock", type_of("rosgraph_msgs/Clock"), latch=True)
+    arm = Arm(make_node)
+
+    def now(seconds: float) -> None:
+        clock.publish(Time.from_sec(seconds))
+        until = time.monotonic() + PATIENCE
+        while arm.node.now().to_sec() != seconds:
+            assert time.monotonic() < until
+            time.sleep(0.01)
+
+    now(100.0)
+    arm.say(100.0, "lift")
+    assert arm.said() == (100.0, ["c"])
+    now(50.0)
+    arm.say(50.0, "lift")  # older than the last one, and yet new
+    assert arm.said() == (50.0, ["c"])
 
 
 def test_parameters_of_the_node(make_node: Make) -> None:

@@ -92,13 +92,17 @@ def test_a_panel_of_a_server_that_runs(start: Start, environ: dict[str, str]) ->
     found = link_in(first_line(start("image", "camera/image")))
     assert found.startswith(f"{link}#image=")
     for panel, word, setting in (
-        ("params", "arm", "configure"),
+        ("nodes", "arm", "selected"),
         ("topics", "/a", "selected"),
         ("launches", "arm", "node"),
     ):
         shown = link_in(first_line(start(panel, word))).partition(f"#{panel}=")[2]
         settings = json.loads(base64.urlsafe_b64decode(shown + "=" * (-len(shown) % 4)))["settings"]
         assert settings == {setting: "/" + word.lstrip("/")}
+    for words, node in (([], ""), (["arm"], "/arm")):
+        shown = link_in(first_line(start("reconfigure", *words))).partition("#params=")[2]
+        settings = json.loads(base64.urlsafe_b64decode(shown + "=" * (-len(shown) % 4)))["settings"]
+        assert settings == {"reconfigure": node}
     other = start("console")
     assert link_in(first_line(other)) == f"{link}#console"
     server.terminate()
@@ -123,7 +127,7 @@ def test_a_note_of_a_server_that_is_gone_does_no_harm(start: Start, environ: dic
     [
         (["nothing"], "there is no panel 'nothing'; there are "),
         (["console", "/x"], "the panel console takes no arguments"),
-        (["params", "/x", "/y"], "the panel params takes one node with dynamic_reconfigure"),
+        (["nodes", "/x", "/y"], "the panel nodes takes one node"),
         (["--port", "70000"], "the port must be from 0 to 65535"),
     ],
 )
@@ -189,5 +193,5 @@ def test_names_of_the_stock_programs() -> None:
     assert names["rqt_plot"] == names["rxplot"] == ("web", "plot")
     assert names["rqt_console"] == names["rxconsole"] == ("web", "console")
     assert names["rqt_graph"] == names["rxgraph"] == ("web", "graph")
-    assert names["rqt_reconfigure"] == ("web", "params")
+    assert names["rqt_reconfigure"] == ("web", "reconfigure")
     assert names["rqt_launch"] == ("web", "launches")

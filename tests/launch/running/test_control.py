@@ -19,7 +19,7 @@ from pyros1.launch.running.console import Console
 from pyros1.launch.running.control import URIS, Launch, Status, launch_uris, running_launches, stock_status
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.supervisor import Supervisor
-from pyros1.launch.running.usage import group_usages
+from pyros1.launch.running.usage import age, group_usages, launch_files
 from pyros1.master.server import Master
 from pyros1.net.hosts import host_from_environment
 from pyros1.net.master_client import MasterClient
@@ -164,3 +164,16 @@ def test_usage_of_a_group_is_summed_up(tmp_path: Path) -> None:
     assert usages[1].cpu == 150 / os.sysconf("SC_CLK_TCK")
     assert usages[1].memory == 7 * os.sysconf("SC_PAGE_SIZE")
     assert set(usages) == {1, 3}
+
+
+def test_age_and_files_of_a_process_of_others(tmp_path: Path) -> None:
+    (tmp_path / "7").mkdir()
+    (tmp_path / "7" / "cmdline").write_bytes(
+        b"/usr/bin/python3\0/usr/bin/roslaunch\0-v\0/home/me/a.launch\0b.launch\0x:=1\0"
+    )
+    (tmp_path / "7" / "stat").write_text("nonsense")
+    assert launch_files(7, tmp_path) == "a.launch,b.launch"
+    assert launch_files(8, tmp_path) == ""
+    assert age(7, tmp_path) == age(8, tmp_path) == -1.0
+    if Path("/proc/self/stat").exists():
+        assert 0 <= age(os.getpid()) < 1e6

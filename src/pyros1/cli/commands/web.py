@@ -24,7 +24,6 @@ _ONE = {
     "topics": ("selected", "topic"),
     "services": ("selected", "service"),
     "nodes": ("selected", "node"),
-    "params": ("configure", "node with dynamic_reconfigure"),
     "launches": ("node", "node"),
 }
 """Panels that take one name: the setting that gets it, and what it is."""
@@ -101,6 +100,8 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
 
     panel, *words = args
     panels = Assets().panels
+    if panel == "reconfigure" and len(words) < 2:  # a part of the panel of parameters
+        return "params", {"reconfigure": invocation.resolve(words[0]) if words else ""}
     if panel not in panels:
         raise UsageError(f"there is no panel {panel!r}; there are {', '.join(panels)}")
     if panel == "bag":
@@ -212,12 +213,13 @@ COMMAND = Command(
         "rqt_logger_level": ("nodes",),
         "rqt_plot": ("plot",),
         "rqt_publisher": ("topics",),
-        "rqt_reconfigure": ("params",),
+        "rqt_reconfigure": ("reconfigure",),
         "rqt_service_caller": ("services",),
         "rqt_tf_tree": ("frames",),
         "rqt_top": ("launches",),
         "rqt_topic": ("topics",),
         "rviz": ("scene",),
+        "rxbag": ("bag",),
         "rxconsole": ("console",),
         "rxgraph": ("graph",),
         "rxplot": ("plot",),

@@ -53,20 +53,23 @@ def refusal(there: Address, here: Address, proc: Path = Path("/proc")) -> str:
 
 def _owner(tables: list[str], there: Address, here: Address) -> int | None:
     """Return the user of the other end of a local connection, from the kernel's tables; None if it is not in them."""
-    wanted = (_plain(there[0]), there[1], _plain(here[0]), here[1])
+    wanted = (_plain(there[0]), _plain(here[0]))
+    ports = (f":{there[1]:04X}", f":{here[1]:04X}")
     for table in tables:
         for line in table.splitlines()[1:]:
             words = line.split()
-            if len(words) > 7 and (*_parse(words[1]), *_parse(words[2])) == wanted:
+            if len(words) < 8 or not words[1].endswith(ports[0]) or not words[2].endswith(ports[1]):
+                continue  # quick: there may be thousands
+            if (_parse(words[1]), _parse(words[2])) == wanted:
                 return int(words[7])
     return None
 
 
-def _parse(text: str) -> tuple[ipaddress.IPv4Address | ipaddress.IPv6Address, int]:
-    """Return an address and a port as the tables write them: words of 32 bits in the machine's order, in hex."""
-    address, _, port = text.partition(":")
+def _parse(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
+    """Return the address of an end as the tables write it: words of 32 bits in the machine's order in hex, a port."""
+    address = text.partition(":")[0]
     words = [int(address[start : start + 8], 16).to_bytes(4, sys.byteorder) for start in range(0, len(address), 8)]
-    return _plain(ipaddress.ip_address(b"".join(words))), int(port, 16)
+    return _plain(ipaddress.ip_address(b"".join(words)))
 
 
 def _plain(

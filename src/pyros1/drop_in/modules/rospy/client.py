@@ -115,7 +115,7 @@ def init_node(
             register_signals()
 
         def make() -> pyros1.Node:
-            configured = rosout.configure(level)
+            config = rosout.configure(level)
             node = pyros1.Node(
                 name,
                 argv=[word for word in line if not word.rstrip().endswith(":=")],  # ignored in stock
@@ -127,7 +127,11 @@ def init_node(
                 ports=(xmlrpc_port or 0, tcpros_port or 0),
                 strict_names=False,
             )
-            rosout.connect(node, configured)
+            try:
+                rosout.connect(node, line, config)
+            except BaseException:  # the configuration of the log is wrong
+                node.shutdown()
+                raise
             return node
 
         try:

@@ -18,6 +18,7 @@ from rospy.impl.registration import Registration, get_topic_manager
 from rospy.impl.topic_views import PublisherImpl as _PublisherImpl
 from rospy.impl.topic_views import SubscriberImpl as _SubscriberImpl
 from rospy.impl.topic_views import TopicManager as _TopicManager
+from rospy.impl.wrong_values import error_of, name_frame
 from rospy.msg import AnyMsg, Message, args_kwds_to_message, serialize_message
 from rospy.names import LATE, resolve_name, resolve_name_without_node_name, warn_of_name
 
@@ -203,6 +204,7 @@ class Publisher(Topic):
         Raises:
             ROSException: there is no node yet; or the publisher was unregistered.
             ROSSerializationException: a value does not fit its field.
+            AttributeError, UnicodeEncodeError: it is not even such a thing, see `rospy.impl.wrong_values`.
             TypeError: the message is of another type; or positional and named values are mixed.
         """
         handle = self._handle or self._begun()
@@ -215,7 +217,9 @@ class Publisher(Topic):
         try:
             handle.publish(message)
         except SerializationError as error:
-            raise ROSSerializationException(str(error)) from error
+            if not name_frame(message):
+                raise error_of(error) from error
+            self.publish(message)
         except NodeError:  # another thread has unregistered it just now
             raise ROSException(_UNREGISTERED) from None
 

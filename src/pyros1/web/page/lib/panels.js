@@ -21,8 +21,13 @@ export async function panelList() {
   const answer = await fetch("panels.json");
   const names = await answer.json();
   const panels = await Promise.all(names.map(async (name) => {
-    const module = await import(`../panels/${name}.js`);
-    return { name, ...module.default, mount: module.default.mount };
+    try {
+      const module = await import(`../panels/${name}.js`);
+      return { name, ...module.default, mount: module.default.mount };
+    } catch (error) { // one that is broken, or whose files have changed under a running server, takes no other with it
+      console.error(`the panel ${name} cannot be loaded: ${error.message}`);
+      return null;
+    }
   }));
-  return panels.sort((one, other) => one.order - other.order || one.name.localeCompare(other.name));
+  return panels.filter(Boolean).sort((one, other) => one.order - other.order || one.name.localeCompare(other.name));
 }

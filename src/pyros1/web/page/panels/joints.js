@@ -185,7 +185,7 @@ class Row {
     this.ends = [h("span.muted"), h("span.muted")];
     this.element = h("div.joints-row", { dataset: { joint: name }, className: `joints-row${follows ? " follows" : ""}` },
       h("span.joints-name.mono", { title: name }, name),
-      h("span.joints-kind.muted", {}, follows ? `follows ${follows}` : type),
+      h("span.joints-kind.muted", { title: follows ? `follows ${follows}` : type }, follows ? `follows ${follows}` : type),
       this.field, this.unit = h("span.joints-unit.muted"), h("span.joints-range", {}, this.ends[0], this.slider, this.ends[1]));
   }
 

@@ -24,10 +24,15 @@ class Launches {
     this.wanted = settings.node || null; // a node to select as soon as it is seen
     this.launches = new Map(); // parameter -> Launch
     this.about = null;
+    this.trouble = ""; // with all of it
+    this.failed = ""; // what was asked for last
     this._build();
     this.stream = place.robot.stream("launches", {}, {
       data: (data) => this._take(data),
-      problem: (text) => place.problem(text),
+      problem: (text) => { // each push says that all is well
+        this.trouble = text;
+        this.fail(this.failed);
+      },
     });
     this.onAbout = () => { for (const launch of this.launches.values()) launch.redraw(); };
     place.robot.addEventListener("about", this.onAbout);
@@ -37,6 +42,12 @@ class Launches {
     this.stream.close();
     this.about?.close();
     this.place.robot.removeEventListener("about", this.onAbout);
+  }
+
+  // Say why something that was asked for is not done; "" for nothing.
+  fail(text) {
+    this.failed = text;
+    this.place.problem(this.trouble || text);
   }
 
   accept({ node }) {
@@ -127,8 +138,10 @@ class Launches {
       if (!entry) continue;
       this.wanted = null;
       this.selected = keyOf(param, entry);
+      this.fail("");
       return;
     }
+    this.fail(`No launch runs ${this.wanted}: it was started in another way, or it has ended with its launch.`);
   }
 
   _find(key) {
@@ -187,7 +200,7 @@ class Launches {
       await this.place.robot.call("launches.forget", { launch: param });
       this.stream.change({});
     } catch (error) {
-      this.place.problem(error.message);
+      this.fail(error.message);
     }
   }
 

@@ -83,8 +83,14 @@ class Parameters {
     this.found = String(found);
     this.configure.hidden = !found.length;
     fill(this.configure, h("option", { value: "" }, `Reconfigure (${found.length})`), found.map((name) => h("option", { value: name }, name)));
-    const { configure } = this.place.settings;
+    const { configure, reconfigure } = this.place.settings; // the one another panel wants, the one a command wants
     if (configure && found.includes(configure)) this._configure(configure);
+    if (reconfigure === undefined) return;
+    const wanted = reconfigure ? found.find((name) => name === reconfigure) : found[0];
+    this.place.problem(wanted ? "" : reconfigure ? `${reconfigure} has no dynamic_reconfigure, or does not run` : "No node with dynamic_reconfigure runs.");
+    if (!wanted) return;
+    delete this.place.settings.reconfigure; // once
+    this._configure(wanted);
   }
 
   _configure(name) {

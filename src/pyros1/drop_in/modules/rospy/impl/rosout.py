@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground.errors import NodeShutdownError
+from pyros1.ground.names import parse_arguments
 from pyros1.node.log.offered import QUEUE_SIZE
-from pyros1.node.log.sink import EVERYWHERE, Places
+from pyros1.node.log.sink import EVERYWHERE, Places, default_log_file
 from rospy.impl.loggers import logerr
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ _PYTHON = {1: logging.DEBUG, 2: logging.INFO, 4: logging.WARNING, 8: logging.ERR
 _STOCK = ("rospy", "rospy.internal", "rospy.service", "rospy.tcpros", "rospy.topics")
 """Loggers that stock has, too."""
 _CONFIG = "ROS_PYTHON_LOG_CONFIG_FILE"
+_LOG_FILE = "ROS_LOG_FILENAME"
 _PUBLISHED = Places(terminal=False, file=False)
 _FILED = Places(terminal=False, rosout=False)
 
@@ -108,24 +110,30 @@ class _FileHandler(logging.Handler):
             self.handleError(record)
 
 
-def configure(level: int) -> bool:
-    """Set the levels of Python's loggers, or load the file that ROS_PYTHON_LOG_CONFIG_FILE names.
+def configure(level: int) -> str:
+    """Set the levels of Python's loggers, unless there is the file that ROS_PYTHON_LOG_CONFIG_FILE names.
 
     Args:
         level: rospy's level of the logger ``rosout``.
 
     Returns:
-        Whether there was such a file.
+        The path of that file; empty: there is none.
     """
     for name in _STOCK:
         logging.getLogger(name)
     path = os.environ.get(_CONFIG)
-    if not path or not os.path.isfile(path):
-        logging.getLogger().setLevel(logging.INFO)
-        logging.getLogger("rosout").setLevel(_PYTHON[level])
-        return False
+    if path and os.path.isfile(path):
+        return path
+    logging.getLogger().setLevel(logging.INFO)
+    logging.getLogger("rosout").setLevel(_PYTHON[level])
+    return ""
+
+
+def _load(path: str) -> None:
+    """Configure Python's loggers from a file. It may ask for the name of the log file (ROS_LOG_FILENAME)."""
     from logging.config import dictConfig, fileConfig
 
+    os.makedirs(os.path.dirname(os.environ[_LOG_FILE]) or ".", exist_ok=True)
     if path.endswith((".yaml", ".yml")):
         import yaml
 
@@ -135,7 +143,6 @@ def configure(level: int) -> bool:
         dictConfig(settings)
     else:
         fileConfig(path, disable_existing_loggers=False)
-    return True
 
 
 class _Words:
@@ -180,17 +187,21 @@ def guarded(callback: Callable[[Any], object], shown: object) -> Callable[[Any],
     return call
 
 
-def connect(node: Node, configured: bool) -> None:
+def connect(node: Node, argv: list[str], config: str) -> None:
     """Give the records of Python's loggers to the node.
 
     Args:
         node: the node.
-        configured: whether a configuration file says what is shown and written.
+        argv: its command line.
+        config: path of a configuration file, which says what is shown and written; empty: there is none.
     """
+    os.environ[_LOG_FILE] = default_log_file(node.name, os.environ, parse_arguments(argv).special)
+    if config:
+        _load(config)
     node.log.use_levels(Levels())
     node.log.explain_with(_words)
-    logging.getLogger("rosout").addHandler(RosOutHandler(node, shows=not configured))
-    if not configured:
+    logging.getLogger("rosout").addHandler(RosOutHandler(node, shows=not config))
+    if not config:
         logging.getLogger().addHandler(_FileHandler(node))
 
 

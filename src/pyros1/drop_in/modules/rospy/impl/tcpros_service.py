@@ -25,12 +25,14 @@ from pyros1.ground.errors import (
     ServiceUnavailableError,
     WaitTimeoutError,
 )
+from pyros1.net.bell import Event
 from pyros1.node.services.client import ServiceClient
 from pyros1.node.services.client import wait_for_service as _wait
 from rospy.core import logerr, logfatal, logwarn
-from rospy.exceptions import ROSException, ROSInterruptException
+from rospy.exceptions import ROSException, ROSInterruptException, ROSSerializationException
 from rospy.impl.answering import Exchange, write_error
 from rospy.impl.tcpros_base import DEFAULT_BUFF_SIZE
+from rospy.impl.wrong_values import error_of
 from rospy.msg import args_kwds_to_message
 from rospy.msproxy import MasterProxy
 from rospy.names import as_text, isstring, resolve_name
@@ -101,7 +103,7 @@ class ServiceImpl(_Service):
         if error_handler is not None:
             self.error_handler = error_handler  # type: ignore[method-assign, assignment]  # as programs do it, too
         self._server: Any = None
-        self._over = threading.Event()
+        self._over = Event()
         SERVICES.register(self.resolved_name, self)
         PROCESS.when_started(self._begin)
 
@@ -261,8 +263,9 @@ class ServiceProxy(_Service):
             return self._connected().call(request)
         except NodeShutdownError:
             raise ROSInterruptException("node shutdown interrupted service call") from None
-        except SerializationError:
-            raise
+        except SerializationError as error:
+            wrong = error_of(error)
+            raise (error if isinstance(wrong, ROSSerializationException) else wrong) from error.__cause__
         except Error as error:
             raise ServiceException(_reason(self.resolved_name, error)) from error
 

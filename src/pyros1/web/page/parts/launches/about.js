@@ -71,7 +71,7 @@ export class About {
 
   _showLogs({ files, base, folder }) {
     if (!files.length) {
-      fill(this.logs, h("p.muted.hint", {}, base.startsWith(folder) ? `There is no log file yet: ${base}*.log`
+      fill(this.logs, h("p.muted.hint", {}, base.startsWith(folder) ? `There is no log file ${base}*.log. With output="screen", what a node prints goes to its launch's terminal only.`
         : `Its log files are not below this server's folder of logs, ${folder}, but at ${base}*.log`));
       return;
     }

@@ -128,9 +128,9 @@ export class Launch {
   async _tell(verb, entry) {
     try {
       await this.panel.tell(verb, this.param, entry);
-      this.panel.place.problem("");
+      this.panel.fail("");
     } catch (error) {
-      this.panel.place.problem(error.message);
+      this.panel.fail(error.message);
     }
   }
 

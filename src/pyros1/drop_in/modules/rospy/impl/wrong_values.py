@@ -1,0 +1,34 @@
+"""What stock raises for messages that cannot be encoded."""
+
+from __future__ import annotations
+
+from pyros1.ground.errors import SerializationError
+from rospy.exceptions import ROSSerializationException
+
+
+def error_of(error: SerializationError) -> Exception:
+    """Return the error that stock's publishers raise.
+
+    A value without what its field needs, such as bytes in place of a text or None in place of a message, is an
+    AttributeError there, and a text that cannot be UTF-8 a UnicodeEncodeError; programs catch these. pyros1's error,
+    which names the field, is their context.
+    """
+    cause: BaseException | None = error
+    while isinstance(cause, SerializationError):
+        cause = cause.__cause__ or cause.__context__
+    if isinstance(cause, AttributeError) and (cause.name != "encode" or hasattr(cause.obj, "__len__")):
+        return AttributeError(*cause.args)  # stock asks for the length of a text first
+    if isinstance(cause, TypeError) and "'encode' for 'str'" in str(cause) and "'bytes'" in str(cause):  # in an array
+        return AttributeError("'bytes' object has no attribute 'encode'")
+    if isinstance(cause, UnicodeEncodeError):
+        return UnicodeEncodeError(*cause.args)
+    return ROSSerializationException(str(error))
+
+
+def name_frame(message: object) -> bool:
+    """Give a header without a frame the name "0", as stock's publishers do; return whether that was necessary."""
+    header = getattr(message, "header", None) if getattr(type(message), "_has_header", False) else None
+    if header is None or getattr(header, "frame_id", "") is not None:
+        return False
+    header.frame_id = "0"
+    return True
