@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-from pathlib import Path
 
 import pytest
 from programs import run
@@ -205,10 +204,14 @@ def test_the_end_of_the_node_under_all_kinds_of_waits(environ: dict[str, str]) -
 
 
 SIGNALLED = """
-import logging, os, signal, sys, threading, rospy
-def send(*_):
+import os, signal, sys, threading, rospy
+from rospy.impl import rosout
+def send():
     os.kill(os.getpid(), getattr(signal, sys.argv[1]))
-    return logging.NullHandler()
+configure = rosout.configure
+def configure_later(level):  # there is no node yet
+    send()
+    return configure(level)
 start = threading.Thread.start
 def start_later(thread):
     if "reader" in thread.name and threading.current_thread() is threading.main_thread():
@@ -216,6 +219,8 @@ def start_later(thread):
     start(thread)
 if sys.argv[2] == "reader":
     threading.Thread.start = start_later
+else:
+    rosout.configure = configure_later
 rospy.init_node("signalled")
 from std_msgs.msg import String
 rospy.Subscriber("x", String)
@@ -225,14 +230,8 @@ print("ended", rospy.is_shutdown())
 
 
 @pytest.mark.parametrize(("name", "number"), [("SIGINT", signal.SIGINT), ("SIGTERM", signal.SIGTERM)])
-def test_a_signal_when_init_node_has_just_begun(
-    environ: dict[str, str], tmp_path: Path, name: str, number: int
-) -> None:
-    """The configuration of the log is read before the node exists."""
-    config = tmp_path / "log.yaml"
-    config.write_text("{handlers: {x: {(): __main__.send}}}")
-    said = run(SIGNALLED, {**environ, "ROS_PYTHON_LOG_CONFIG_FILE": str(config)}, name, "", code=-number)
-    assert "ended" not in said
+def test_a_signal_when_init_node_has_just_begun(environ: dict[str, str], name: str, number: int) -> None:
+    assert "ended" not in run(SIGNALLED, environ, name, "node", code=-number)
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])

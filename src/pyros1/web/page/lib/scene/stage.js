@@ -184,10 +184,13 @@ export class Stage {
   }
 }
 
+// Browsers say by name who draws.
 function hasCard() {
-  const probe = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true });
+  const probe = document.createElement("canvas").getContext("webgl2");
+  const names = probe?.getExtension("WEBGL_debug_renderer_info");
+  const name = names ? probe.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
   probe?.getExtension("WEBGL_lose_context")?.loseContext();
-  return Boolean(probe);
+  return !/swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
 // Free what a part of the scene holds on the graphics card.
