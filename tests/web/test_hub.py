@@ -148,8 +148,10 @@ def test_a_topic_that_cannot_be_subscribed_to_is_tried_anew() -> None:
 
 def test_nobody_waits_while_the_master_is_away() -> None:
     answer, unregistered, over = threading.Event(), threading.Event(), threading.Event()
+    begun = threading.Event()
 
     def subscribe(topic: str, callback: Callable[[AnyMsg], object]) -> Any:
+        begun.set()
         assert answer.wait(20)
         over.set()
         return SimpleNamespace(unregister=unregistered.set, links=[], queue_size=10)
@@ -160,6 +162,7 @@ def test_nobody_waits_while_the_master_is_away() -> None:
     end()
     other()
     hub.listen("/c", lambda arrival: None)
+    assert begun.wait(20)
     hub.close()
     answer.set()
     assert over.wait(20)

@@ -100,6 +100,7 @@ class Robot:
         Raises:
             RequestError: there is no master yet, or pages may not see the topic.
         """
+        self.check_running()
         self.check_visible(topic)
         _ = self.node
         return self._hub.listen(topic, listener, ready)

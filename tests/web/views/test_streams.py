@@ -10,6 +10,7 @@ import pytest
 
 from pyros1.msgs.rosgraph_msgs.msg import Log
 from pyros1.msgs.sensor_msgs.msg import CompressedImage
+from pyros1.msgs.std_msgs.msg import String
 from pyros1.web.robot import Robot
 from pyros1.web.wire import RequestError
 
@@ -35,3 +36,9 @@ def test_a_page_of_an_earlier_run_gets_the_whole_log(watch: Callable[..., Any], 
     assert [entry.text for entry in data["entries"]] == ["two"]
     data = watch("console", after=1, run="of yesterday").until(lambda data: data["entries"])
     assert [entry.text for entry in data["entries"]] == ["one", "two"]
+
+
+def test_what_cannot_be_drawn_in_a_scene_is_told(watch: Callable[..., Any], make_node: Callable[..., Any]) -> None:
+    make_node("talker").advertise("/words", String, latch=True).publish("hello")
+    with pytest.raises(RequestError, match="std_msgs/String cannot be drawn"):
+        watch("scene_topic", topic="/words", fixed="map").until(lambda facts: True)

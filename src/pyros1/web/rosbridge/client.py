@@ -15,7 +15,6 @@ from typing import Any
 from pyros1.ground.errors import Error
 from pyros1.web.exchanges import AT_ONCE
 from pyros1.web.hub import Arrival
-from pyros1.web.pending import Pending
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge import frames, operations, values
 from pyros1.web.rosbridge.calling import Calling
@@ -24,6 +23,7 @@ from pyros1.web.rosbridge.operations import LEVELS, Action, BridgeError, Id
 from pyros1.web.rosbridge.outbox import Flow, Frame, Outbox
 from pyros1.web.rosbridge.providing import Providing
 from pyros1.web.rosbridge.publishers import Publishers
+from pyros1.web.waiting import Pending
 
 MOST_TOPICS = 500
 MOST_CALLS = 500

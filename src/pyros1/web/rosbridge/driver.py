@@ -14,12 +14,11 @@ from typing import Any
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
-from pyros1.web.pending import PATIENCE
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.client import Client
 from pyros1.web.rosbridge.outbox import Frame
 from pyros1.web.threads import Threads
-from pyros1.web.waiting import wait_for_event, wait_until_over
+from pyros1.web.waiting import PATIENCE, wait_for_event, wait_until_over
 
 _MOST_READ = 1 << 20
 """Bytes of frames that are read ahead; but one is, however large."""

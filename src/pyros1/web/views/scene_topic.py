@@ -75,6 +75,8 @@ class SceneTopicView(View):
         if arrival is None:
             return None
         kind = _type(arrival)
+        if kind != GRID and kind not in CLOUDS and kind not in SHAPES:
+            raise RequestError(f"messages of {kind} cannot be drawn")
         new = arrival is not self._shown
         message: Any = arrival.message
         header = message.header
@@ -118,8 +120,6 @@ class SceneTopicView(View):
             return None
         if kind in CLOUDS:
             return CLOUDS[kind](message, self._by, self._most)
-        if kind not in SHAPES:
-            raise RequestError(f"messages of {kind} cannot be drawn")
         return SHAPES[kind](message)
 
     def _grid_shape(self, message: Any, new: bool, updates: list[Arrival]) -> Shape | None:
