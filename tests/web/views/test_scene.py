@@ -105,7 +105,7 @@ def test_interactive_markers(make_node: Make, watch: Make) -> None:
 def test_interactive_markers_whose_update_was_missed_are_asked_for_again(
     make_node: Make, watch: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.web.views.scene_interactive.ASK_AGAIN", 0.0)
+    monkeypatch.setattr("pyros1.web.views.scene.interactive.ASK_AGAIN", 0.0)
     node = make_node("server")
     full = node.advertise("/controls/update_full", InteractiveMarkerInit, latch=True)
     updates = node.advertise("/controls/update", InteractiveMarkerUpdate)

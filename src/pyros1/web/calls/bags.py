@@ -20,7 +20,7 @@ def files(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 def step(robot: Robot, args: Mapping[str, Any]) -> float | None:
     """Return the time of the next message. Args: path, time, topics, forward. Times as in `BagCursorView`."""
-    from pyros1.web.views.bag_file import topics  # noqa: PLC0415 - few pages open bags
+    from pyros1.web.views.bag.file import topics  # noqa: PLC0415 - few pages open bags
 
     bag = robot.bags.borrow(text(args, "path"))
     try:
@@ -33,7 +33,7 @@ def step(robot: Robot, args: Mapping[str, Any]) -> float | None:
 def record(robot: Robot, args: Mapping[str, Any]) -> None:
     """Begin to record. Args: folder, prefix, compression, topics: their names, or null for all."""
     from pyros1.web.bags.recording import Recording  # noqa: PLC0415
-    from pyros1.web.views.bag_file import topics  # noqa: PLC0415
+    from pyros1.web.views.bag.file import topics  # noqa: PLC0415
 
     chosen = None if args.get("topics") is None else topics(args, _MOST_TOPICS)
     if chosen is not None and not chosen:

@@ -7,31 +7,31 @@ from importlib import import_module
 from pyros1.web.views.view import View
 
 _HOMES = {
-    "system": "SystemView",
-    "console": "ConsoleView",
-    "plot": "PlotView",
-    "message": "MessageView",
-    "rates": "RatesView",
-    "publish": "PublishView",
-    "param": "ParamView",
-    "params": "ParamsView",
-    "reconfigure": "ReconfigureView",
-    "action": "ActionView",
-    "bag_file": "BagFileView",
-    "bag_timeline": "BagTimelineView",
-    "bag_cursor": "BagCursorView",
-    "bag_pictures": "BagPicturesView",
-    "bag_plot": "BagPlotView",
-    "bag_play": "BagPlayView",
-    "bag_recording": "BagRecordingView",
-    "frames": "FramesView",
-    "scene_frames": "SceneFramesView",
-    "scene_interactive": "SceneInteractiveView",
-    "scene_topic": "SceneTopicView",
-    "image": "ImageView",
-    "joints": "JointsView",
-    "launches": "LaunchesView",
-    "launch_log": "LaunchLogView",
+    "system": "system.SystemView",
+    "console": "console.ConsoleView",
+    "plot": "plot.PlotView",
+    "message": "message.MessageView",
+    "rates": "rates.RatesView",
+    "publish": "publish.PublishView",
+    "param": "param.ParamView",
+    "params": "params.ParamsView",
+    "reconfigure": "reconfigure.ReconfigureView",
+    "action": "action.ActionView",
+    "bag_file": "bag.file.BagFileView",
+    "bag_timeline": "bag.timeline.BagTimelineView",
+    "bag_cursor": "bag.cursor.BagCursorView",
+    "bag_pictures": "bag.pictures.BagPicturesView",
+    "bag_plot": "bag.plot.BagPlotView",
+    "bag_play": "bag.play.BagPlayView",
+    "bag_recording": "bag.recording.BagRecordingView",
+    "frames": "frames.FramesView",
+    "scene_frames": "scene.frames.SceneFramesView",
+    "scene_interactive": "scene.interactive.SceneInteractiveView",
+    "scene_topic": "scene.topic.SceneTopicView",
+    "image": "image.ImageView",
+    "joints": "joints.JointsView",
+    "launches": "launches.LaunchesView",
+    "launch_log": "launch_log.LaunchLogView",
 }
 NAMES = frozenset(_HOMES)
 """Names of the views."""
@@ -39,5 +39,6 @@ NAMES = frozenset(_HOMES)
 
 def view_class(name: str) -> type[View]:
     """Return the class of a view; its name is one of `NAMES`."""
-    found: type[View] = getattr(import_module(f"pyros1.web.views.{name}"), _HOMES[name])
+    module, _, kind = _HOMES[name].rpartition(".")
+    found: type[View] = getattr(import_module(f"pyros1.web.views.{module}"), kind)
     return found

@@ -12,7 +12,7 @@ from pyros1.ground.shown import foreign
 from pyros1.web.bags.envelope import Envelope
 from pyros1.web.bags.opened import OpenBag
 from pyros1.web.curves import Curve, CurveError
-from pyros1.web.views.bag_file import BagView
+from pyros1.web.views.bag.file import BagView
 from pyros1.web.views.view import number
 from pyros1.web.wire import Push, RequestError
 

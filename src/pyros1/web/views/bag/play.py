@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.web.bags.opened import MOST_TOPICS
 from pyros1.web.bags.playing import Playback, Wishes
-from pyros1.web.views.bag_file import BagView, topics
+from pyros1.web.views.bag.file import BagView, topics
 from pyros1.web.views.view import number
 from pyros1.web.wire import Push, RequestError
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pyros1.web.views.bag_file import BagView, topics
+from pyros1.web.views.bag.file import BagView, topics
 from pyros1.web.views.view import number
 from pyros1.web.wire import Push, RequestError
 

@@ -1,0 +1,1 @@
+"""Views of the scene in 3D."""
