@@ -146,6 +146,58 @@ def wait_until(fits: Callable[[], bool]) -> None:
     raise AssertionError("never true")
 
 
+def choose(page: Browser, selector: str, value: str) -> None:
+    script = "const field = document.querySelector(arguments[0]); field.value = arguments[1];"
+    page.run(script + "field.dispatchEvent(new Event('change'));", selector, value)
+
+
+def publish(page: Browser) -> None:
+    """Choose to publish, and play."""
+    choose(page, ".player .mode", "publish")
+    page.click(".player .play")
+
+
+def nothing_is_published(node: Any) -> bool:
+    return not {"/value", "/event"} & {topic for topic, _ in node.master.get_published_topics()}
+
+
+def test_playing_ends_at_the_end_of_the_bag_and_begins_again(page: Browser, make_node: Callable[..., Any]) -> None:
+    node = make_node("listener")
+    got: list[float] = []
+    node.subscribe("/value", "std_msgs/Float64", lambda message: got.append(message.data))
+    page.run(f"{BAG}.seek(19.5)")
+    publish(page)
+    page.wait(f"!{BAG}.player.playing && {BAG}.player.state === 'ended' && {BAG}.time === 20")
+    page.wait("document.querySelector('.player .play').textContent === '▶'")
+    page.click(".player .play")
+    page.wait(f"{BAG}.player.playing && {BAG}.time > 0.3 && {BAG}.time < 5")
+    wait_until(lambda: got.count(0.0) == 1)  # the first message of the bag
+    page.click(".player button", "Loop")
+    page.run(f"{BAG}.seek(19.5)")
+    wait_until(lambda: got.count(0.0) == 2)
+    assert page.run(f"return {BAG}.player.playing")
+    choose(page, ".player .mode", "look")
+    wait_until(lambda: nothing_is_published(node))
+
+
+def test_a_bag_that_breaks_while_it_is_played_says_why(
+    page: Browser, bags: Path, make_node: Callable[..., Any]
+) -> None:
+    node = make_node("observer")
+    file = bags / "run.bag"
+    size = file.stat().st_size
+    with open(file, "r+b") as bag:  # the index was read; the messages in the middle are gone now
+        bag.seek(size // 3)
+        bag.write(b"\xff" * (size // 3))
+    choose(page, ".player select", "10")
+    publish(page)
+    page.wait(f"!{BAG}.player.playing && {BAG}.player.state === 'failed'")
+    notes = "[...document.querySelectorAll('.panel .note')]"
+    page.wait(f"{notes}.some((each) => !each.hidden && each.textContent.length > 10)")
+    page.driver.get("about:blank")
+    wait_until(lambda: nothing_is_published(node))
+
+
 def test_recording_with_a_click(page: Browser, make_node: Callable[..., Any], bags: Path) -> None:
     publisher = make_node("talker").advertise("/counter", "std_msgs/Int32")
     page.click("button.record")

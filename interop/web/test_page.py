@@ -8,7 +8,9 @@ from typing import Any
 
 from browsing import Browser, Web
 
+from pyros1.ground.timing import Time
 from pyros1.master.server import Master
+from pyros1.msgs.rosgraph_msgs.msg import Log
 
 
 def test_every_panel_opens_without_complaint(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
@@ -95,6 +97,52 @@ def test_the_page_goes_on_when_the_server_comes_back(
     browser.wait("document.querySelector('.banner').hidden")
     log_until_shown(browser, log)
     browser.complaints()  # of the time in between
+
+
+def test_the_log_of_a_new_run_is_shown_beside_the_old(
+    browser: Browser, start_web: Callable[..., Web], make_node: Callable[..., Any]
+) -> None:
+    port = free_port()
+    web = start_web("--port", str(port), "--token", "same")
+    browser.open(web.page("console"))
+    log = make_node("talker").log
+    log_until_shown(browser, log)
+    for number in range(3000):  # more than the new run will have
+        log.debug("old %d", number)
+        log.warn("old %d", number)
+    browser.wait_for_text("old 2999")
+    web.process.terminate()
+    web.process.wait(10)
+    browser.wait_for_text("the server does not answer")
+    start_web("--port", str(port), "--token", "same")
+    browser.wait("document.querySelector('.banner').hidden")
+    browser.type("input[placeholder=text]", "/new run|old 2999/")
+    until = time.monotonic() + 20
+    while not browser.run("return document.body.innerText.includes('new run')"):
+        assert time.monotonic() < until
+        log.warn("new run")
+        time.sleep(0.1)
+    browser.wait_for_text("old 2999")
+    browser.complaints()  # of the time in between
+
+
+def test_a_saved_log_keeps_its_nanoseconds(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
+    publisher = make_node("talker", rosout=False).advertise("/rosout", Log)
+    browser.open(web.page("console"))
+    assert publisher.wait_for_subscribers(timeout=20)
+    message = Log(name="/talker", level=2, msg="exact")
+    for secs, nsecs in ((1_700_000_000, 123_456_789), (1_700_000_000, 999_999_999), (1_700_000_001, 1)):
+        message.header.stamp = Time(secs, nsecs)
+        publisher.publish(message)
+    browser.wait("document.querySelectorAll('.entry').length === 3")
+    browser.run(
+        "const make = URL.createObjectURL; URL.createObjectURL = (blob) => {"
+        "blob.text().then((text) => { window.saved = text; }); return make(blob); };"
+    )
+    browser.click("button", "Save")
+    text = browser.wait("window.saved")
+    stamps = [line.split(";")[3] for line in text.splitlines()[1:]]
+    assert stamps == ['"1700000000.123456789"', '"1700000000.999999999"', '"1700000001.000000001"']
 
 
 def log_until_shown(browser: Browser, log: Any) -> None:

@@ -239,3 +239,19 @@ def test_places_are_measured_and_published(browser: Browser, web: Web, robot: An
     browser.wait_for_text("to 1 subscriber")
     (point,) = points
     assert (point.header.frame_id, round(point.point.z, 6)) == ("map", 1.0)
+
+
+def test_a_link_may_say_anything(browser: Browser, web: Web, robot: Any) -> None:
+    hostile = {
+        "fixed": 5,
+        "topics": {"a": 1},
+        "robots": ["/<img src=x>", 7],
+        "options": {"frames": {"size": "large", "names": 3}, "robot:/<img src=x>": 5},
+        "hidden": 9,
+        "view": {"name": "__proto__", "position": [1, 2, 3], "target": [0, 0, 0], "zoom": "x"},
+        "target": {},
+    }
+    browser.open(panel_link(web.link, "scene", hostile))
+    browser.wait(f"{SCENE}?.frames?.word === 'no frames yet'")
+    browser.wait_for_text("there is no parameter /<img src=x>")
+    assert browser.run(f"return {SCENE}.frames.options.size") == 0.3

@@ -129,6 +129,17 @@ def test_primitives_with_their_materials(browser: Browser, web: Web, make_node: 
     )
 
 
+def test_a_link_has_one_material_as_in_rviz(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
+    box = '<geometry><box size="1 1 1"/></geometry>'
+    text = (
+        '<robot name="r"><material name="blue"><color rgba="0 0 1 1"/></material><link name="base">'
+        f'<visual>{box}</visual><visual>{box}<material name="blue"/></visual></link></robot>'
+    )
+    make_node("robot").master.set_param("/robot_description", text)
+    show(browser, web.link, "r: 1 link")
+    assert colours(browser) == ["0000ff"] * 2
+
+
 @pytest.mark.parametrize("name", ["binary.stl", "text.STL", "a.obj", "z.dae", "y.dae"])
 def test_meshes_of_packages(
     browser: Browser, package: Path, web: Web, make_node: Callable[..., Any], name: str

@@ -238,3 +238,47 @@ def test_a_signal_when_init_node_has_just_begun(
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
 def test_a_signal_when_a_thread_of_the_node_is_about_to_start(environ: dict[str, str], name: str) -> None:
     assert run(SIGNALLED, environ, name, "reader") == "ended True\n"
+
+
+ON_TOP = """
+import itertools, random, signal
+import diagnostic_updater, tf2_ros
+from geometry_msgs.msg import TransformStamped
+from tf2_msgs.msg import TFMessage
+rospy.init_node("on_top", disable_signals=True)
+names, left = itertools.count(), 300
+buffer, static = tf2_ros.Buffer(), tf2_ros.StaticTransformBroadcaster()
+updater = diagnostic_updater.Updater()
+updater.setHardwareID("none")
+updater.add("task", lambda status: (status.summary(0, "fine"), status)[1])
+def work():
+    transform = TransformStamped(child_frame_id="b")
+    transform.header.frame_id, transform.header.stamp = "a", rospy.Time.now()
+    transform.transform.rotation.w = 1
+    buffer.set_transform(transform, "test")
+    buffer.lookup_transform("a", "b", rospy.Time(0))
+    buffer.can_transform("a", "b", rospy.Time(0))
+    static.sendTransform(TransformStamped(child_frame_id=f"c{next(names) % 30}"))
+    updater.force_update()
+def arm():
+    signal.setitimer(signal.ITIMER_REAL, random.uniform(100e-6, 1e-3))
+def handle(*_):
+    global left
+    left -= 1
+    if left >= 0:
+        work()
+        arm()
+signal.signal(signal.SIGALRM, handle)
+arm()
+while left > 0 or next(names) < 30:
+    work()
+last = []
+subscriber = rospy.Subscriber("/tf_static", TFMessage, last.append)
+until(lambda: last and len(last[-1].transforms) == 30)
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no timers that send signals here")
+def test_signal_handlers_do_what_they_interrupt(environ: dict[str, str]) -> None:
+    """As programs do that save a pose, or send a last transform, when Ctrl-C ends them."""
+    run(HEAD + ON_TOP, environ, timeout=40)

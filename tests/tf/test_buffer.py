@@ -60,14 +60,14 @@ class Counted(threading.Condition):
 @pytest.fixture
 def changed() -> Counted:
     """What threads wait for that look for transforms in the buffer."""
-    return Counted(threading.Lock())
+    return Counted()
 
 
 @pytest.fixture
 def buffer(changed: Counted, monkeypatch: pytest.MonkeyPatch) -> Buffer:
     """map -> odom (moves 1 m a second) -> base (turned) -> lidar (static); and an island."""
     with monkeypatch.context() as patch:
-        patch.setattr("pyros1.tf.buffer.threading", SimpleNamespace(Condition=lambda _: changed, Lock=threading.Lock))
+        patch.setattr("pyros1.tf.buffer.threading", SimpleNamespace(Condition=lambda: changed))
         result = Buffer()
     for second in (100, 101, 102):
         result.set_transform(stamped("map", "odom", second, x=second - 100), "/a")

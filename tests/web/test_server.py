@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import socket
 import threading
@@ -20,6 +21,7 @@ from websockets.sync.client import ClientConnection, connect
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.msgs.std_srvs.srv import Empty
 from pyros1.web import calls
+from pyros1.web.entrance import MOST
 from pyros1.web.exchanges import AT_ONCE
 from pyros1.web.server import WebServer
 from pyros1.web.wire import RequestError
@@ -396,3 +398,20 @@ def test_calls_of_a_server_that_ends_are_refused(robot: Any) -> None:
     robot.close()
     with pytest.raises(RequestError, match="ends"):
         calls.run(robot, "page.about", {})
+
+
+def test_connections_that_say_nothing_make_room(serve: Callable[..., Served]) -> None:
+    server = serve(token="t")
+    silent = [socket.create_connection(("127.0.0.1", server.port), PATIENCE) for _ in range(MOST + 20)]
+    try:
+        silent[0].settimeout(PATIENCE)
+        with contextlib.suppress(ConnectionResetError):
+            assert silent[0].recv(1) == b""  # the oldest were closed
+        with page(server, "t") as socket_:
+            assert get(server, "/")[0] == 200
+            silent += [socket.create_connection(("127.0.0.1", server.port), PATIENCE) for _ in range(MOST + 20)]
+            socket_.send('{"call": "page.about", "id": 1}')  # who has come in stays
+            assert until(socket_, lambda message: message.get("id") == 1)["result"]
+    finally:
+        for each in silent:
+            each.close()

@@ -25,7 +25,7 @@ class Calls:
         self._name = name
         self._log = log
         self._calls: deque[Callable[[], object]] = deque()
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._bell = Bell()
         self._thread: threading.Thread | None = None
 

@@ -58,7 +58,7 @@ class SimpleServer:
         check_callback(execute, "SimpleServer(node, name, action, execute)", "execute", action)
         self._node = node
         self._execute = execute
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._bell = Bell()
         self._present: ServerGoal | None = None
         self._next: ServerGoal | None = None

@@ -41,7 +41,7 @@ class Frequency:
         self.minimum, self.maximum, self.tolerance = minimum, maximum, tolerance
         self._now = now
         self._window = window
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self.clear()
 
     def clear(self) -> None:
@@ -96,7 +96,7 @@ class TimeStamps:
     def __init__(self, now: Callable[[], Time], earliest: float = -1.0, latest: float = 5.0) -> None:
         self.earliest, self.latest = earliest, latest
         self._now = now
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._past = self._future = self._zeros = 0
         self._delays: list[float] = []  # the smallest and the largest since the last run
         self._zero_seen = False

@@ -33,7 +33,7 @@ class Updater:
     def __init__(self, node: Node, hardware_id: str = "", period: float = 1.0) -> None:
         self.hardware_id = hardware_id
         self._node = node
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._tasks: dict[str, Task] = {}
         self._publisher = node.advertise("/diagnostics", DiagnosticArray)
         wanted = node.params.get("~diagnostic_period", period)

@@ -108,7 +108,7 @@ class Cache(Filter):
         super().__init__(source.node)
         self._recent = Recent(size)
         self._headerless = headerless
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         source.connect(self.add)
 
     def add(self, message: Any) -> None:

@@ -45,15 +45,20 @@ class StaticTransformBroadcaster:
     def __init__(self, node: Node) -> None:
         self._message: Any = load_message("tf2_msgs/TFMessage")
         self._publisher = node.advertise("/tf_static", self._message, queue_size=100, latch=True)
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # a signal handler may send, too
         self._sent: dict[str, Any] = {}
+        self._changes = 0
 
     def send_transform(self, transform: Any) -> None:
         """Publish a geometry_msgs/TransformStamped, or several."""
         with self._lock:
             for item in _listed(transform):
                 self._sent[item.child_frame_id] = item
-            self._publisher.publish(self._message(list(self._sent.values())))
+            self._changes += 1
+            published = 0
+            while published != self._changes:  # again, if a handler has sent more meanwhile: the last message counts
+                published = self._changes
+                self._publisher.publish(self._message(list(self._sent.values())))
 
     def close(self) -> None:
         """Stop publishing: later subscribers do not get the transforms."""

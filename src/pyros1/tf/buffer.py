@@ -76,7 +76,7 @@ class Buffer:
         self.warn = warn
         self._time = time_class
         self._tree = Tree(round(self.cache_time * _NS))
-        self._changed = threading.Condition(threading.Lock())
+        self._changed = threading.Condition()  # a signal handler may ask on top of a method of this object
         self._waiting = 0
         self._now: Callable[[], float] = monotonic
         self._ended = False

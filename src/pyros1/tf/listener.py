@@ -30,7 +30,7 @@ class TransformListener:
     def __init__(self, node: Node, buffer: Buffer) -> None:
         self.buffer = buffer
         self._node = node
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._last = node.now()
         self._closed = False
         self._subscribers: list[Any] = []

@@ -30,6 +30,7 @@ from websockets.typing import Subprotocol
 from pyros1.web import calls, wire
 from pyros1.web.access import Access
 from pyros1.web.assets import SECURITY, Assets
+from pyros1.web.entrance import Entrance
 from pyros1.web.exchanges import AT_ONCE
 from pyros1.web.foxglove import PROTOCOLS as FOXGLOVE
 from pyros1.web.foxglove.connection import Viewer
@@ -71,6 +72,7 @@ _MOST_LAST = 64
 """Most requests that are done of a page that has gone: the last word counts, but not thousands."""
 _THREADS = 32
 """Threads for pushes; as many for calls, which may take long and must not delay pushes."""
+_MOST_COMPLAINTS = 100
 _TIDY = 10.0
 """Seconds between two looks for what is not used any more."""
 _ATTEMPTS = 20
@@ -96,6 +98,7 @@ class WebServer:
         self._services = Threads(MOST_PAGES * AT_ONCE, "web: services")
         self._bridge = Bridge(robot, self._services)
         self._viewers = Shared(robot)
+        self._entrance = Entrance()
         self._pages = 0
 
     @contextlib.asynccontextmanager
@@ -112,6 +115,8 @@ class WebServer:
         quiet = logging.getLogger("pyros1.web")
         quiet.addHandler(logging.NullHandler())
         quiet.propagate = False
+        logging.getLogger("asyncio").setLevel(logging.ERROR)  # it warns of each frame to one that has just gone
+        asyncio.get_running_loop().set_exception_handler(_Complaints())
         try:
             async with await self._serve(host, port) as server:
                 tidying = asyncio.create_task(self._tidy())
@@ -132,6 +137,7 @@ class WebServer:
                     self._page,
                     host,
                     port or await _free_port(host),
+                    create_connection=self._entrance.connection,  # type: ignore[arg-type]  # it makes one
                     process_request=self._answer,
                     select_subprotocol=_choose_protocol,
                     max_size=MAX_FRAME,
@@ -214,6 +220,7 @@ class WebServer:
             return _plain(HTTPStatus.NOT_FOUND, f"{error}\n")
 
     async def _page(self, socket: ServerConnection) -> None:
+        self._entrance.remove(socket)
         self._pages += 1
         try:
             # Each takes turns with the others.
@@ -328,6 +335,19 @@ class _Page:
             self._waking = True
             with contextlib.suppress(RuntimeError):  # the loop has ended
                 self._loop.call_soon_threadsafe(self._awake.set)
+
+
+class _Complaints:
+    """Says what goes wrong in the loop, such as too many open files: in a line, and not again and again."""
+
+    def __init__(self) -> None:
+        self._said: set[str] = set()
+
+    def __call__(self, _: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        text = f"{context.get('message', 'a fault')}: {context.get('exception')!r}"[:500]
+        if text not in self._said and len(self._said) < _MOST_COMPLAINTS:
+            self._said.add(text)
+            logging.getLogger("asyncio").error("pyros1 web: %s", text)
 
 
 async def _free_port(host: str) -> int:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import queue
+import threading
 from collections.abc import Callable
+from time import monotonic
 from typing import TYPE_CHECKING
 
+from pyros1.ground import generated
 from pyros1.ground.errors import UnknownTypeError
 from pyros1.msgs import Message, load_message
 
@@ -13,6 +16,8 @@ if TYPE_CHECKING:
     from pyros1.web.hub import Arrival
 
 _PATIENCE = 2.0
+_AGE = 5.0
+"""Seconds for which a list of packages is believed."""
 _MOST = 1_000
 
 
@@ -32,6 +37,17 @@ class Types:
         self._listen = listen
         self._patience = patience
         self._learned: dict[str, type[Message]] = {}
+        self._lock = threading.Lock()
+        self._packages: list[str] = []
+        self._listed = float("-inf")
+
+    def packages(self) -> list[str]:
+        """Return the names of the packages with definitions that are installed, as they were some seconds ago."""
+        with self._lock:  # to look takes a while, and pages ask with each key
+            if monotonic() - self._listed >= _AGE:
+                self._packages = generated.finder().library.packages()
+                self._listed = monotonic()
+            return self._packages
 
     def find(self, name: str) -> type[Message]:
         """Return the class of a type that is installed, or was learned.

@@ -37,7 +37,7 @@ class Services:
         self._registrar = registrar
         self._address = address
         self._workers = Workers(f"{context.name}:service", MOST_THREADS)
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
 
     def advertise(
         self, name: str, service_class: type[Service], handler: Callable[[Any], Any], direct: bool = False

@@ -67,7 +67,7 @@ class ServiceServer:
         self._unregister: Callable[[ServiceServer], None] | None = unregister
         self._links: set[ServiceLink] = set()
         self._under_way = 0
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._closed = False
 
     def accept(self, sock: socket.socket, header: dict[str, str], first: bytes) -> None:

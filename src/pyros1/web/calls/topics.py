@@ -51,12 +51,11 @@ def types(robot: Robot, args: Mapping[str, Any]) -> list[str]:
     Without a package, the packages with messages are returned.
     """
     begin = text(args, "begin", "")
-    library = generated.finder().library
     package, slash, _ = begin.partition("/")
     if not slash:
-        names = [f"{each}/" for each in library.packages()]
+        names = [f"{each}/" for each in robot.types.packages()]
     else:
-        names = [f"{package}/{each.rpartition('/')[2]}" for each in library.messages(package)]
+        names = [f"{package}/{each.rpartition('/')[2]}" for each in generated.finder().library.messages(package)]
     return sorted(name for name in names if name.startswith(begin))[:_MOST_FIELDS]
 
 

@@ -56,7 +56,7 @@ NO_TRANSITION = -1
 INVALID_TRANSITION = -2
 g_goal_id = 1
 """Number of this program's next goal."""
-_numbering = threading.Lock()
+_numbering = threading.RLock()
 _POLL = 0.01
 """Seconds between two looks whether the server is there."""
 

@@ -21,7 +21,7 @@ __all__ = [
 
 __getattr__ = missing("actionlib.goal_id_generator")
 
-s_goalcount_lock = threading.Lock()
+s_goalcount_lock = threading.RLock()
 s_goalcount = 0
 """How many names this program has made."""
 

@@ -94,7 +94,7 @@ class DiagnosticTaskVector:
 
     def __init__(self) -> None:
         self.tasks: list[Any] = []
-        self.lock = threading.Lock()
+        self.lock = threading.RLock()
 
     def addedTaskCallback(self, task: Any) -> None:
         """Do what is to be done with a new `DiagnosticTaskInternal`; for subclasses."""

@@ -23,12 +23,17 @@ class StaticTransformBroadcaster:
 
     def __init__(self) -> None:
         self.pub_tf = rospy.Publisher("/tf_static", TFMessage, queue_size=100, latch=True)
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # a signal handler may send, too
         self._sent: dict[str, Any] = {}
+        self._changes = 0
 
     def sendTransform(self, transform: Any) -> None:
         """Publish a geometry_msgs/TransformStamped, or a list of them."""
         with self._lock:
             for item in transform if isinstance(transform, (list, tuple)) else [transform]:
                 self._sent[item.child_frame_id] = item
-            self.pub_tf.publish(TFMessage(list(self._sent.values())))
+            self._changes += 1
+            published = 0
+            while published != self._changes:  # again, if a handler has sent more meanwhile: the last message counts
+                published = self._changes
+                self.pub_tf.publish(TFMessage(list(self._sent.values())))

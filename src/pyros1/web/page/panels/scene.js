@@ -22,14 +22,14 @@ export default {
 class Scene {
   constructor(place) {
     this.place = place;
-    const { fixed, topics, robots, options, hidden, view, target } = place.settings;
-    this.fixed = fixed || "";
-    this.topics = [...(topics || [])]; // shown topics
-    this.robots = [...(robots || [DESCRIPTION])]; // parameters with URDFs
+    const { fixed, topics, robots, options, hidden, view, target } = place.settings; // a link may say anything
+    this.fixed = String(fixed || "");
+    this.topics = texts(topics) || []; // shown topics
+    this.robots = texts(robots) || [DESCRIPTION]; // parameters with URDFs
     this.options = { ...options }; // key of a display -> what was chosen
-    this.concealed = new Set(hidden || []); // keys
-    this.view0 = view;
-    this.target = target || "";
+    this.concealed = new Set(texts(hidden)); // keys
+    this.view0 = view && typeof view === "object" ? view : null;
+    this.target = String(target || "");
     this.displays = new Map(); // key -> {key, topic, display, stream}
     this.types = {};
     this._build();
@@ -49,8 +49,12 @@ class Scene {
     }
     if (this.view0) this.stage.place = this.view0;
     this._showView();
-    this.stage.moved = () => this._save();
+    this.stage.moved = () => {
+      this.view0 = this.stage.place; // the user's
+      this._save();
+    };
     this.frames = new this.lib.FrameSet();
+    this.stage.before.push(() => this.frames.face(this.stage));
     this.place.body.scene = this; // for tests, and the curious
     this.onTheme = () => this.stage.colours();
     addEventListener("themechange", this.onTheme);
@@ -97,7 +101,7 @@ class Scene {
       [name, h("button", { "aria-pressed": "false", onclick: () => this._use(name) }, text)]));
     tools.append(h("label.check", {}, "fixed", this.fixedChoice), h("label.check", {}, "view", this.viewChoice), h("label.check", {}, "follow", this.targetChoice),
       ...this.buttons.values(),
-      h("button.quiet", { title: "look from where one looked at first", onclick: () => { this.stage?.view(this.stage.name); this._save(); } }, "Reset"),
+      h("button.quiet", { title: "look from where one looked at first", onclick: () => this._reset() }, "Reset"),
       h("button.quiet", { title: "save the picture", onclick: () => this._png() }, "PNG"));
     this.view = h("div.view");
     this.word = h("div.word.mono", { hidden: true, role: "status" });
@@ -142,7 +146,7 @@ class Scene {
     const topics = Object.keys(this.types).filter((name) => this.lib.TYPES[this.types[name]] && !this.topics.includes(name)).sort();
     const offers = topics.map((name) => ({ key: name, title: name, kind: this.lib.TYPES[this.types[name]], text: this.types[name] }));
     if (!this.robots.includes(DESCRIPTION)) offers.unshift({ key: ROBOT + DESCRIPTION, title: DESCRIPTION, kind: "RobotModel", text: "the robot as its URDF describes it" });
-    offers.push({ key: ROBOT, title: "a parameter …", kind: "RobotModel", text: "a robot whose URDF is in a parameter of another name" });
+    offers.push({ key: ROBOT, title: "/other_description", kind: "RobotModel", text: "the parameter with another robot's URDF", field: true });
     return offers;
   }
 
@@ -192,15 +196,16 @@ class Scene {
 
   _add(topic) {
     this.topics.push(topic);
+    if (!this.stage) return; // it comes with the others
     this._show(topic);
     this._changed();
   }
 
   _addRobot(name) {
-    const chosen = name || (prompt("The name of the parameter with the URDF:", "/robot_description") || "").trim();
-    if (!chosen || this.robots.includes(chosen)) return;
-    this.robots.push(chosen);
-    this._showRobot(chosen);
+    const full = name.startsWith("/") ? name : `/${name}`;
+    if (this.robots.includes(full)) return;
+    this.robots.push(full);
+    this._showRobot(full);
     this._changed();
   }
 
@@ -226,15 +231,18 @@ class Scene {
     this.displays.set(key, entry);
     if (display.object) this.stage.scene.add(display.object);
     const chosen = Object.entries(this.options[key] || {}).filter(([name, value]) => typeof value === typeof (display.options?.[name] ?? true));
-    if (chosen.length) display.set?.(Object.fromEntries(chosen)); // a link may say anything
+    if (chosen.length) display.set?.(Object.fromEntries(chosen));
     display.show?.(!this.concealed.has(key));
     return entry;
   }
 
   _showRobot(name) {
-    const display = new this.lib.RobotModel(this.place.robot.token, () => this._touched(entry));
+    const display = new this.lib.RobotModel(this.place.robot.token, () => {
+      if (!this.view0 && !this.topics.length) this._lookAtRobot();
+      this._touched(entry);
+    });
     const entry = this._enter({ key: ROBOT + name, title: name, kind: "RobotModel", display });
-    entry.stream = this.place.robot.stream("param", { param: name.startsWith("/") ? name : `/${name}` }, {
+    entry.stream = this.place.robot.stream("param", { param: name }, {
       data: (data) => { display.take(data); display.place(this.frames); this._touched(entry); },
       problem: (text) => { entry.trouble = text; this.list.tell(entry); },
     });
@@ -309,6 +317,20 @@ class Scene {
     this.stage.draw();
   }
 
+  _reset() {
+    if (!this.stage) return;
+    this.stage.view(this.stage.name);
+    this.view0 = null;
+    if (!this.topics.length) this._lookAtRobot();
+    this._save();
+  }
+
+  // A robot alone fills the picture, as soon as its shapes are there.
+  _lookAtRobot() {
+    const robot = [...this.displays.values()].map(({ display }) => display).find((each) => each instanceof this.lib.RobotModel && each.links.size);
+    if (robot && !robot.loading) this.stage.fit(robot.object);
+  }
+
   _showView() {
     this.viewChoice.value = this.stage.name;
   }
@@ -353,4 +375,8 @@ class Scene {
   async _png() {
     if (this.stage) save("scene.png", await this.stage.png(), "image/png");
   }
+}
+
+function texts(list) {
+  return Array.isArray(list) ? [...new Set(list.filter((each) => typeof each === "string"))] : undefined;
 }

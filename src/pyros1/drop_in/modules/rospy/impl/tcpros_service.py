@@ -25,6 +25,7 @@ from pyros1.ground.errors import (
     ServiceUnavailableError,
     WaitTimeoutError,
 )
+from pyros1.net.bell import Event
 from pyros1.node.services.client import ServiceClient
 from pyros1.node.services.client import wait_for_service as _wait
 from rospy.core import logerr, logfatal, logwarn
@@ -102,7 +103,7 @@ class ServiceImpl(_Service):
         if error_handler is not None:
             self.error_handler = error_handler  # type: ignore[method-assign, assignment]  # as programs do it, too
         self._server: Any = None
-        self._over = threading.Event()
+        self._over = Event()
         SERVICES.register(self.resolved_name, self)
         PROCESS.when_started(self._begin)
 

@@ -4,6 +4,8 @@ import * as THREE from "../../vendor/three/three.module.min.js";
 import { label } from "./label.js";
 import { dispose, put } from "./stage.js";
 
+const HEIGHT = 0.12; // metres of a name
+const LETTERS = 13; // pixels
 const IDENTITY = [0, 0, 0, 0, 0, 0, 1];
 
 export class FrameSet {
@@ -53,14 +55,24 @@ export class FrameSet {
     if (!axes) {
       axes = new THREE.Group();
       axes.add(new THREE.AxesHelper(1));
-      const text = label(name, { height: 0.12, color: [0.55, 0.55, 0.6, 1] });
-      text.position.set(0, 0, 0.12);
+      const text = label(name, { height: HEIGHT, color: [0.55, 0.55, 0.6, 1], onTop: true });
+      text.userData.size = text.scale.clone();
       axes.add(text);
       this._look(axes);
       this.object.add(axes);
       this.axes.set(name, axes);
     }
     return axes;
+  }
+
+  // Names are no higher than letters of the page, however near one is. Called before each picture.
+  face(stage) {
+    for (const axes of this.axes.values()) {
+      const name = axes.children[1];
+      const size = Math.min(HEIGHT, LETTERS * stage.pixel(axes.position)) / HEIGHT;
+      name.scale.copy(name.userData.size).multiplyScalar(size);
+      name.position.z = 0.75 * HEIGHT * size;
+    }
   }
 
   show(shown) {

@@ -5,7 +5,7 @@ import * as THREE from "../../vendor/three/three.module.min.js";
 const SIZE = 48; // pixels of the letters in their picture
 const MOST = 300; // letters
 
-export function label(text, { height = 0.15, color = [1, 1, 1, 1], background = null } = {}) {
+export function label(text, { height = 0.15, color = [1, 1, 1, 1], background = null, onTop = false } = {}) {
   const lines = String(text).slice(0, MOST).split("\n").slice(0, 12);
   const canvas = document.createElement("canvas");
   const context = canvas.getContext("2d");
@@ -26,7 +26,7 @@ export function label(text, { height = 0.15, color = [1, 1, 1, 1], background = 
   lines.forEach((line, index) => context.fillText(line, canvas.width / 2, (index + 0.5) * SIZE * 1.25 + 4));
   const texture = new THREE.CanvasTexture(canvas);
   texture.colorSpace = THREE.SRGBColorSpace;
-  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: texture, depthTest: true, transparent: true }));
+  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: texture, depthTest: !onTop, transparent: true }));
   const scale = height / SIZE;
   sprite.scale.set(canvas.width * scale, canvas.height * scale, 1);
   return sprite;

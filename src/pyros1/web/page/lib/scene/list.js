@@ -4,7 +4,7 @@ import { fill, h } from "../dom.js";
 
 export class DisplayList {
   // host: {entries() -> [{key, title, kind, display, trouble, fixed}], hidden(key), show(key, shown), remove(key),
-  //        option(key, name, value), offers() -> [{key, title, kind, text}], add(key)}
+  //        option(key, name, value), offers() -> [{key, title, kind, text, field}], add(key)}
   constructor(element, host) {
     this.element = element;
     this.host = host;
@@ -18,7 +18,7 @@ export class DisplayList {
     const focused = this.element.contains(document.activeElement) ? document.activeElement.dataset.mark : null;
     fill(this.element, h("h4", {}, "Displays"), entries.map((entry) => this._row(entry)),
       offers.length ? h("h4", {}, "Add") : entries.every(({ fixed }) => fixed) && h("p.muted", {}, "No topics that can be drawn are published: scans, clouds, maps, markers, paths, poses, pictures."),
-      offers.map((offer) => h("button.quiet.add", { title: offer.text, onclick: () => this.host.add(offer.key) }, "+ ", h("span.mono", {}, offer.title), " ", h("span.muted", {}, offer.kind))));
+      offers.map((offer) => (offer.field ? this._field(offer) : h("button.quiet.add", { title: offer.text, onclick: () => this.host.add(offer.key) }, "+ ", h("span.mono", {}, offer.title), " ", h("span.muted", {}, offer.kind)))));
     if (focused) [...this.element.querySelectorAll("[data-mark]")].find((each) => each.dataset.mark === focused)?.focus();
     for (const entry of entries) this.tell(entry);
   }
@@ -32,6 +32,15 @@ export class DisplayList {
     const look = `word${problem ? " wrong" : " muted"}`;
     if (line.className !== look) line.className = look;
     if (line.textContent !== text) line.textContent = text;
+  }
+
+  // Something to add that one names.
+  _field({ key, title, kind, text }) {
+    const field = h("input.mono", { placeholder: title, "aria-label": text, title: text, maxLength: 200 });
+    return h("form.add", { onsubmit: (event) => {
+      event.preventDefault();
+      if (field.value.trim()) this.host.add(key + field.value.trim());
+    } }, field, h("button.quiet", {}, "+ ", h("span.muted", {}, kind)));
   }
 
   _row({ key, title, kind, display, fixed }) {

@@ -3,9 +3,11 @@
 import * as THREE from "../../vendor/three/three.module.min.js";
 
 const MOST_TEXT = 48 << 20; // bytes of a mesh that is text: reading it stops the page for a while
-const MOST_FILES = 300; // kept
+const MOST_FILES = 300; // kept, as long as they are not larger together than
+const MOST_BYTES = 256 << 20;
 const LOADERS = { stl: "STLLoader", obj: "OBJLoader", dae: "ColladaLoader" };
 const known = new Map(); // URI -> promise of an object
+const sizes = new Map(); // URI -> bytes of its file
 
 // The URL of a package's file.
 export function fileUrl(uri, token) {
@@ -18,10 +20,24 @@ export async function meshOf(uri, token) {
   if (!found) {
     found = load(uri, token);
     known.set(uri, found);
-    if (known.size > MOST_FILES) known.delete(known.keys().next().value);
-    found.catch(() => known.delete(uri)); // the next one who asks tries again
+    found.catch(() => forget(uri)); // the next one who asks tries again
   }
   return (await found).clone();
+}
+
+function forget(uri) {
+  known.delete(uri);
+  sizes.delete(uri);
+}
+
+function remember(uri, size) {
+  sizes.set(uri, size);
+  let all = [...sizes.values()].reduce((sum, each) => sum + each, 0);
+  for (const [oldest, bytes] of sizes) {
+    if (sizes.size <= MOST_FILES && all <= MOST_BYTES) break;
+    all -= bytes;
+    forget(oldest);
+  }
 }
 
 // A texture in a file.
@@ -53,6 +69,7 @@ async function load(uri, token) {
   if (uri && !LOADERS[kind]) throw new Error(`${short(uri)}: STL, OBJ and DAE are read, not ${kind.slice(0, 20)}`);
   const answer = await ask(uri, token);
   const bytes = await answer.arrayBuffer();
+  remember(uri, bytes.byteLength);
   let object;
   try {
     const module = await import(`../../vendor/three/${LOADERS[kind]}.js`);

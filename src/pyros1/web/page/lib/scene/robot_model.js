@@ -176,7 +176,7 @@ export class RobotModel {
     const faults = [...new Set(this.faults)];
     if (this.why) this.problem = this.why;
     else if (faults.length) this.problem = some(faults, "; ");
-    else if (lost.length && lost.length === this.links.size) this.problem = "no tf of its links: all joints are drawn at 0. A robot_state_publisher sends tf.";
+    else if (lost.length && lost.length === this.links.size) this.problem = "no tf of its links: all joints are drawn at 0. What sends it: pyros1 run robot_state_publisher robot_state_publisher";
     else if (lost.length) this.problem = `no tf of ${some(lost, ", ")}: drawn with the joint at 0`;
     else this.problem = "";
     const count = this.links.size;

@@ -26,6 +26,7 @@ export class Stage {
     this.renderer.setPixelRatio(Math.min(2, devicePixelRatio || 1));
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.enableDamping = false;
+    this.controls.listenToKeyEvents(this.canvas); // arrows move the view
     this.controls.addEventListener("change", () => this.draw());
     this.controls.addEventListener("end", () => this.moved?.()); // the user has turned the view
     const sun = new THREE.DirectionalLight(0xffffff, 2.2);
@@ -50,11 +51,12 @@ export class Stage {
     this.controls.dispose();
     this.scene.traverse((each) => dispose(each));
     this.renderer.dispose();
+    this.renderer.forceContextLoss(); // a browser has few
   }
 
   view(name, target = [0, 0, 0]) {
-    const { position, up, flat } = VIEWS[name] || VIEWS.orbit;
-    this.name = VIEWS[name] ? name : "orbit";
+    this.name = Object.hasOwn(VIEWS, name) ? name : "orbit";
+    const { position, up, flat } = VIEWS[this.name];
     this.camera = this.cameras[flat ? 1 : 0];
     this.controls.object = this.camera;
     this.controls.enableRotate = !flat;
@@ -79,6 +81,25 @@ export class Stage {
     this.view(name, target);
     this.camera.position.set(...position);
     this.camera.zoom = zoom > 0 ? zoom : 1;
+    this.controls.update();
+    this.resize();
+  }
+
+  // The metres that a pixel of the picture covers at a place.
+  pixel(place) {
+    const [deep, flat] = this.cameras;
+    const high = this.camera === flat ? FLAT_HEIGHT / flat.zoom : 2 * place.distanceTo(deep.position) * Math.tan(deep.fov * Math.PI / 360);
+    return high / (this.canvas.clientHeight || 1);
+  }
+
+  // Look at a thing as a whole, from where one looks now.
+  fit(object) {
+    const ball = new THREE.Box3().setFromObject(object).getBoundingSphere(new THREE.Sphere());
+    if (!(ball.radius > 0)) return;
+    const way = this.camera.position.clone().sub(this.controls.target).setLength(Math.max(0.5, 3.2 * ball.radius));
+    this.controls.target.copy(ball.center);
+    this.camera.position.copy(ball.center).add(way);
+    if (this.camera === this.cameras[1]) this.camera.zoom = FLAT_HEIGHT / Math.max(1, 3 * ball.radius);
     this.controls.update();
     this.resize();
   }

@@ -30,6 +30,8 @@ export function readUrdf(text) {
         }
       }
     }
+    const [usual] = link.visuals.map((each) => each.material).filter(Boolean);
+    if (usual) for (const each of link.visuals) each.material ||= usual; // as in rviz: a link has one
     links.set(name, link);
   }
   const joints = children(robot, "joint").map(joint).filter(({ parent, child }) => links.has(parent) && links.has(child));

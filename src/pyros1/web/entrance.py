@@ -1,0 +1,51 @@
+"""Connections that have not come in yet: whoever reaches the port can open them, without a token, and say nothing."""
+
+from __future__ import annotations
+
+from asyncio import BaseTransport
+from typing import Any
+
+from websockets.asyncio.server import ServerConnection
+
+MOST = 128
+"""Most connections that have not come in. The oldest make room, as those of pages come in within moments."""
+
+
+class Entrance:
+    """The connections that have not come in.
+
+    Args:
+        most: how many.
+    """
+
+    def __init__(self, most: int = MOST) -> None:
+        self._most = most
+        self._transports: dict[_Connection, BaseTransport] = {}
+
+    def connection(self, *args: Any, **options: Any) -> ServerConnection:
+        """Return a connection; for the argument ``create_connection`` of websockets."""
+        return _Connection(self, *args, **options)
+
+    def add(self, connection: _Connection, transport: BaseTransport) -> None:
+        """Take a new connection."""
+        self._transports[connection] = transport
+        while len(self._transports) > self._most:
+            self._transports.pop(next(iter(self._transports))).abort()  # type: ignore[attr-defined]
+
+    def remove(self, connection: object) -> None:
+        """Forget a connection that has come in, or gone."""
+        self._transports.pop(connection, None)  # type: ignore[call-overload]
+
+
+class _Connection(ServerConnection):
+    def __init__(self, entrance: Entrance, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self._entrance = entrance
+
+    def connection_made(self, transport: BaseTransport) -> None:
+        super().connection_made(transport)
+        self._entrance.add(self, transport)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._entrance.remove(self)
+        super().connection_lost(exc)
