@@ -132,9 +132,12 @@ print("ready", flush=True)
 rospy.spin()
 """
 HEAR = """
+def say(*words):  # in one piece, whatever other threads print
+    sys.stdout.write(" ".join(words) + "\\n")
+    sys.stdout.flush()
 rospy.init_node("hear", anonymous=True)
-s = rospy.Subscriber("welcome", String, lambda m: print("got", m.data, m._connection_header["callerid"], flush=True))
-print("ready", flush=True)
+s = rospy.Subscriber("welcome", String, lambda m: say("got", m.data, m._connection_header["callerid"]))
+say("ready")
 rospy.spin()
 """
 
