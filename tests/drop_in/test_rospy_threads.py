@@ -206,8 +206,8 @@ def test_the_end_of_the_node_under_all_kinds_of_waits(environ: dict[str, str]) -
 SIGNALLED = """
 import os, signal, sys, threading, rospy
 from rospy.impl import rosout
-def send():
-    os.kill(os.getpid(), getattr(signal, sys.argv[1]))
+def send():  # to this thread: another one may be late to take it
+    signal.pthread_kill(threading.main_thread().ident, getattr(signal, sys.argv[1]))
 configure = rosout.configure
 def configure_later(level):  # there is no node yet
     send()

@@ -254,7 +254,7 @@ def test_a_slow_view_does_not_hold_back_the_robot(
     published = threading.Event()
 
     def publish() -> None:
-        for number in range(50_000):
+        for number in range(20_000):
             publisher.publish(float(number))
         published.set()
 

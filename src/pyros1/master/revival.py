@@ -9,7 +9,6 @@ from __future__ import annotations
 import socket
 import time
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Final
 
 from pyros1.ground.errors import Error, ProtocolError, XmlRpcFault
@@ -55,6 +54,8 @@ def any_listens(apis: Iterable[str]) -> bool:
     places = list(apis)[:_MOST_KNOCKS]
     if not places:
         return False
+    from concurrent.futures import ThreadPoolExecutor  # noqa: PLC0415 - rarely needed, and it takes time to load
+
     with ThreadPoolExecutor(min(len(places), 32), "master: looks for nodes") as pool:
         return any(list(pool.map(_listens, places)))
 
