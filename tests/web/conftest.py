@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from pyros1.node import Node
-from pyros1.web.access import Access
 from pyros1.web.robot import Robot
+from pyros1.web.server.access import Access
 
 sys.path.insert(0, str(Path(__file__).parent))
 from serving import PATIENCE, Served

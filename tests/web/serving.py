@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 import threading
 
-from pyros1.web.access import Access
 from pyros1.web.robot import Robot
-from pyros1.web.server import WebServer
+from pyros1.web.server.access import Access
+from pyros1.web.server.server import WebServer
 
 PATIENCE = 20.0
 

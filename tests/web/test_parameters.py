@@ -10,7 +10,7 @@ from pyros1.ground.errors import ParameterNotSetError
 from pyros1.web import calls
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge import rosapi
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 
 TREE = {"gain": 1, "secret": 2, "deep": {"secret": 3}}
 

@@ -6,7 +6,7 @@ import threading
 from typing import Any
 
 from pyros1.node import Node
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 
 AT_ONCE = 16
 """Most calls of a connection that run at the same time."""

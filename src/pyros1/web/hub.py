@@ -13,7 +13,7 @@ from typing import Any
 from pyros1.ground.errors import Error
 from pyros1.msgs import AnyMsg, Message
 from pyros1.observe.decoder import Decoder
-from pyros1.web.threads import Threads
+from pyros1.web.server.threads import Threads
 
 _MOST_LATCHED = 100
 """Most publishers of a topic whose latched messages are kept."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from pyros1.ground.errors import ParameterNotSetError
 from pyros1.net.master_client import MasterClient
-from pyros1.web.access import Access
+from pyros1.web.server.access import Access
 from pyros1.web.tables.params import flatten
 
 _HIDDEN = object()

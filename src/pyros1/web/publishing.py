@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from pyros1.msgs import Message, load_message
 from pyros1.msgs.json_form import from_json
 from pyros1.node import Node
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 
 _CONNECT = 0.5
 """Seconds that subscribers of a topic have to connect before its first message."""

@@ -13,18 +13,18 @@ from pyros1.ground.errors import Error, MasterError, MessageError, NodeError, Pr
 from pyros1.msgs import AnyMsg, load_message
 from pyros1.net.master_client import MasterClient
 from pyros1.node import Node
-from pyros1.web.access import Access
 from pyros1.web.bags.library import Library
 from pyros1.web.bags.shelf import Shelf
-from pyros1.web.console import Console
 from pyros1.web.hub import Hub
 from pyros1.web.package_files import PackageFiles
 from pyros1.web.parameters import Parameters
 from pyros1.web.publishing import Publishing
 from pyros1.web.scene.world import World
+from pyros1.web.server.access import Access
+from pyros1.web.server.wire import RequestError
+from pyros1.web.shown.console import Console
 from pyros1.web.system import System
 from pyros1.web.types import Types
-from pyros1.web.wire import RequestError
 
 _TRY_AGAIN = 1.0
 """Seconds between two looks for a master."""

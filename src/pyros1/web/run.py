@@ -7,9 +7,9 @@ import contextlib
 import signal
 from collections.abc import Callable
 
-from pyros1.web.access import Access
 from pyros1.web.robot import Robot
-from pyros1.web.server import WebServer
+from pyros1.web.server.access import Access
+from pyros1.web.server.server import WebServer
 
 _PATIENCE = 10.0
 """Seconds that the end may take."""

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.web.bags.shelf import Shelf
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 
 
 @pytest.fixture

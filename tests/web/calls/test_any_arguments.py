@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 
 from pyros1.ground.errors import Error
 from pyros1.msgs.std_msgs.msg import Float64
-from pyros1.web import calls, views, wire
+from pyros1.web import calls, views
 from pyros1.web.robot import Robot
+from pyros1.web.server import wire
 
 FILES = ("actions", "bags", "doctor", "forms", "page", "params", "reconfigure", "services", "topics")
 CALLS = sorted(f"{file}.{word}" for file in FILES for word in import_module(f"pyros1.web.calls.{file}").CALLS)

@@ -15,7 +15,7 @@ from pyros1.msgs import AnyMsg, Message, from_definition
 from pyros1.msgs.std_srvs.srv import SetBool, SetBoolResponse
 from pyros1.web import calls
 from pyros1.web.robot import Robot
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 
 PATIENCE = 20.0
 Make = Callable[..., Any]

@@ -14,7 +14,7 @@ from pyros1.net.master_client import MasterClient
 from pyros1.web import calls
 from pyros1.web.calls.doctor import about, without
 from pyros1.web.robot import Robot
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 
 LINKS = Finding(
     "missing-link", ERROR, "nodes should be connected", "cure", ("/a->/b (/t)", "/a->/c (/other)", "/ab: x")

@@ -14,7 +14,7 @@ from pyros1.node.topic_type import topic_type
 from pyros1.web.foxglove.catalogue import Catalogue
 from pyros1.web.foxglove.offers import Offers
 from pyros1.web.robot import Robot
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 from pyros1.wire.handshake import TopicType
 
 PAIR = "float64 a\nfloat64 b\n"

@@ -21,9 +21,9 @@ from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.msgs.std_srvs.srv import SetBool, SetBoolRequest
 from pyros1.node import Node
-from pyros1.web.access import Access
 from pyros1.web.robot import Robot
-from pyros1.web.server import PROTOCOL
+from pyros1.web.server.access import Access
+from pyros1.web.server.server import PROTOCOL
 
 Serve = Callable[..., Served]
 MakeNode = Callable[..., Any]

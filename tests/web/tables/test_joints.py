@@ -6,8 +6,8 @@ import pytest
 
 from pyros1.urdf.joints import JointStates, Options
 from pyros1.urdf.reading import read
+from pyros1.web.server.wire import RequestError
 from pyros1.web.tables import joints
-from pyros1.web.wire import RequestError
 
 FINGERS = """
 <robot name="fingers"><link name="palm"/><link name="left"/><link name="right"/>

@@ -20,9 +20,9 @@ from pyros1.msgs import load_message
 from pyros1.node import Node
 from pyros1.web import calls
 from pyros1.web.robot import Robot
+from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views import view_class
 from pyros1.web.views.view import View
-from pyros1.web.wire import Push, RequestError
 
 from ...bag.made import old_messages
 from ...bag.old_bags import old_bag

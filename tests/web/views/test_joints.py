@@ -12,7 +12,7 @@ import pytest
 from pyros1.msgs.sensor_msgs.msg import JointState
 from pyros1.node import Node
 from pyros1.urdf import joint_publisher
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 
 PATIENCE = 20.0
 Make = Callable[..., Any]

@@ -19,7 +19,7 @@ from pyros1.launch.running.supervisor import Supervisor
 from pyros1.net.hosts import host_from_environment
 from pyros1.web import calls
 from pyros1.web.robot import Robot
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 
 PATIENCE = 20.0
 Make = Callable[..., Any]

@@ -14,8 +14,8 @@ from pyros1.msgs.geometry_msgs.msg import PoseArray, Quaternion
 from pyros1.msgs.sensor_msgs.msg import LaserScan
 from pyros1.msgs.std_msgs.msg import Int64, String, UInt8MultiArray
 from pyros1.web.robot import Robot
+from pyros1.web.server.wire import RequestError
 from pyros1.web.views.message import tree
-from pyros1.web.wire import RequestError
 
 
 def field(value: Any, name: str) -> Any:

@@ -14,7 +14,7 @@ from pyros1.msgs.sensor_msgs.msg import PointCloud2, PointField
 from pyros1.msgs.visualization_msgs.msg import InteractiveMarker, InteractiveMarkerInit, InteractiveMarkerUpdate
 from pyros1.tf import StaticTransformBroadcaster
 from pyros1.web.robot import Robot
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 
 PATIENCE = 20.0
 Make = Callable[..., Any]

@@ -12,7 +12,7 @@ from pyros1.msgs.rosgraph_msgs.msg import Log
 from pyros1.msgs.sensor_msgs.msg import CompressedImage
 from pyros1.msgs.std_msgs.msg import String
 from pyros1.web.robot import Robot
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 
 PNG = b"\x89PNG\r\n\x1a\n" + struct.pack(">I4sII", 13, b"IHDR", 100_000, 100_000) + bytes(9)
 JPEG = b"\xff\xd8\xff\xc0\x00\x11\x08" + struct.pack(">HH", 65_500, 65_500) + bytes(9)

@@ -16,8 +16,8 @@ from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.reconfigure import Parameters, Server
 from pyros1.web import calls
 from pyros1.web.robot import Robot
+from pyros1.web.server.wire import RequestError
 from pyros1.web.views import reconfigure
-from pyros1.web.wire import RequestError
 
 PATIENCE = 20.0
 Make = Callable[..., Any]

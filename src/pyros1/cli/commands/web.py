@@ -64,9 +64,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def _serve(invocation: Invocation, options: Any, uri: str, started: Callable[[str], object]) -> None:
-    from pyros1.web.access import Access  # noqa: PLC0415
     from pyros1.web.robot import Robot  # noqa: PLC0415
     from pyros1.web.run import run_server  # noqa: PLC0415
+    from pyros1.web.server.access import Access  # noqa: PLC0415
 
     more = {} if options.token is None else {"token": options.token}
     access = Access(
@@ -96,7 +96,7 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
     """Return the panel that the words name, and its settings."""
     if not args:
         return "", {}
-    from pyros1.web.assets import Assets  # noqa: PLC0415
+    from pyros1.web.server.assets import Assets  # noqa: PLC0415
 
     panel, *words = args
     panels = Assets().panels

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pyros1.web.bags.shelf import Shelf
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 
 if TYPE_CHECKING:
     from pyros1.web.bags.opened import OpenBag

@@ -22,7 +22,7 @@ from pyros1.bag.info import summarize
 from pyros1.ground.shown import foreign
 from pyros1.ground.timing import Time
 from pyros1.web.bags.density import Density
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 
 MOST_TOPICS = 5_000
 """Most topics of a bag that are shown."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from pyros1.bag.export.extras import extra
 from pyros1.ground.errors import Error, MessageError
-from pyros1.web.picture_size import MOST_PIXELS
+from pyros1.web.shown.picture_size import MOST_PIXELS
 
 _QUALITY = 80
 

@@ -19,7 +19,7 @@ from pyros1.ground import names
 from pyros1.ground.errors import Error, NodeShutdownError
 from pyros1.ground.shown import foreign
 from pyros1.node import Node
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 
 COMPRESSIONS = ("none", "lz4", "bz2")
 _LOOK = 1.0

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pyros1.ground.shown import foreign
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 
 SUFFIXES = (".bag", ".bag.active")
 _MOST_ENTRIES = 20_000

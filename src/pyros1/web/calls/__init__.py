@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from pyros1.web.exchanges import Exchanges
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot

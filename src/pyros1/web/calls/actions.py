@@ -7,9 +7,9 @@ from itertools import count
 from typing import Any
 
 from pyros1.web.robot import Robot
+from pyros1.web.server.wire import RequestError
 from pyros1.web.tables.forms import form as form_of
 from pyros1.web.views.view import text
-from pyros1.web.wire import RequestError
 
 _numbers = count(1)
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from pyros1.web.robot import Robot
+from pyros1.web.server.wire import RequestError
 from pyros1.web.views.view import number, text
-from pyros1.web.wire import RequestError
 
 _MOST_TOPICS = 5_000
 _LONGEST = 1e10

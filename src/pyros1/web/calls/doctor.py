@@ -14,8 +14,8 @@ from pyros1.doctor.reach_checks import check_reach
 from pyros1.doctor.system import collect_system
 from pyros1.doctor.topic_checks import check_topics
 from pyros1.web.robot import Robot
+from pyros1.web.server.wire import RequestError
 from pyros1.web.views.view import text
-from pyros1.web.wire import RequestError
 
 _MOST_ITEMS = 100
 _MOST_NODES = 200

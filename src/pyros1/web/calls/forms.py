@@ -9,9 +9,9 @@ from pyros1.msgs import Message, load_service
 from pyros1.msgs.json_form import from_json
 from pyros1.values import load_yaml
 from pyros1.web.robot import Robot
+from pyros1.web.server.wire import RequestError
 from pyros1.web.tables.forms import from_yaml, to_yaml
 from pyros1.web.views.view import text
-from pyros1.web.wire import RequestError
 
 
 def yaml(robot: Robot, args: Mapping[str, Any]) -> str:

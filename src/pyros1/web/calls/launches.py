@@ -10,8 +10,8 @@ from typing import Any
 from pyros1.ground.errors import ParameterNotSetError
 from pyros1.launch.running.control import Launch, launch_uris
 from pyros1.web.robot import Robot
+from pyros1.web.server.wire import RequestError
 from pyros1.web.views.view import text
-from pyros1.web.wire import RequestError
 
 _PATIENCE = 3.0
 _VERBS = ("stop", "start", "restart")

@@ -7,8 +7,8 @@ from typing import Any
 
 from pyros1.ground.errors import Error, ServiceError
 from pyros1.web.robot import Robot
+from pyros1.web.server.wire import RequestError
 from pyros1.web.views.view import text
-from pyros1.web.wire import RequestError
 
 _PATIENCE = 3.0
 

@@ -8,9 +8,9 @@ from typing import Any
 
 from pyros1.values import load_yaml
 from pyros1.web.robot import Robot
+from pyros1.web.server.wire import MAX_REQUEST, RequestError
 from pyros1.web.tables.params import flatten, pretty
 from pyros1.web.views.view import text
-from pyros1.web.wire import MAX_REQUEST, RequestError
 
 
 def tree(robot: Robot, args: Mapping[str, Any]) -> Any:

@@ -9,9 +9,9 @@ from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
 from pyros1.reconfigure.encoding import encode
 from pyros1.reconfigure.values import KINDS
 from pyros1.web.robot import Robot
+from pyros1.web.server.wire import RequestError
 from pyros1.web.views.reconfigure import values
 from pyros1.web.views.view import text
-from pyros1.web.wire import RequestError
 
 _PATIENCE = 5.0
 

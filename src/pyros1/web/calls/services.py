@@ -13,10 +13,10 @@ from pyros1.msgs import load_service
 from pyros1.msgs.json_form import from_json
 from pyros1.web.exchanges import Exchanges
 from pyros1.web.robot import Robot
+from pyros1.web.server.wire import RequestError
 from pyros1.web.tables.forms import form as form_of
 from pyros1.web.views.message import tree
 from pyros1.web.views.view import number, text
-from pyros1.web.wire import RequestError
 
 _PROBE = 2.0
 _LONGEST = 600.0

@@ -9,10 +9,10 @@ from pyros1.ground import generated
 from pyros1.ground.errors import MessageError
 from pyros1.msgs import load_message
 from pyros1.web.robot import Robot
+from pyros1.web.server.wire import RequestError
 from pyros1.web.tables.forms import form as form_of
 from pyros1.web.tables.forms import numbers
 from pyros1.web.views.view import text
-from pyros1.web.wire import RequestError
 
 _MOST_FIELDS = 200
 

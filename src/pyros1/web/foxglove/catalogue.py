@@ -21,7 +21,7 @@ from pyros1.ground.errors import Error, MessageError
 from pyros1.ground.shown import foreign
 from pyros1.msgs import from_definition, load_message, load_service
 from pyros1.web.foxglove.offers import ANY, Channel, Nodes, Offers, Service, Table
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 
 _PATIENCE = 1.0
 """Seconds that a node has to answer a question."""

@@ -24,7 +24,7 @@ from pyros1.web.foxglove.offers import Channel
 from pyros1.web.foxglove.outbox import Outbox, Waiting
 from pyros1.web.foxglove.shared import Shared
 from pyros1.web.hub import Arrival
-from pyros1.web.waiting import PATIENCE, Pending, wait_for_event, wait_until_over
+from pyros1.web.server.waiting import PATIENCE, Pending, wait_for_event, wait_until_over
 
 _PERIOD = 1.0
 """Seconds between two looks at what there is."""

@@ -23,7 +23,7 @@ from pyros1.web.rosbridge.operations import LEVELS, Action, BridgeError, Id
 from pyros1.web.rosbridge.outbox import Flow, Frame, Outbox
 from pyros1.web.rosbridge.providing import Providing
 from pyros1.web.rosbridge.publishers import Publishers
-from pyros1.web.waiting import Pending
+from pyros1.web.server.waiting import Pending
 
 MOST_TOPICS = 500
 MOST_CALLS = 500

@@ -17,8 +17,8 @@ from websockets.exceptions import ConnectionClosed
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.client import Client
 from pyros1.web.rosbridge.outbox import Frame
-from pyros1.web.threads import Threads
-from pyros1.web.waiting import PATIENCE, wait_for_event, wait_until_over
+from pyros1.web.server.threads import Threads
+from pyros1.web.server.waiting import PATIENCE, wait_for_event, wait_until_over
 
 _MOST_READ = 1 << 20
 """Bytes of frames that are read ahead; but one is, however large."""

@@ -9,7 +9,7 @@ from typing import Any
 from pyros1.ground.names import is_legal_name
 from pyros1.urdf.joints import SLIDERS, JointStates, Options, options
 from pyros1.urdf.model import UrdfError
-from pyros1.web.wire import RequestError
+from pyros1.web.server.wire import RequestError
 
 MOST = 1_000
 """Most joints that are shown, and that one change may move."""

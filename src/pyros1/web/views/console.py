@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from pyros1.web.server.wire import Push
 from pyros1.web.views.view import View, number, text
-from pyros1.web.wire import Push
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot

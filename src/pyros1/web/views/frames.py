@@ -8,17 +8,17 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import MessageError
-from pyros1.web.frames import Frames
 from pyros1.web.hub import Arrival
+from pyros1.web.server.wire import Push
+from pyros1.web.shown.frames import Frames
 from pyros1.web.views.view import View
-from pyros1.web.wire import Push
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 
 class FramesView(View):
-    """What `pyros1.web.frames.Frames.describe` returns, twice a second, and "problem", of /tf itself."""
+    """What `pyros1.web.shown.frames.Frames.describe` returns, twice a second, and "problem", of /tf itself."""
 
     period = 0.5
     polled = True

@@ -8,9 +8,9 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.web.hub import Arrival
-from pyros1.web.picture_size import MOST_PIXELS, picture_size
+from pyros1.web.server.wire import Push, RequestError
+from pyros1.web.shown.picture_size import MOST_PIXELS, picture_size
 from pyros1.web.views.view import View, text
-from pyros1.web.wire import Push, RequestError
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 from pyros1.ground.errors import Error, MessageError, ParameterNotSetError
 from pyros1.urdf.joints import JointStates
 from pyros1.urdf.reading import read
+from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.tables import joints
 from pyros1.web.tables.repeating import Repeating
 from pyros1.web.views.view import View, text
-from pyros1.web.wire import Push, RequestError
 
 if TYPE_CHECKING:
     from pyros1.web.hub import Arrival

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from pyros1.launch.running.logs import log_folder
 from pyros1.net.hosts import is_local, parse_uri
 from pyros1.web.calls.launches import find
+from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.tables.launches import log_files, tail
 from pyros1.web.views.view import View, text
-from pyros1.web.wire import Push, RequestError
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot

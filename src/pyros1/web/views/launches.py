@@ -11,9 +11,9 @@ from pyros1.doctor.together import together
 from pyros1.ground.errors import Error
 from pyros1.launch.running.control import Launch, Report, launch_uris
 from pyros1.net.hosts import parse_uri
+from pyros1.web.server.wire import Push
 from pyros1.web.tables.launches import Used, describe, used
 from pyros1.web.views.view import View
-from pyros1.web.wire import Push
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot

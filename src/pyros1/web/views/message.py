@@ -13,8 +13,8 @@ from pyros1.ground.errors import MessageError
 from pyros1.ground.timing import TVal
 from pyros1.msgs import Message
 from pyros1.web.hub import Arrival
+from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.view import View, text
-from pyros1.web.wire import Push, RequestError
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
+from pyros1.web.server.wire import Push
 from pyros1.web.tables.params import Changes
 from pyros1.web.views.view import View
-from pyros1.web.wire import Push
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import Error, MessageError
-from pyros1.web.curves import Curve, CurveError
 from pyros1.web.hub import Arrival
+from pyros1.web.server.wire import Push, RequestError
+from pyros1.web.shown.curves import Curve, CurveError
 from pyros1.web.views.view import View
-from pyros1.web.wire import Push, RequestError
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
@@ -26,7 +26,7 @@ class PlotView(View):
     """Curves.
 
     Args (of the page):
-        curves: a list of ``{"id": N, "text": TEXT, "stamped": bool}``; see `pyros1.web.curves.Curve` for the text.
+        curves: a list of ``{"id": N, "text": TEXT, "stamped": bool}``; see `shown.curves.Curve` for the text.
 
     Pushes ``{"now": TIME, "curves": [{"id", "part", "count"}, ...], "problems": {ID: TEXT}}`` with the points: for each
     entry its times, then its values, as float64. A part is the element of an array, or -1.

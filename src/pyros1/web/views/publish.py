@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.tables.repeating import Repeating
 from pyros1.web.views.view import View, number, text
-from pyros1.web.wire import Push, RequestError
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot

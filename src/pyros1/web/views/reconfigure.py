@@ -11,8 +11,8 @@ from pyros1.ground.errors import MessageError
 from pyros1.reconfigure.encoding import decode
 from pyros1.reconfigure.values import choices
 from pyros1.web.hub import Arrival
+from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.view import View, text
-from pyros1.web.wire import Push, RequestError
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot

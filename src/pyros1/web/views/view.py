@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from pyros1.web.wire import Push, RequestError
+from pyros1.web.server.wire import Push, RequestError
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot

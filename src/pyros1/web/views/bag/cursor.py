@@ -7,10 +7,10 @@ from typing import Any
 
 from pyros1.ground.errors import Error
 from pyros1.ground.shown import foreign
+from pyros1.web.server.wire import Push
 from pyros1.web.views.bag.file import BagView, topics
 from pyros1.web.views.message import tree
 from pyros1.web.views.view import number
-from pyros1.web.wire import Push
 
 _MOST_TOPICS = 8
 _LONGEST = 1e10

@@ -10,9 +10,9 @@ from pyros1.ground.errors import Error
 from pyros1.ground.shown import foreign
 from pyros1.web.bags.opened import IMAGES
 from pyros1.web.bags.pictures import picture
+from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.bag.file import BagView
 from pyros1.web.views.view import number, text
-from pyros1.web.wire import Push, RequestError
 
 MOST = 64
 """Most pictures that are asked for at once."""

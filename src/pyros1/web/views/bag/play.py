@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.web.bags.opened import MOST_TOPICS
 from pyros1.web.bags.playing import Playback, Wishes
+from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.bag.file import BagView, topics
 from pyros1.web.views.view import number
-from pyros1.web.wire import Push, RequestError
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot

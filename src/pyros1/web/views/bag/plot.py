@@ -11,10 +11,10 @@ from pyros1.ground.errors import Error
 from pyros1.ground.shown import foreign
 from pyros1.web.bags.envelope import Envelope
 from pyros1.web.bags.opened import OpenBag
-from pyros1.web.curves import Curve, CurveError
+from pyros1.web.server.wire import Push, RequestError
+from pyros1.web.shown.curves import Curve, CurveError
 from pyros1.web.views.bag.file import BagView
 from pyros1.web.views.view import number
-from pyros1.web.wire import Push, RequestError
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
@@ -35,7 +35,7 @@ class BagPlotView(BagView):
 
     Args (of the page):
         path: an open bag.
-        curves: a list of ``{"id": N, "text": TEXT}``; see `pyros1.web.curves.Curve`.
+        curves: a list of ``{"id": N, "text": TEXT}``; see `pyros1.web.shown.curves.Curve`.
         begin, end: the times to read, in seconds since the bag's beginning.
 
     Pushes ``{"begin", "end", "progress": 0..1, "curves": [{"id", "part", "count"}, ...], "problems": {ID: TEXT}}`` with

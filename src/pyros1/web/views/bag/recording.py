@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from pyros1.web.server.wire import Push
 from pyros1.web.views.view import View
-from pyros1.web.wire import Push
 
 
 class BagRecordingView(View):

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.bag.file import BagView, topics
 from pyros1.web.views.view import number
-from pyros1.web.wire import Push, RequestError
 
 _MOST_ROWS = 200
 _MOST_COLUMNS = 4_000

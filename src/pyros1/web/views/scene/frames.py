@@ -6,8 +6,8 @@ from array import array
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from pyros1.web.server.wire import Push
 from pyros1.web.views.view import View, text
-from pyros1.web.wire import Push
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot

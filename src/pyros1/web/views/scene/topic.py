@@ -13,8 +13,8 @@ from pyros1.web.scene.grids import UPDATES, Grid
 from pyros1.web.scene.markers import Markers
 from pyros1.web.scene.shape import Shape, ShapeError
 from pyros1.web.scene.shapes import CLOUDS, SHAPES
+from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.view import View, number, text
-from pyros1.web.wire import Push, RequestError
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot

@@ -8,11 +8,12 @@ from typing import Any
 
 import pytest
 
-from pyros1.web import views, wire
+from pyros1.web import views
 from pyros1.web.robot import Robot
-from pyros1.web.session import MOST_STREAMS, Session
+from pyros1.web.server import wire
+from pyros1.web.server.session import MOST_STREAMS, Session
+from pyros1.web.server.wire import Call, Change, Close, Next, Open, Push, RequestError
 from pyros1.web.views.view import View
-from pyros1.web.wire import Call, Change, Close, Next, Open, Push, RequestError
 
 
 class Counter(View):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from pyros1 import Time
 from pyros1.msgs.geometry_msgs.msg import TransformStamped
-from pyros1.web.frames import MOST_FRAMES, Frames
+from pyros1.web.shown.frames import MOST_FRAMES, Frames
 
 NAMES = st.sampled_from("abcdef")
 

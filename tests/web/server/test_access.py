@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.web.access import Access
+from pyros1.web.server.access import Access
 
 
 @pytest.mark.parametrize(

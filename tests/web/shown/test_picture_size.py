@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from pyros1.web.picture_size import MOST_PIXELS, picture_size
+from pyros1.web.shown.picture_size import MOST_PIXELS, picture_size
 
 _BEGINS = [b"", b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"\xff\xd8\xff\xe0", b"GIF89a", b"BM", b"RIFF....WEBP"]
 

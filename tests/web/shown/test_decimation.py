@@ -7,7 +7,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.web.decimation import PER_BUCKET, decimate
+from pyros1.web.shown.decimation import PER_BUCKET, decimate
 
 NUMBERS = st.lists(st.floats(), min_size=1, max_size=400)
 

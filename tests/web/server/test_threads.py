@@ -10,7 +10,7 @@ from concurrent.futures import CancelledError, wait
 
 import pytest
 
-from pyros1.web.threads import Threads
+from pyros1.web.server.threads import Threads
 
 PATIENCE = 20.0
 
@@ -60,7 +60,8 @@ def test_what_has_not_begun_is_left_out_at_the_end() -> None:
 
 
 def test_a_program_ends_though_work_goes_on() -> None:
-    code = "import time; from pyros1.web.threads import Threads; Threads(1, 'x').submit(time.sleep, 1000); print('end')"
+    code = "import time; from pyros1.web.server.threads import Threads; "
+    code += "Threads(1, 'x').submit(time.sleep, 1000); print('end')"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
     assert done.stdout == "end\n"
 

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from pyros1 import Time
 from pyros1.msgs.rosgraph_msgs.msg import Log
-from pyros1.web import wire
-from pyros1.web.console import Console
+from pyros1.web.server import wire
+from pyros1.web.shown.console import Console
 
 
 def log(text: str) -> Log:

@@ -21,10 +21,10 @@ from websockets.sync.client import ClientConnection, connect
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.msgs.std_srvs.srv import Empty
 from pyros1.web import calls
-from pyros1.web.entrance import MOST
 from pyros1.web.exchanges import AT_ONCE
-from pyros1.web.server import WebServer
-from pyros1.web.wire import RequestError
+from pyros1.web.server.entrance import MOST
+from pyros1.web.server.server import WebServer
+from pyros1.web.server.wire import RequestError
 
 
 def get(server: Served, path: str, host: str = "localhost", **headers: str) -> tuple[int, dict[str, str], bytes]:

@@ -12,7 +12,7 @@ from pyros1.msgs.geometry_msgs.msg import PointStamped
 from pyros1.msgs.sensor_msgs.msg import JointState
 from pyros1.msgs.std_msgs.msg import Bool, String
 from pyros1.msgs.std_msgs.msg import Duration as DurationMessage
-from pyros1.web.curves import MOST_POINTS, Curve, CurveError
+from pyros1.web.shown.curves import MOST_POINTS, Curve, CurveError
 
 
 def find(name: str) -> tuple[str, str, str] | None:

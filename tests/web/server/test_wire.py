@@ -11,8 +11,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pyros1.web import wire
-from pyros1.web.wire import Call, Change, Close, Next, Open, Push, RequestError
+from pyros1.web.server import wire
+from pyros1.web.server.wire import Call, Change, Close, Next, Open, Push, RequestError
 
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=10),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
-from pyros1.web.waiting import Pending, wait_for_event, wait_until_over
+from pyros1.web.server.waiting import Pending, wait_for_event, wait_until_over
 
 
 def test_the_event_or_the_time_ends_it() -> None:

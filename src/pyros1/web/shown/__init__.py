@@ -1,0 +1,1 @@
+"""What views make of the robot's data before it goes to a page."""
