@@ -27,10 +27,7 @@ from websockets.http11 import Request, Response
 from websockets.protocol import State
 from websockets.typing import Subprotocol
 
-from pyros1.web import calls, wire
-from pyros1.web.access import Access
-from pyros1.web.assets import SECURITY, Assets
-from pyros1.web.entrance import Entrance
+from pyros1.web import calls
 from pyros1.web.exchanges import AT_ONCE
 from pyros1.web.foxglove import PROTOCOLS as FOXGLOVE
 from pyros1.web.foxglove.connection import Viewer
@@ -39,10 +36,14 @@ from pyros1.web.package_files import FileError
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.driver import Bridge
 from pyros1.web.rosbridge.intake import MAX_FRAME
-from pyros1.web.session import Session
-from pyros1.web.threads import Threads
-from pyros1.web.waiting import wait_for_event
-from pyros1.web.wire import RequestError
+from pyros1.web.server import wire
+from pyros1.web.server.access import Access
+from pyros1.web.server.assets import SECURITY, Assets
+from pyros1.web.server.entrance import Entrance
+from pyros1.web.server.session import Session
+from pyros1.web.server.threads import Threads
+from pyros1.web.server.waiting import wait_for_event
+from pyros1.web.server.wire import RequestError
 
 PROTOCOL = Subprotocol("pyros1.v1")
 SOCKET = "/ws"

@@ -7,11 +7,12 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from pyros1.ground.errors import Error
-from pyros1.web import calls, views, wire
+from pyros1.web import calls, views
 from pyros1.web.exchanges import Exchanges
 from pyros1.web.robot import Robot
+from pyros1.web.server import wire
+from pyros1.web.server.wire import RequestError
 from pyros1.web.views.view import View
-from pyros1.web.wire import RequestError
 
 MOST_STREAMS = 200
 _TRY_AGAIN = 1.0

@@ -12,7 +12,7 @@ from pyros1.ground.errors import Error, MessageError
 from pyros1.ground.timing import TVal
 from pyros1.observe.expression import Expression, ExpressionError
 from pyros1.observe.fields import FieldPath, FieldPathError
-from pyros1.web.decimation import decimate
+from pyros1.web.shown.decimation import decimate
 
 MOST_PARTS = 50
 """Most elements of an array that are curves of their own."""

@@ -1,4 +1,4 @@
-// The one object that knows the wire; see pyros1/web/wire.py. It connects again by itself.
+// The one object that knows the wire; see pyros1/web/server/wire.py. It connects again by itself.
 
 const LONGEST_PAUSE = 4000;
 
