@@ -10,8 +10,6 @@ from pathlib import Path
 from queue import Queue
 from typing import Any
 
-import pytest
-
 import pyros1
 from pyros1.finding.packages import OWN_PACKAGES
 from pyros1.msgs.tf2_msgs.msg import TFMessage
@@ -31,13 +29,6 @@ def test_the_description_is_one_of_a_robot() -> None:
     assert Kinematics(robot).root == "base_footprint"
     assert {joint.type for joint in robot.joints.values()} == {"fixed", "continuous", "revolute", "prismatic"}
     assert list(states.followers) == ["right_finger_joint"]
-
-
-def test_the_description_is_made_from_xacro() -> None:
-    xacro = pytest.importorskip("xacro", reason="the extra `xacro` brings it")
-    made = xacro.process_file(str(ROBOT.with_name("two_wheeler.urdf.xacro"))).toprettyxml(indent="  ")
-    written = ROBOT.read_text("utf-8")
-    assert made.split("<robot", 1)[1].split() == written.split("<robot", 1)[1].split()
 
 
 def test_display_launch_runs_without_ros(environ: dict[str, str], make_node: Callable[..., Any]) -> None:
