@@ -24,6 +24,7 @@ def both(definition: str, value: Any) -> Any:
     return decoded.x
 
 
+@pytest.mark.filterwarnings("ignore:In future, it will be an error:DeprecationWarning")  # says numpy before 2.3
 def test_booleans_that_were_computed() -> None:
     """New versions of numpy no longer have them as indices."""
     assert (both("bool x", TRUE), both("bool x", FALSE)) == (True, False)
