@@ -129,11 +129,14 @@ def completes(name: str, verb: str, position: int) -> str:
 
 def command_name(word: str) -> str | None:
     """Return the command that a word means, by name or stock name: ``topic`` or ``rostopic``. None if unknown."""
-    for name in (word, word.removeprefix("ros")):  # the common case, and quick
-        if name in INDEX:
+    short = word.removeprefix("ros")
+    if word in INDEX or (short in INDEX and INDEX[short][3] == word):  # the common case, and quick
+        return word if word in INDEX else short
+    for name, entry in commands().items():  # rosconsole is not the command `console`
+        if word == entry.stock or word in entry.aliases:
             return name
-    for name, entry in commands().items():
-        if word in (name, f"ros{name}", entry.stock, *entry.aliases):
+    for name in commands():
+        if word in (name, f"ros{name}"):
             return name
     return None
 

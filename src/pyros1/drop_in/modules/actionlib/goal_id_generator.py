@@ -21,9 +21,10 @@ __all__ = [
 
 __getattr__ = missing("actionlib.goal_id_generator")
 
-s_goalcount_lock = threading.RLock()
+s_goalcount_lock = threading.Lock()
 s_goalcount = 0
 """How many names this program has made."""
+_own_lock = threading.RLock()  # a signal handler on top may make a name, too; stock's lock would never let it
 
 
 class GoalIDGenerator:
@@ -44,7 +45,7 @@ class GoalIDGenerator:
         """Return a new GoalID, with the present time."""
         global s_goalcount  # noqa: PLW0603  stock's name for it
         now = rospy.Time.now()
-        with s_goalcount_lock:
+        with _own_lock:
             s_goalcount += 1
             number = s_goalcount
         return GoalID(stamp=now, id=f"{self.name}-{number}-{now.secs}.{now.nsecs}")
