@@ -87,6 +87,7 @@ def gone(pid: int) -> bool:
 def test_stock_parent_is_served(launched: Launched) -> None:
     far = launched.started("far")
     launched.parent.wait_line(r"\[localhost-0\]: ERROR: cannot launch node of type \[topic_tools/nothing\]")
+    until(Path(f"/proc/{far}/cmdline").read_text, "its program has begun")  # it is empty for a moment
     words = Path(f"/proc/{far}/cmdline").read_text().split("\0")[:-1]
     assert words[:-1] == ["/usr/lib/topic_tools/relay", "/in", "/out", "a:=b", "__name:=far"]
     log = re.fullmatch(rf"__log:=({launched.folder}/far_home/log/[^/]+/g-far-1)\.log", words[-1])
