@@ -54,3 +54,19 @@ def test_a_link_under_another_name_will_do(tmp_path: Path) -> None:
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert "relay IN_TOPIC" in done.stdout
+
+
+@pytest.mark.parametrize(
+    "script",
+    sorted(
+        path
+        for path in FILES
+        if callable(SCRIPTS[path.relative_to(PACKAGES).parts[0]][path.name]) and path.name != "xacro"
+    ),
+    ids=lambda path: path.name,
+)
+def test_a_wrong_address_of_the_master_is_one_line(script: Path) -> None:
+    env = {**os.environ, "PYTHONPATH": str(PACKAGES.parents[1]), "ROS_MASTER_URI": "foo"}
+    words = [sys.executable, script, "raw", "in:=a", "compressed", "out:=b"]
+    done = subprocess.run(words, env=env, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode not in (0, -6) and "Traceback" not in done.stderr, done.stderr

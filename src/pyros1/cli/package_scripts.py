@@ -11,6 +11,8 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 
+from pyros1.ground.errors import Error
+
 
 def _test_node() -> int:
     from pyros1.test_nodes.program import main  # noqa: PLC0415 - each script is one of many
@@ -98,7 +100,11 @@ def run(file: str) -> None:
     package = next(folder for folder in reversed(folders) if folder in SCRIPTS)
     script = SCRIPTS[package][name]
     if callable(script):
-        sys.exit(script())
+        try:
+            code = script()
+        except Error as error:  # the master's address is wrong, ...
+            sys.exit(f"ERROR: {name}: {error}")
+        sys.exit(code)
     from pyros1.cli.main import entry  # noqa: PLC0415 - the others need none of it
 
     sys.exit(entry(["pyros1", *script.split(), *sys.argv[1:]], alone=True))

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import itertools
 import math
-import sys
 import threading
 from collections.abc import Sequence
 from time import monotonic
 from typing import Any
 
 from pyros1.actions import Server
-from pyros1.ground.errors import Error, ServiceRefusal
+from pyros1.ground.errors import ServiceRefusal
 from pyros1.msgs.geometry_msgs.msg import TransformStamped
 from pyros1.msgs.tf2_web_republisher.msg import TFArray, TFSubscriptionAction, TFSubscriptionFeedback
 from pyros1.msgs.tf2_web_republisher.srv import RepublishTFs
@@ -173,11 +172,7 @@ def main(argv: list[str]) -> int:
     Args:
         argv: the command line, with the program's name.
     """
-    try:
-        with Node("tf2_web_republisher", argv=argv[1:]) as node:
-            Republisher(node)
-            node.spin()
-    except Error as error:
-        sys.stderr.write(f"ERROR: tf2_web_republisher: {error}\n")
-        return 1
+    with Node("tf2_web_republisher", argv=argv[1:]) as node:
+        Republisher(node)
+        node.spin()
     return 0

@@ -70,6 +70,8 @@ class Continued:
     def report(self, here: int, gone: list[str]) -> None:
         """Say which nodes are there. Called on the master's thread."""
         gone = [name for name in gone if name != "/rosout"]  # that was in the earlier core, and this one has its own
+        if not here and not gone:
+            return  # it had parameters only
         text = f"continued with {here} {'node' if here == 1 else 'nodes'} of the earlier master"
         if gone:
             text += f"; gone meanwhile: {', '.join(gone[:20])}{' ...' if len(gone) > 20 else ''}"
