@@ -30,6 +30,8 @@ def test_once_for_each_gap(make_node: Any, transport: str, collect: Any) -> None
         publisher.publish(gap)
         got.wait(gap)
     missed.wait(3)
+    assert str(Missed("/t", 0.5, ("/a", "/b"))) == "no message on /t for 0.5 s, from /a, /b"
+    assert str(Missed("/t", 0.5, ())) == "no message on /t for 0.5 s, no publisher"
     talker.shutdown()
     assert not missed.until(lambda items: len(items) > 3, timeout=4 * SHORT), "still the same gap"
 

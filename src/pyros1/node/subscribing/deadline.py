@@ -8,6 +8,8 @@ from functools import partial
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
+from pyros1.ground import shown
+
 if TYPE_CHECKING:
     from pyros1.node.clock import Clock
     from pyros1.node.context import Context
@@ -28,6 +30,10 @@ class Missed:
     topic: str
     silent: float
     publishers: tuple[str, ...]
+
+    def __str__(self) -> str:
+        whose = f", from {', '.join(map(shown.one_line, self.publishers))}" if self.publishers else ", no publisher"
+        return f"no message on {self.topic} for {self.silent:.3g} s{whose}"
 
 
 class Deadline:

@@ -44,6 +44,9 @@ class Sighting:
     uri: str
     pid: int | None
 
+    def __str__(self) -> str:
+        return f"{self.name} is {'found' if self.alive else 'lost'}: {self.reason}"
+
 
 class Watched:
     """A node that is watched. Times are monotonic, in seconds.
