@@ -60,6 +60,8 @@ if TYPE_CHECKING:
     from pyros1.ground.timing import Duration, Time
     from pyros1.msgs import AnyMsg
     from pyros1.node import Node
+    from pyros1.node.subscribing.deadline import Missed
+    from pyros1.node.watching.sighting import Sighting
 
 __version__ = "0.1.0"
 
@@ -77,6 +79,7 @@ __all__ = [
     "MasterMethodError",
     "MasterUnreachableError",
     "MessageError",
+    "Missed",
     "Node",
     "NodeError",
     "NodeShutdownError",
@@ -87,6 +90,7 @@ __all__ = [
     "ServiceError",
     "ServiceRefusal",
     "ServiceUnavailableError",
+    "Sighting",
     "Time",
     "TimeMovedBackwardsError",
     "TransportError",
@@ -102,7 +106,9 @@ _HOMES = {
     **dict.fromkeys(__all__, "pyros1.ground.errors"),
     "AnyMsg": "pyros1.msgs",
     "Duration": "pyros1.ground.timing",
+    "Missed": "pyros1.node.subscribing.deadline",
     "Node": "pyros1.node",
+    "Sighting": "pyros1.node.watching.sighting",
     "Time": "pyros1.ground.timing",
 }
 
