@@ -13,30 +13,33 @@ from pyros1.graph import in_namespace
 from pyros1.ground.shown import one_line
 
 
-def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the nodes that the master knows."""
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Print the nodes that the master knows. Return 1 if they were to be checked and one is not alive, else 0."""
     if len(args) > 1:
         raise UsageError("invalid args: you may only specify one namespace")
     namespace = invocation.resolve(args[0]) if args else None
     graph = invocation.graph
     names = sorted(in_namespace(graph.state().nodes(), namespace))
-    uris = {name: graph.node_uri(name) for name in names} if options.json or options.check else {}
-    states = _states(invocation, uris) if options.check else {}
-    if options.json:
-        print_json([{"node": name, "uri": uris[name], **states.get(name, {})} for name in names])
-    elif options.check:
-        width = max(map(len, names), default=0)
-        for name, state in states.items():
-            print(f"{name:{width}}  {state['state']}" + (f": {state['reason']}" if state["reason"] else ""))
-    if any(state["state"] != "alive" for state in states.values()):
-        raise SystemExit(1)
     if options.json or options.check:
-        return
+        uris = {name: graph.node_uri(name) for name in names}
+        states = _states(invocation, uris) if options.check else {}
+        if options.json:
+            print_json([{"node": name, "uri": uris[name], **states.get(name, {})} for name in names])
+        else:
+            _print_states(states)
+        return int(any(state["state"] != "alive" for state in states.values()))
     if options.all:
         names = [f"{graph.node_uri(name) or 'unknown address'} \t{name}" for name in names]
     elif options.uris:
         names = [graph.node_uri(name) or f"unknown address {name}" for name in names]
     print(*names, sep="\n")
+    return 0
+
+
+def _print_states(states: dict[str, dict[str, str]]) -> None:
+    width = max(map(len, states), default=0)
+    for name, state in states.items():
+        print(f"{name:{width}}  {state['state']}" + (f": {state['reason']}" if state["reason"] else ""))
 
 
 def _states(invocation: Invocation, uris: dict[str, str | None]) -> dict[str, dict[str, str]]:
