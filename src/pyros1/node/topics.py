@@ -156,7 +156,7 @@ class Topics:
             if subscription is None:
                 subscription = Subscription(context, name, message_class, hints, driver)
                 self._subscribe_to({**self.subscriptions, name: subscription})
-            call = deadline or callback
+            call = callback if deadline is None else deadline.take
             subscriber = Subscriber(
                 subscription, message_class, call, queue_size, self._unsubscribe, direct, view, stream, deadline
             )

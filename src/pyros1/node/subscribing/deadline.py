@@ -73,8 +73,8 @@ class Deadline:
         self._told: float | None = None  # when the gap began that was told last
         self._begun = self._closed = False
 
-    def __call__(self, message: Any) -> None:
-        """Take a message."""
+    def take(self, message: Any) -> None:
+        """Take a message: the callback of the subscriber."""
         self._last = self._now()
         self._callback(message)
 

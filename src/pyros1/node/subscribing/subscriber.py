@@ -124,7 +124,7 @@ class Subscriber(Generic[_M]):
             self._subscription.context.log.exception(text, error=error)
         except Exception as error:
             if not isinstance(error, KeyboardInterrupt):  # as rospy's exception of a wait that the end cut short is
-                text = f"bad callback: {self._callback!r} of {self.name}"
+                text = f"bad callback: {self._deadline or self._callback!r} of {self.name}"
                 self._subscription.context.log.exception(text, error=error)
 
     def message(self, source: Source, item: Item) -> _M | None:
