@@ -2,9 +2,10 @@
 their own.
 
 Each task is a real thread, so thread identities and local variables are real; but all wait, except one. At each *point*
-the plan may let another task go on. Points are the lines of the modules under test (found by `sys.settrace`), and each
-operation of the stand-ins for locks, sleeps and sockets (`stand_ins`, `network`). Nothing really waits: a task that
-would wait names its condition and its deadline, and when no task can go on the clock jumps to the next deadline.
+the plan may let another task go on. Points are the places in the modules under test at which CPython may let another
+thread run (found by `sys.settrace`): the begin of a function, the instruction after a call, and the jump back of a loop;
+and each operation of the stand-ins for locks, sleeps and sockets (`stand_ins`, `network`). Nothing really waits: a task
+that would wait names its condition and its deadline, and when no task can go on the clock jumps to the next deadline.
 
 A run is decided by the plan alone, so it can be repeated. It fails if no task can ever go on (deadlock), if it does not
 end within LONGEST seconds of its clock or MOST_POINTS points (a wait that does not end, or tasks that keep each other
@@ -14,15 +15,19 @@ busy), and if a task raises.
 from __future__ import annotations
 
 import _thread
+import dis
 import sys
 import threading
 import traceback
 from collections.abc import Callable
+from functools import cache
+from types import CodeType
 from typing import Any, Protocol
 
 TICK = 1e-6
 """Seconds that a point takes."""
-LONGEST = 300.0
+BEGIN = 1000.0
+LONGEST = 1000.0
 MOST_POINTS = 400_000
 PATIENCE = 60.0
 """Real seconds for one run: longer means that something waits outside of the scheduler."""
@@ -77,12 +82,27 @@ class Task:
         self.thread: threading.Thread | None = None
 
 
+@cache
+def switches_of(code: CodeType) -> frozenset[int]:
+    """Return the places of the instructions before which CPython may let another thread run."""
+    found, after_call = [], False
+    for instruction in dis.get_instructions(code):
+        back = instruction.opname.startswith(("JUMP", "POP_JUMP")) and (
+            "BACKWARD" in instruction.opname or int(instruction.argval or 0) <= instruction.offset
+        )
+        if (after_call or back) and instruction.opname != "CACHE":
+            found.append(instruction.offset)
+            after_call = False
+        after_call = after_call or (instruction.opname.startswith("CALL") and "INTRINSIC" not in instruction.opname)
+    return frozenset(found)
+
+
 class Scheduler:
     """One run.
 
     Args:
         plan: decides it.
-        traced: file names of the modules whose lines are points.
+        traced: file names of the modules under test.
 
     Attributes:
         now: the time, in seconds.
@@ -92,7 +112,7 @@ class Scheduler:
     """
 
     def __init__(self, plan: Plan, traced: frozenset[str]) -> None:
-        self.now = 1000.0
+        self.now = BEGIN
         self.points = 0
         self.over = False
         self.tasks: list[Task] = []
@@ -100,6 +120,7 @@ class Scheduler:
         self.failure: BaseException | None = None
         self._plan = plan
         self._traced = traced
+        self._tracers: dict[CodeType, Any] = {}
         self._due = plan.due(0)
         self._done = _thread.allocate_lock()
         self._done.acquire()
@@ -149,12 +170,26 @@ class Scheduler:
     # Points -----------------------------------------------------------------------------------------------------------
 
     def _trace(self, frame: Any, _event: str, _arg: object) -> Any:
-        return self._line if frame.f_code.co_filename in self._traced else None
+        if frame.f_code.co_filename not in self._traced:
+            return None
+        frame.f_trace_opcodes = True
+        frame.f_trace_lines = False
+        self.point()
+        return self._tracer(frame.f_code)
 
-    def _line(self, _frame: Any, event: str, _arg: object) -> Any:
-        if event == "line":
-            self.point()
-        return self._line
+    def _tracer(self, code: CodeType) -> Any:
+        """Return the function that is called before each instruction."""
+        tracer = self._tracers.get(code)
+        if tracer is None:
+            switches, point = switches_of(code), self.point
+
+            def tracer(frame: Any, event: str, _arg: object) -> Any:
+                if event == "opcode" and frame.f_lasti in switches:
+                    point()
+                return tracer
+
+            self._tracers[code] = tracer
+        return tracer
 
     def point(self) -> None:
         """Let another task go on, if the plan says so."""
@@ -238,7 +273,7 @@ class Scheduler:
                 return
             self.now = max(self.now, min(deadlines))
             able = self._able()
-        if self.now > 1000.0 + LONGEST or self.points > MOST_POINTS:
+        if self.now > BEGIN + LONGEST or self.points > MOST_POINTS:
             self._give_up(f"not over after {LONGEST:g} s and {self.points} points", raising=not me.ended)
             return
         chosen = able[0] if len(able) == 1 else able[self._plan.choose(self.points, len(able)) % len(able)]

@@ -87,7 +87,7 @@ class Scenario:
     """What is played, with any plan; a subclass for each.
 
     Attributes:
-        modules: of pyros1, whose lines are points.
+        modules: those of pyros1 whose instructions are points.
         limits: names of limits of modules that are small here, so that few messages reach them: (module, name, value).
         room: bytes that wait in a connection.
     """
