@@ -79,8 +79,10 @@ class Stage:
 
     def until(self, condition: Callable[[], object], seconds: float = 60.0) -> None:
         """Wait for a condition; fail after some seconds of the run's clock."""
-        if not self.scheduler.wait(condition, seconds):
-            raise AssertionError(f"not within {seconds:g} s:{self.scheduler.places()}")
+        end = self.scheduler.now + seconds
+        while not self.scheduler.wait(condition, end - self.scheduler.now):
+            if self.scheduler.now >= end:
+                raise AssertionError(f"not within {seconds:g} s:{self.scheduler.places()}")
 
 
 class Scenario:

@@ -9,6 +9,7 @@ from typing import Any
 
 from pyros1.msgs.geometry_msgs.msg import PointStamped
 from pyros1.msgs.std_msgs.msg import UInt64
+from pyros1.wire.handshake import Refusal, subscriber_header
 
 from ..stage import Scenario, Stage
 from .parts import PUBLISHING, THREAD, Reader, check_orders, end_context, make_context, make_publication
@@ -134,3 +135,43 @@ class Numbered(Publishing):
         check_orders(stamps, MESSAGES)
         late_stamps = [number & mask for number in late.numbers(4)]
         assert stamps[len(stamps) - len(late_stamps) :] == late_stamps, f"two orders: {stamps}, {late_stamps}"
+
+
+class Closing(Scenario):
+    """A publisher ends while subscribers come, and another thread publishes: what it has published arrives."""
+
+    modules = PUBLISHING
+    room = 40
+
+    def play(self, stage: Stage) -> None:
+        """Play it."""
+        context = make_context(stage, "/talker")
+        publication = make_publication(context, 0, latch=True)
+        first, late = Reader(stage), Reader(stage, size=20)
+        readers = stage.spawn(first.read, late.read)
+        first.link(publication)
+        stage.until(lambda: publication.links)
+
+        def publish_and_end() -> None:
+            for number in range(2):
+                publication.publish(UInt64(number))
+            publication.close(stage.time.monotonic() + 500.0)
+
+        def publish() -> None:
+            publication.publish(UInt64(THREAD))
+
+        def join() -> None:
+            header = subscriber_header("/late", "/t", publication.type, False)
+            try:
+                context.loop.run(publication.accept, late.near, header)
+            except Refusal:  # the server closes it, on the loop
+                context.loop.run(late.near.close)
+
+        stage.together(publish_and_end, publish, join)
+        stage.until(lambda: not publication.links)
+        for reader in readers:
+            reader.join()
+        end_context(context)
+        # The other thread publishes while the publisher ends: its message may come to one of them, both, or none.
+        assert [number for number in first.numbers() if number < THREAD] == [0, 1], f"lost: {first.numbers()}"
+        assert [number for number in late.numbers() if number < THREAD] in ([], [1], [0, 1]), f"{late.numbers()}"
