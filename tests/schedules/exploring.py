@@ -6,11 +6,17 @@ deviation first. A failure names its plan, which `--seed` or `--deviations` play
 
 from __future__ import annotations
 
+import argparse
+import ast
 import random
-from collections.abc import Iterator
+import sys
+import time
+import traceback
+from collections.abc import Iterator, Sequence
 from itertools import count, islice
 
 from .plans import Deviations, FewDeviations, RandomPlan
+from .scenes.every import SHARES
 from .scheduler import Plan
 from .stage import Scenario, Stage, stage_for
 
@@ -74,3 +80,43 @@ def with_deviations(scenario: Scenario, schedules: int, bound: int = 2) -> tuple
                     following += plan.next_ones()
             level = following
     return played, complete
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Play all scenes, or some, as a program; return the exit code."""
+    parser = argparse.ArgumentParser(description="Play scenes with many plans.")
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", help="names of scenes (default: all)")
+    parser.add_argument("--schedules", type=int, default=10_000, help="of all scenes together")
+    parser.add_argument("--first", type=int, default=0, metavar="SEED", help="the first seed")
+    parser.add_argument("--seed", type=int, help="play only the plan with this seed")
+    parser.add_argument("--deviations", type=ast.literal_eval, help="play only the plan with these deviations")
+    options = parser.parse_args(arguments)
+    shares = {kind: share for kind, share in SHARES.items() if not options.scenes or kind.__name__ in options.scenes}
+    failures = total = 0
+    for kind, share in shares.items():
+        count = max(2, round(options.schedules * share / sum(shares.values())))
+        begun = time.process_time()
+        try:
+            if options.seed is not None or options.deviations is not None:
+                plan = FewDeviations(options.deviations) if options.deviations is not None else RandomPlan(options.seed)
+                with stage_for(scene := kind()) as stage:
+                    play(stage, scene, FewDeviations())
+                    play(stage, scene, plan)
+                played, kinds = 1, str(plan)
+            else:
+                at_random(kind(), count // 2, options.first)
+                deviating, complete = with_deviations(kind(), count - count // 2)
+                played = count // 2 + deviating
+                kinds = f"{count // 2} at random, {deviating} with few deviations{' (all)' if complete else ''}"
+        except Broken as error:
+            failures += 1
+            print(f"BROKEN {error}\n{''.join(traceback.format_exception(error.__cause__))}", flush=True)
+        else:
+            total += played
+            print(f"{kind.__name__}: {kinds}, {time.process_time() - begun:.0f} s of processor", flush=True)
+    print(f"{total} schedules, {failures} scenes fail", flush=True)
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -15,7 +15,7 @@ from pyros1.node.publishing.publication import Publication
 from pyros1.node.subscribing.hints import Hints
 from pyros1.node.subscribing.subscription import Subscription
 from pyros1.node.topic_type import topic_type
-from pyros1.wire.handshake import subscriber_header
+from pyros1.wire.handshake import Refusal, subscriber_header
 
 from ..network import Socket
 from ..stage import Stage
@@ -101,8 +101,15 @@ class Reader:
 
     def link(self, publication: Publication) -> None:
         """Become a subscriber. From any thread."""
-        header = subscriber_header("/reader", "/t", publication.type, False)
-        publication.context.loop.call_soon(publication.accept, self.near, header)
+        publication.context.loop.call_soon(self._accept, publication)
+
+    def _accept(self, publication: Publication) -> None:
+        """Do what a node's server does with a connection. On the loop."""
+        near: Any = self.near
+        try:
+            publication.accept(near, subscriber_header("/reader", "/t", publication.type, False))
+        except Refusal:
+            near.close()
 
     def read(self) -> None:
         """Read all. In a thread."""

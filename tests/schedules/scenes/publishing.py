@@ -9,7 +9,6 @@ from typing import Any
 
 from pyros1.msgs.geometry_msgs.msg import PointStamped
 from pyros1.msgs.std_msgs.msg import UInt64
-from pyros1.wire.handshake import Refusal, subscriber_header
 
 from ..stage import Scenario, Stage
 from .parts import PUBLISHING, THREAD, Reader, check_orders, end_context, make_context, make_publication
@@ -161,11 +160,8 @@ class Closing(Scenario):
             publication.publish(UInt64(THREAD))
 
         def join() -> None:
-            header = subscriber_header("/late", "/t", publication.type, False)
-            try:
-                context.loop.run(publication.accept, late.near, header)
-            except Refusal:  # the server closes it, on the loop
-                context.loop.run(late.near.close)
+            late.link(publication)
+            context.loop.run(lambda: None)
 
         stage.together(publish_and_end, publish, join)
         stage.until(lambda: not publication.links)
