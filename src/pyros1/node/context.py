@@ -17,6 +17,7 @@ from pyros1.node.checks import check_timeout
 from pyros1.node.subscribing.threads import DeliveryThreads
 
 if TYPE_CHECKING:
+    from pyros1.net.guests import Guests
     from pyros1.net.hosts import LocalAddress
     from pyros1.net.rpc_caller import RpcCaller
     from pyros1.node.callback_queue import CallbackQueue
@@ -76,6 +77,7 @@ class Context:
         environ: environment variables.
         uri: URI of its slave API, once that listens.
         address: where it listens and is reached, once that is known.
+        guests: decides who may connect to it; None: everybody may.
         stopping: set when the node begins to shut down; every wait ends then.
         tells_late_publishers: whether a `publish` after the end of the node is still to be logged, once.
         publications: what it publishes, by topic; changed by whole replacement, so that readers need no lock.
@@ -101,6 +103,7 @@ class Context:
         self.environ = environ
         self.uri = ""
         self.address: LocalAddress | None = None
+        self.guests: Guests | None = None
         self.stopping = stopping
         self.tells_late_publishers = True
         self.publications: dict[str, Published] = {}

@@ -28,6 +28,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     from pyros1.ground.interrupts import catch  # noqa: PLC0415
     from pyros1.launch.running.core import LOG_LEVELS, Core  # noqa: PLC0415 - after the command line proved right
     from pyros1.launch.running.logs import log_folder  # noqa: PLC0415
+    from pyros1.net.guests import guests_of  # noqa: PLC0415
     from pyros1.net.hosts import host_from_environment, master_uri, parse_uri  # noqa: PLC0415
 
     if options.port not in PORT_RANGE:
@@ -53,6 +54,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
             on_shutdown=ended.put,
             notify_timeout=options.timeout,
             log_level=options.level,
+            guests=guests_of(address.allowed),
         )
         core.start_master()
         try:

@@ -18,6 +18,7 @@ from pyros1.net.log_file import LogFile
 
 if TYPE_CHECKING:
     from pyros1.launch.running.continued import Continued
+    from pyros1.net.guests import Guests
     from pyros1.node.node import Node
 
 LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
@@ -44,6 +45,7 @@ class Core:
         on_shutdown: called with the reason when a client tells the master to shut down.
         notify_timeout: seconds to wait for the answer of a node to a notification, None for the default.
         log_level: lowest level in master.log: debug (with each call of the master), info, warn, error or fatal.
+        guests: decides who may connect to the master; None lets everybody in.
         continued: the journal, and what is continued; None: neither.
     """
 
@@ -59,6 +61,7 @@ class Core:
         notify_timeout: float | None = None,
         log_level: str = "info",
         continued: Continued | None = None,
+        guests: Guests | None = None,
     ) -> None:
         from pyros1.master.server import NOTIFY_TIMEOUT_S, Master  # noqa: PLC0415 - only if no master runs yet
 
@@ -76,6 +79,7 @@ class Core:
             journal=None if continued is None else continued.journal,
             found=None if continued is None else continued.found,
             on_continued=None if continued is None else continued.report,
+            guests=guests,
         )
         self._logged = LOG_LEVELS[LOG_LEVELS.index(log_level) :]
         self._environ = {**environ, "ROS_MASTER_URI": uri}

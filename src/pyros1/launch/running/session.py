@@ -40,6 +40,7 @@ from pyros1.launch.running.process import Process
 from pyros1.launch.running.screen import Screen
 from pyros1.launch.running.starting import Run, Starter
 from pyros1.launch.running.supervisor import Supervisor
+from pyros1.net.guests import guests_of
 from pyros1.net.hosts import LocalAddress, host_from_environment, is_local, master_uri, parse_uri
 from pyros1.net.master_client import MasterClient
 
@@ -97,6 +98,7 @@ class Session:
 
     def __post_init__(self) -> None:
         self._address: LocalAddress = host_from_environment(self.environ, {})
+        self._guests = guests_of(self._address.allowed)
         self._uri = self._master_uri()
         self._master = MasterClient(_CALLER, self._uri)
         self._screen = Screen(sys.stdout, sys.stderr) if self.options.prefix else None
@@ -265,7 +267,7 @@ class Session:
 
     def _start(self, running: bool, run_id: str, folder: Path) -> None:
         self.console.title(self.options.title)
-        self._server = LaunchServer(self._supervisor, self._address, self.options.title)
+        self._server = LaunchServer(self._supervisor, self._address, self.options.title, guests=self._guests)
         self.console.bold(f"started roslaunch server {self._server.uri}")
         if self.options.core:
             self.console.line(f"ros_comm version {ROSVERSION.strip()}")
@@ -323,6 +325,7 @@ class Session:
             notify_timeout=self.options.notify_timeout,
             log_level=self.options.master_log_level,
             continued=self._continued,
+            guests=self._guests,
         )
         try:
             self._core.start_master()
