@@ -39,6 +39,8 @@ class Networks:
     def __init__(self, text: str) -> None:
         self.text = ", ".join(text.replace(",", " ").split())
         words = [part for word in self.text.split(", ") for part in _WORDS.get(word, (word,))]
+        if not self.text:
+            raise SettingError("PYROS1_ALLOW names no network; localhost stands for this machine alone")
         self._networks = [_network(word) for word in words]
 
     def __str__(self) -> str:

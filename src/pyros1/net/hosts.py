@@ -16,6 +16,8 @@ from pyros1.net.ports import PortRange, parse_ports
 from pyros1.net.resolve import direct_addresses, look_up
 
 DEFAULT_MASTER_URI: Final = "http://localhost:11311"
+EVERYWHERE: Final = ("0.0.0.0", "::")
+"""The addresses that mean all of this machine's when listening."""
 
 _URI: Final = re.compile(
     r"([A-Za-z][A-Za-z0-9+.-]*)://(?:[^/@\s]*@)?(\[[0-9A-Fa-f:.%\w]+\]|[^/:@\s\[\]]+)(?::([0-9]*))?(?:[/?#]\S*)?\Z"
@@ -67,7 +69,7 @@ def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str,
     wanted = special_args.get("__bind") or environ.get("PYROS1_BIND")
     if wanted:
         bind = _bind_address(wanted)
-        if bind not in ("0.0.0.0", "::"):
+        if bind not in EVERYWHERE:
             override = override or bind  # the only address at which this process can be reached
     elif override:
         if override == "localhost" or override.startswith("127."):
@@ -88,10 +90,10 @@ def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str,
 
 def _bind_address(text: str) -> str:
     addresses = direct_addresses(text)
-    if addresses is None:
+    if addresses is None or not (addresses[0] in EVERYWHERE or is_own_address(addresses[0])):
         raise SettingError(
-            f"PYROS1_BIND is {text[:60]!r}, not an address to listen on: give one of this machine's "
-            f"({', '.join(interface_addresses())}), or 0.0.0.0 for all"
+            f"PYROS1_BIND is {text[:60]!r}, which is no address of this machine: it has "
+            f"{', '.join(interface_addresses())}; 0.0.0.0 means all"
         )
     return addresses[0]
 
@@ -166,6 +168,11 @@ def parse_uri(uri: str, scheme: str = "http") -> tuple[str, int]:
     if not 0 < port < 65536:
         raise ProtocolError(f"the URI has no usable port: {uri[:200]!r}")
     return host, port
+
+
+def make_uri(host: str, port: int, scheme: str = "http") -> str:
+    """Return ``scheme://host:port/``, with brackets around an IPv6 address."""
+    return f"{scheme}://[{host}]:{port}/" if ":" in host else f"{scheme}://{host}:{port}/"
 
 
 def is_local(host: str) -> bool:

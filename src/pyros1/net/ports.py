@@ -1,4 +1,4 @@
-"""The ports that a process listens on: any that is free, or one of a range that a firewall lets through (PYROS1_PORTS)."""
+"""The ports that a process listens on: any that is free, or one of a range that a firewall lets through."""
 
 from __future__ import annotations
 

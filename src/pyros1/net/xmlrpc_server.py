@@ -16,6 +16,7 @@ from time import gmtime, monotonic, time
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from pyros1.ground.errors import Error, XmlRpcFault
+from pyros1.net.hosts import make_uri
 from pyros1.net.loop import READ, WRITE
 from pyros1.net.ports import listening_socket
 from pyros1.wire.http import HttpError, HttpLimits, Request, RequestParser, build_response
@@ -234,8 +235,7 @@ class XmlRpcServer:
         self._guests = guests
         self._listener = listening_socket(bind_host, port, ports)
         self.port: int = self._listener.getsockname()[1]
-        host = f"[{advertised_host}]" if ":" in advertised_host else advertised_host
-        self.uri = f"http://{host}:{self.port}/"
+        self.uri = make_uri(advertised_host, self.port)
         loop.call_soon(self._listen)
 
     @property

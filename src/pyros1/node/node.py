@@ -14,7 +14,7 @@ from pyros1.ground.timing import Time
 from pyros1.msgs import Service, load_message
 from pyros1.net.bell import Event
 from pyros1.net.guests import Guests
-from pyros1.net.hosts import host_from_environment
+from pyros1.net.hosts import host_from_environment, make_uri
 from pyros1.net.hosts import master_uri as find_master_uri
 from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
@@ -320,8 +320,7 @@ class Node:
         return self._services.advertise(self.resolve(name), checks.service_class(type, "advertise_service"), handler)
 
     def _service_uri(self) -> str:
-        host = f"[{self._host}]" if ":" in self._host else self._host
-        return f"rosrpc://{host}:{self._tcpros.port if self._tcpros else 0}"
+        return make_uri(self._host, self._tcpros.port if self._tcpros else 0, "rosrpc").rstrip("/")
 
     def service(
         self,

@@ -41,7 +41,16 @@ from pyros1.launch.running.screen import Screen
 from pyros1.launch.running.starting import Run, Starter
 from pyros1.launch.running.supervisor import Supervisor
 from pyros1.net.guests import guests_of
-from pyros1.net.hosts import LocalAddress, host_from_environment, is_local, master_uri, parse_uri
+from pyros1.net.hosts import (
+    DEFAULT_MASTER_URI,
+    EVERYWHERE,
+    LocalAddress,
+    host_from_environment,
+    is_local,
+    make_uri,
+    master_uri,
+    parse_uri,
+)
 from pyros1.net.master_client import MasterClient
 
 _CALLER = "/roslaunch"
@@ -112,8 +121,11 @@ class Session:
         )
 
     def _master_uri(self) -> str:
-        if self.options.port is not None:
-            return f"http://{self._address.advertised}:{self.options.port}/"
+        port = self.options.port
+        if port is None and not self.environ.get("ROS_MASTER_URI") and self._address.bind not in EVERYWHERE:
+            port = parse_uri(DEFAULT_MASTER_URI)[1]  # a master that listens at one address is reached only there
+        if port is not None:
+            return make_uri(self._address.advertised, port)
         return master_uri(self.environ, {})
 
     @property
