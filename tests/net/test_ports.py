@@ -22,7 +22,7 @@ def test_ranges(text: str, ports: tuple[int, int]) -> None:
 
 @pytest.mark.parametrize("text", ["", "a-b", "0-5", "5-4", "1-65536", "1-2-3", "-5", "40000,40001", "\u0661-\u0665"])
 def test_wrong_ranges(text: str) -> None:
-    with pytest.raises(SettingError, match="PYROS1_PORTS .* such as 40000-40099"):
+    with pytest.raises(SettingError, match=r"PYROS1_PORTS .* such as 40000-40099"):
         parse_ports(text)
 
 

@@ -48,6 +48,7 @@ class Master:
         journal: keeps what is needed to go on after a sudden end; removed by ``stop``. None: nothing is kept.
         found: what an earlier master's journal says: it is continued. Nodes that are gone are forgotten, others told.
         guests: decides who may connect; None lets everybody in.
+        tell: called on the master's thread with a text for the user about a node that cannot be reached.
         on_continued: called on the master's thread, once it is known which nodes of the earlier master are there, with
             their number and the names of those that are gone.
     """
@@ -68,6 +69,7 @@ class Master:
         found: Found | None = None,
         on_continued: Callable[[int, list[str]], object] | None = None,
         guests: Guests | None = None,
+        tell: Callable[[str], object] = lambda text: None,
     ) -> None:
         self._port = port
         self._bind_host = bind_host
@@ -78,7 +80,7 @@ class Master:
         self._guests = guests
         self._loop = Loop("master", on_error, LINGER)
         self._caller = RpcCaller(self._loop, timeout=notify_timeout)
-        self._notifier = Notifier(self._caller, self._log)
+        self._notifier = Notifier(self._caller, self._log, tell)
         self._api = MasterApi(
             notify=self._notifier.send,
             log=self._log,

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from pyros1.ground.errors import NodeError, NodeShutdownError, UnknownHostError
 from pyros1.net.bell import Event
 from pyros1.net.loop import Loop, LoopThread
+from pyros1.net.reach import how_to_reach
 from pyros1.node.checks import check_timeout
 from pyros1.node.subscribing.threads import DeliveryThreads
 
@@ -133,12 +134,7 @@ class Context:
             self._unknown_hosts.clear()
         self._unknown_hosts.add(error.host)
         self.log.warn(
-            "no messages of %s from the publisher at %s: %s. On its machine export ROS_IP=<its address> and restart "
-            "it, or add a line 'ADDRESS %s' to /etc/hosts here",
-            topic,
-            uri,
-            error,
-            error.host,
+            "no messages of %s from the publisher at %s: %s. %s", topic, uri, error, how_to_reach(error.host, error)
         )
 
     def pause(self, seconds: float) -> None:

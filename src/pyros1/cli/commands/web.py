@@ -42,6 +42,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         raise CommandError("this needs the package websockets: pip install 'pyros1[web]'") from None
     from pyros1.launch.running.logs import ros_home  # noqa: PLC0415 - after the command line proved right
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
+    from pyros1.net.reach import is_loopback  # noqa: PLC0415
     from pyros1.web.links import note_file, noted, panel_link, running_link  # noqa: PLC0415
 
     uri = master_uri(os.environ, invocation.special)
@@ -55,7 +56,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
             stack.enter_context(noted(note, link))
             shown = panel_link(link, panel, settings)
             print(f"the robot at {uri} in a browser: {shown}", flush=True)
-            if not _is_loopback(options.host):
+            if not is_loopback(options.host):
                 print("other machines can reach this page; whoever has the link can do what it can", file=sys.stderr)
             if options.open or panel:
                 _show(shown, uri, told=True)
@@ -257,10 +258,6 @@ def _node_maker(invocation: Invocation, uri: str, environ: Mapping[str, str]) ->
 def _names(host: str, more: list[str]) -> frozenset[str]:
     own = {socket.gethostname()} if host in _EVERYWHERE else {host}
     return frozenset(name.lower() for name in {*own, *more} if name)
-
-
-def _is_loopback(host: str) -> bool:
-    return host in ("localhost", "::1") or host.startswith("127.")
 
 
 def _link(host: str, port: int, token: str) -> str:

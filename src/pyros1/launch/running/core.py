@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from pyros1.ground import shown
 from pyros1.ground.errors import Error, LaunchError
-from pyros1.net.background import Background, GiveUp, Item
+from pyros1.net.background import Background, GiveUp, Item, write_to_terminal
 from pyros1.net.hosts import LocalAddress
 from pyros1.net.log_file import LogFile
 
@@ -68,6 +68,7 @@ class Core:
         self._log_folder = log_folder
         self._log = LogFile(str(log_folder / "master.log"), MASTER_LOG_SIZE, MASTER_LOG_PARTS)
         self._log_thread = Background("master:log", self._write_items)  # the master's loop must not wait for a disk
+        self._screen = Background("master:screen", write_to_terminal)
         self._master = Master(
             port=port,
             bind_host=address.bind,
@@ -80,6 +81,7 @@ class Core:
             found=None if continued is None else continued.found,
             on_continued=None if continued is None else continued.report,
             guests=guests,
+            tell=lambda text: self._screen.write("stderr", f"WARNING: {text}\n"),
         )
         self._logged = LOG_LEVELS[LOG_LEVELS.index(log_level) :]
         self._environ = {**environ, "ROS_MASTER_URI": uri}
@@ -157,6 +159,7 @@ class Core:
     def stop_master(self) -> None:
         """End the master."""
         self._master.stop()
+        self._screen.close()
         self._log_thread.close()
         self._log.close()
 
