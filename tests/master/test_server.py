@@ -11,7 +11,14 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 
-from pyros1.ground.errors import Error, MasterError, UnknownHostError
+from pyros1.ground.errors import (
+    Error,
+    MasterError,
+    MasterMethodError,
+    MasterUnreachableError,
+    ParameterNotSetError,
+    UnknownHostError,
+)
 from pyros1.master import Master
 from pyros1.master.notify import MAX_WAITING, Notifier
 from pyros1.master.registry import Notice
