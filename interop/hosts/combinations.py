@@ -4,7 +4,7 @@
 
 Master and publishers are on one host, subscribers on another. Once the publishers' address is odd, once the
 subscribers' (these then start first, so that they depend on the master's news). A row shows whether messages came and
-calls were answered, ``+`` or ``-``, in the order roscpp, rospy, pyros1 of the publishers; below it what the nodes logged.
+calls were answered, ``+`` or ``-``, in the order roscpp, rospy, pyros1 of the publishers; below it what nodes logged.
 """
 
 from __future__ import annotations
