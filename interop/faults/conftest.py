@@ -11,8 +11,8 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from hosts import Host, Network  # noqa: E402  found through the path that the conftest above sets
-from wires import Wires  # noqa: E402
+from hosts import Host, Network
+from wires import Wires
 
 
 class Site(NamedTuple):
