@@ -26,7 +26,9 @@ from pyros1.ground.errors import (
 )
 from pyros1.ground.shown import one_line
 from pyros1.msgs import Message, Service
+from pyros1.net.dial import dial
 from pyros1.net.hosts import parse_uri
+from pyros1.net.keepalive import keep_alive
 from pyros1.net.timeouts import WaitOver, bound_waits
 from pyros1.node.checks import check_timeout
 from pyros1.node.services.server import service_type
@@ -54,12 +56,14 @@ class _Call:
         host, port = parse_uri(uri, "rosrpc")
         self.data = b""
         try:
-            self.sock = socket.create_connection((host, port), self._left(CONNECT_TIMEOUT))
-        except (OSError, UnicodeError) as error:
-            reason = UnknownHostError(host, error) if isinstance(error, socket.gaierror) else error
+            self.sock = dial(host, port, CONNECT_TIMEOUT, lambda: self._left(STEP))
+        except WaitTimeoutError:
+            raise
+        except (OSError, UnknownHostError) as error:
             raise ServiceUnavailableError(
-                f"service [{service}] is registered at {uri}, but cannot be reached: {reason}"
+                f"service [{service}] is registered at {uri}, but cannot be reached: {error}"
             ) from error
+        keep_alive(self.sock)
         self.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._bound = 0.0
 
