@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import socket
 import threading
@@ -28,7 +29,7 @@ from pyros1.ground.shown import one_line
 from pyros1.msgs import Message, Service
 from pyros1.net.dial import dial
 from pyros1.net.hosts import parse_uri
-from pyros1.net.keepalive import keep_alive
+from pyros1.net.keepalive import is_gone, keep_alive
 from pyros1.net.timeouts import WaitOver, bound_waits
 from pyros1.node.checks import check_timeout
 from pyros1.node.services.server import service_type
@@ -84,6 +85,11 @@ class _Call:
             raise WaitTimeoutError(f"service [{self.service}] did not answer in time")
         return min(most, left)
 
+    def _check_peer(self, error: OSError) -> None:
+        """Raise a ConnectionError if the wait is over since the system has given up the connection, or should have."""
+        if error.errno == errno.ETIMEDOUT or is_gone(self.sock):
+            raise ConnectionError("the provider's machine does not answer any more")
+
     def send(self, data: bytes) -> None:
         """Send all bytes."""
         rest: bytes | memoryview = data
@@ -92,8 +98,8 @@ class _Call:
             try:
                 sent = self.sock.send(rest)
                 rest = b"" if sent == len(rest) else memoryview(rest)[sent:]
-            except WaitOver:
-                continue  # _left raises at the deadline
+            except WaitOver as error:
+                self._check_peer(error)  # and _left raises at the deadline
 
     def receive(self) -> bytes:
         """Receive some bytes.
@@ -105,8 +111,9 @@ class _Call:
             self._bound_wait()
             try:
                 data = self.sock.recv(65536)
-            except WaitOver:
-                continue  # _left raises at the deadline
+            except WaitOver as error:
+                self._check_peer(error)  # and _left raises at the deadline
+                continue
             if not data:
                 self._context.check_running()
                 raise ConnectionError("the provider closed the connection")
