@@ -18,6 +18,10 @@ STEP = 0.2
 """Seconds between checks whether to go on."""
 
 
+class _TooLate(TimeoutError):
+    """The time is over; other timeouts are those of `check`."""
+
+
 def dial(host: str, port: int, seconds: float, check: Callable[[], object]) -> socket.socket:
     """Return a connected socket.
 
@@ -37,7 +41,7 @@ def dial(host: str, port: int, seconds: float, check: Callable[[], object]) -> s
         check()
         left = end - monotonic()
         if left <= 0:
-            raise TimeoutError(f"no answer within {seconds:g} s")
+            raise _TooLate(f"no answer within {seconds:g} s")
         return min(STEP, left)
 
     last: OSError = OSError("no address")
@@ -47,13 +51,12 @@ def dial(host: str, port: int, seconds: float, check: Callable[[], object]) -> s
         try:
             share = monotonic() + (until - monotonic()) / (len(addresses) - number)
             _connect(sock, address, port, partial(step, share))
-        except OSError as error:
+        except BaseException as error:
             sock.close()
+            if not isinstance(error, OSError):
+                raise
             check()
             last = error
-        except BaseException:
-            sock.close()
-            raise
         else:
             return sock
     raise last
@@ -65,7 +68,7 @@ def _addresses(host: str, step: Callable[[], float]) -> list[str]:
     while True:
         try:
             wait = step()
-        except TimeoutError as error:
+        except _TooLate as error:
             if silent is None:
                 raise
             raise UnknownHostError(host, silent) from error
