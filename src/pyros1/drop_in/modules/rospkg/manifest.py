@@ -202,7 +202,7 @@ def _complaints(where: str) -> Iterator[None]:
 
     try:
         yield
-    except (ParseError, ExpatError, DefusedXmlException, ValueError, TypeError) as error:
+    except (ParseError, ExpatError, DefusedXmlException, ValueError, TypeError, LookupError) as error:
         raise InvalidManifest(f"{where} invalid XML: {error}") from error
 
 
