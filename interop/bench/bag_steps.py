@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from harness import STOCK_PYTHON
+from model import OURS
 
 if TYPE_CHECKING:
     from steps import Bench
@@ -35,5 +36,5 @@ class BagWork:
 
     def run(self, bench: Bench) -> dict[str, float]:
         words = ("--side", self.side, "--work", self.work, "--seconds", str(2 * bench.seconds))
-        out = bench.output(self.python, str(SCRIPT), *words, ours=True)
+        out = bench.output(self.python, str(SCRIPT), *words, kind=OURS)
         return {name: float(value) for name, value in json.loads(out.splitlines()[-1]).items()}

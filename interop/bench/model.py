@@ -41,16 +41,18 @@ class Goal:
     Attributes:
         bound: the limit.
         than: the other column; None: the bound is for our figure.
+        called: what the other column holds here, if it is not what its name says.
         most: the figure must not be above the bound (not below, otherwise).
     """
 
     bound: float
     than: str | None = None
+    called: str = ""
     most: bool = False
 
     def text(self, unit: str) -> str:
         """The goal in words."""
-        return f"{'<=' if self.most else '>='} {self.bound:g} {'x ' + self.than if self.than else unit}"
+        return f"{'<=' if self.most else '>='} {self.bound:g} {f'x {self.called or self.than}' if self.than else unit}"
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,13 @@
 
 Columns of the groups master, start, launch and codec: the third one is rosmaster, rospy and rostopic, roslaunch, and
 genpy. In the group bags the second one is stock's recorder and player, the third one rosbag in Python, or rosbags.
+In the group rospy the first one is rospy of pyros1, the second one pyros1's own Node.
 """
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
 import sys
 from collections.abc import Iterator
 
@@ -127,24 +130,28 @@ def process() -> Iterator[Row]:
 
 
 def faces() -> Iterator[Row]:
-    """Programs for rospy on our modules and on stock's; figures of our Node are in the rows of these names above."""
+    """The rows above once more, for programs that use rospy: on our modules, with our Node, on stock's modules."""
+    for row in itertools.chain(messages(), images(), latency(), fan_out(), services(), process(), start()):
+        ours = as_face(row.steps[OURS])
+        # rospy's messages hold bytes; and it loads the library of nodes when the node starts, so only the whole tells.
+        if ours == row.steps[OURS] or "memoryview" in row.name or row.figure == "first":
+            continue
+        steps = {OURS: ours, ROSCPP: row.steps[OURS], ROSPY: row.steps[ROSPY]}
+        goals = (Goal(0.9, ROSCPP, "our Node"), *(goal for goal in row.goals if goal.than == ROSPY))
+        yield dataclasses.replace(row, group="rospy", name=f"{row.group}: {row.name}", steps=steps, goals=goals)
 
-    def pair(first: str, second: str, options: str) -> dict[str, Step]:
-        return {
-            column: Together(
-                (Program(kind, first, options), Program(kind, second, options)), 0 if first == "sub" else -1
-            )
-            for column, kind in ((OURS, FACE), (ROSPY, ROSPY))
-        }
 
-    for name, options in (("Float64", "type=Float64 queue=1000"), ("Twist", "type=Twist queue=1000")):
-        yield Row("rospy", name, "messages/s", "rate", pair("sub", "pub", options), at_least(rospy=2))
-    yield Row("rospy", "Image 1 MB", "MB/s", "mb", pair("sub", "pub", "type=Image size=1000000 queue=10"))
-    steps = pair("echo", "ping", "queue=1000")
-    yield Row("rospy", "round trip, median", "us", "p50", steps, at_least(rospy=1), less=True)
-    for name, persistent in (("new connection", 0), ("persistent", 1)):
-        steps = pair("srv", "call", f"type=Empty persistent={persistent}")
-        yield Row("rospy", f"service, {name}", "calls/s", "rate", steps, at_least(rospy=1))
+def as_face(step: Step) -> Step:
+    """The same step with rospy programs on our modules in place of our Node."""
+    match step:
+        case Together(programs):
+            face = tuple(dataclasses.replace(one, kind=FACE) if one.kind == OURS else one for one in programs)
+            return dataclasses.replace(step, programs=face)
+        case FanOut(kind) if kind == OURS:
+            return dataclasses.replace(step, kind=FACE)
+        case Import(_, kind) if kind == OURS:
+            return Import("import rospy", FACE)
+    return step
 
 
 def both(script: str) -> dict[str, Step]:
@@ -188,13 +195,15 @@ ANSWERS = {
 def start() -> Iterator[Row]:
     goal = at_least(rospy=3)
     steps: dict[str, Step] = {
-        OURS: Import("from pyros1 import Node", ours=True),
-        ROSPY: Import("import rospy", ours=False),
+        OURS: Import("from pyros1 import Node", OURS),
+        ROSPY: Import("import rospy", ROSPY),
     }
     yield Row("start", "import of the library", "ms", "ms", steps, goal, less=True)
     publisher = Program(ROSPY, "latched")
     steps = {kind: Together((publisher, Program(kind, "first"))) for kind in COLUMNS}
     yield Row("start", "node's start to its first message", "ms", "first", steps, goal, less=True)
+    del steps[ROSCPP]
+    yield Row("start", "program's start to its node's first message", "ms", "whole", steps, goal, less=True)
     for ours, stock in ANSWERS.items():
         steps = {
             OURS: Command((STOCK_PYTHON, "-m", "pyros1", *ours.split()), ours=True),

@@ -25,7 +25,6 @@ PROGRAMS = {
     FACE: [STOCK_PYTHON, str(HERE / "rospy_bench.py")],
     "drain": [STOCK_PYTHON, str(HERE / "drain.py")],
 }
-FACES = {"PYROS1_ROSPY": "pyros1"}  # a real rospy would win otherwise
 LONG = 60.0  # seconds; a program that another one outlives
 START = 30.0  # seconds that a program may need to come up
 
@@ -47,16 +46,23 @@ class Bench:
     def start(self, program: Program, seconds: float) -> Process:
         """Start one of the benchmark programs."""
         command = [*PROGRAMS[program.kind], program.role, *program.options.split(), f"seconds={seconds}"]
-        path = {OURS: self._path, FACE: f"{START_FOLDER}{os.pathsep}{self._path}"}.get(program.kind)
-        extra = FACES if program.kind == FACE else {}
-        return self.master.run(command, label=program.label, PYTHONPATH=path, **extra)
+        return self.master.run(command, label=program.label, **self._variables(program.kind))
 
-    def output(self, *command: str, ours: bool, timeout: float = 120) -> str:
+    def output(self, *command: str, kind: str, timeout: float = 120) -> str:
         """Run a command to its end and return what it prints on standard output."""
-        environ = self.master.environ(PYTHONPATH=self._path if ours else None)
+        environ = self.master.environ(**self._variables(kind))
         done = subprocess.run(command, env=environ, capture_output=True, text=True, timeout=timeout, check=False)
         assert done.returncode == 0, f"{' '.join(command)}: exit code {done.returncode}\n{done.stderr[-2000:]}"
         return done.stdout
+
+    def _variables(self, kind: str) -> dict[str, str | None]:
+        """What the environment says to a program of a kind."""
+        if kind == FACE:  # without the word a real rospy would win
+            return {
+                "PYTHONPATH": f"{START_FOLDER}{os.pathsep}{self._path}",
+                "PYROS1_ROSPY": "pyros1",
+            }
+        return {"PYTHONPATH": self._path if kind == OURS else None}
 
 
 def _import_path(folder: Path) -> str:
@@ -181,7 +187,7 @@ class Script:
         return f"{self.name} {self.side}"
 
     def run(self, bench: Bench) -> dict[str, float]:
-        out = bench.output(STOCK_PYTHON, str(HERE / self.name), "--side", self.side, ours=True)
+        out = bench.output(STOCK_PYTHON, str(HERE / self.name), "--side", self.side, kind=OURS)
         return {name: float(value) for name, value in json.loads(out.splitlines()[-1]).items()}
 
 
@@ -191,11 +197,11 @@ class Import:
 
     Attributes:
         statement: the import.
-        ours: pyros1 is needed.
+        kind: ``ours``, ``face`` or ``rospy``.
     """
 
     statement: str
-    ours: bool
+    kind: str
 
     @property
     def label(self) -> str:
@@ -203,7 +209,7 @@ class Import:
 
     def run(self, bench: Bench) -> dict[str, float]:
         code = f"import time; t = time.perf_counter(); {self.statement}; print((time.perf_counter() - t) * 1e3)"
-        times = [float(bench.output(STOCK_PYTHON, "-c", code, ours=self.ours)) for _ in range(4)]
+        times = [float(bench.output(STOCK_PYTHON, "-c", code, kind=self.kind)) for _ in range(4)]
         return {"ms": statistics.median(times[1:])}  # the first one warms the caches
 
 
@@ -227,6 +233,6 @@ class Command:
         times = []
         for _ in range(4):
             start = time.perf_counter()
-            bench.output(*self.command, ours=self.ours, timeout=DEADLINE)
+            bench.output(*self.command, kind=OURS if self.ours else ROSPY, timeout=DEADLINE)
             times.append((time.perf_counter() - start) * 1e3)
         return {"ms": statistics.median(times[1:])}  # the first one warms the caches

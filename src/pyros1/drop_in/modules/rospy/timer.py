@@ -39,6 +39,7 @@ class TimerEvent:
         self.last_duration = last_duration
 
 
+_NS = 1_000_000_000
 __all__ = ["Rate", "Timer", "TimerEvent", "sleep"]
 
 
@@ -61,11 +62,12 @@ def sleep(duration: float | _Duration) -> None:
             raise ROSInterruptException("ROS shutdown request")
         wallsleep(seconds)
         return
-    start = node.now()
+    start = node.now() if node.simulated_time else None
     try:
         alive = node.sleep(seconds)
     except TimeMovedBackwardsError:
-        raise ROSTimeMovedBackwardsException((start - node.now()).to_sec()) from None
+        back = (start - node.now()).to_sec() if start else 0.0
+        raise ROSTimeMovedBackwardsException(back) from None
     if not alive and node.simulated_time:
         raise ROSInterruptException("ROS shutdown request")
 
@@ -83,18 +85,35 @@ class Rate:
     """
 
     def __init__(self, hz: float, reset: bool = False) -> None:
-        self.last_time: Any = get_rostime()
-        self.sleep_dur = Duration(0, int(1e9 / hz))
+        self._last = get_rostime().to_nsec()
+        self._cycle = int(1e9 / hz)
         self._reset = reset
+
+    # Nanoseconds as integers: loops of 1 kHz spend much of their own time here.
+
+    @property
+    def last_time(self) -> Time:
+        return Time(*divmod(self._last, _NS))
+
+    @last_time.setter
+    def last_time(self, time: _Time) -> None:
+        self._last = time.to_nsec()
+
+    @property
+    def sleep_dur(self) -> Duration:
+        return Duration(*divmod(self._cycle, _NS))
+
+    @sleep_dur.setter
+    def sleep_dur(self, duration: _Duration) -> None:
+        self._cycle = duration.to_nsec()
 
     def remaining(self) -> Duration:
         """Return the time left in the current cycle."""
-        left = self._left(get_rostime())
-        return Duration(left.secs, left.nsecs)
+        return Duration(*divmod(self._left(get_rostime().to_nsec()), _NS))
 
-    def _left(self, now: _Time) -> _Duration:
-        self.last_time = min(self.last_time, now)  # now, if time has jumped back
-        return self.sleep_dur - (now - self.last_time)
+    def _left(self, now: int) -> int:
+        self._last = min(self._last, now)  # now, if time has jumped back
+        return self._cycle - (now - self._last)
 
     def sleep(self) -> None:
         """Sleep until the end of the current cycle. More than two cycles late, the next one begins now.
@@ -102,17 +121,17 @@ class Rate:
         Raises:
             ROSInterruptException, ROSTimeMovedBackwardsException: as `sleep`.
         """
-        now = get_rostime()  # a jump of simulated time in the sleep is seen by the next one, as in stock
+        now = get_rostime().to_nsec()  # a jump of simulated time in the sleep is seen by the next one, as in stock
         try:
-            sleep(self._left(now))
+            sleep(self._left(now) / _NS)
         except ROSTimeMovedBackwardsException:
             if not self._reset:
                 raise
-            self.last_time = get_rostime()
+            self._last = get_rostime().to_nsec()
             return
-        self.last_time = self.last_time + self.sleep_dur
-        if now - self.last_time > self.sleep_dur * 2:
-            self.last_time = now
+        self._last += self._cycle
+        if now - self._last > self._cycle * 2:
+            self._last = now
 
 
 class Timer(threading.Thread):
