@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 from collections.abc import Callable, Iterator
+from html import escape
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from pyros1.bag import Bag
 from pyros1.cli.main import entry
+from pyros1.ground.errors import Error, LaunchError
+from pyros1.launch.reading.loader import load_plan
+from pyros1.launch.reading.world import make_resources
+from pyros1.launch.running.logs import make_run_folder
 from pyros1.msgs import load_message
+from pyros1.node.log.sink import default_log_file
 from pyros1.reconfigure import Parameters, Server
 
 from ..bag.made import write_bag
@@ -101,7 +110,7 @@ def test_values(run: Any, made: Path, make_node: Any, text: str) -> None:
     received: list[Any] = []
     node = make_node("victim")
     node.subscribe("/t", load_message("std_msgs/String"), received.append)
-    node.advertise_service("/s", "std_srvs/SetBool", lambda request: received.append(request))
+    node.advertise_service("/s", "std_srvs/SetBool", received.append)
     for words in (
         ("param", "set", "/p", value),
         ("param", "load", "x.yaml"),
@@ -145,3 +154,41 @@ def test_words_of_launch_files_reach_no_shell(run: Any, made: Path) -> None:
     code, out, _ = run("launch", "--dump-params", "x.launch")
     assert code == 0 and "touch" in out
     assert run("launch", "--nodes", "x.launch")[0] == 0
+
+
+@pytest.mark.parametrize("option", [("--size", "9" * 30), ("--split=" + "9" * 30,), ("--size", str(2**63))])
+def test_sizes_of_any_length(run: Any, made: Path, make_node: Any, option: tuple[str, ...]) -> None:
+    """CVE-2019-13445."""
+    string: Any = load_message("std_msgs/String")
+    make_node("talker").advertise("/t", string, latch=True).publish("x")
+    code, _, err = run("bag", "record", "--split", *option, "--limit", "1", "-O", "x", "/t")
+    assert code == 0, err
+    (path,) = made.parent.glob("x*.bag")
+    with Bag(path) as bag:
+        assert len(bag) == 1
+
+
+@pytest.mark.parametrize(
+    "name", ["../../x", "..", "/../x", "a/../../x", "x\0y", "x\ny", "/etc/cron.d/x", "~/x", "$(x)", "x;y"]
+)
+def test_names_are_no_paths(made: Path, make_node: Any, environ: dict[str, str], name: str) -> None:
+    """A node's name names its log file, wherever it comes from."""
+    folder = made.parent / "ros" / "log"
+    file = Path(default_log_file(name, environ, {}))
+    assert Path(os.path.abspath(file)).parent == folder
+    (made.parent / "x.launch").write_text(f'<launch><node pkg="p" type="t" name="{escape(name)}"/></launch>')
+    if name != "/etc/cron.d/x":
+        with pytest.raises(Error):
+            make_node(name)
+        with contextlib.suppress(LaunchError):
+            plan = load_plan([str(made.parent / "x.launch")], {}, make_resources())
+            assert not any("/" in node.name or "\0" in node.name for node in plan.nodes)
+
+
+@pytest.mark.parametrize("run_id", ["../../../made", "/tmp/pyros1_made", "..", ".", ".ssh", ""])
+def test_the_run_id_of_a_master_is_no_path(made: Path, environ: dict[str, str], run_id: str) -> None:
+    """Programs that launch nodes put their logs into a folder of that name."""
+    before = sorted(made.parent.rglob("*"))
+    with pytest.raises(LaunchError, match="not a valid run id"):
+        make_run_folder(environ, run_id)
+    assert sorted(made.parent.rglob("*")) == before and not Path("/tmp/pyros1_made").exists()

@@ -15,7 +15,7 @@ import pytest
 from .fuzzer import CORPUS, Finding, Fuzzer, check, inputs, mutations
 from .fuzzers import FUZZERS
 
-MOMENT = 0.3
+MOMENT = 0.15
 """Seconds of the processor's time for inputs that are made at random."""
 
 

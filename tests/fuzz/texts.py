@@ -32,6 +32,7 @@ from pyros1.values import YamlError, dump_yaml, load_all_yaml
 from pyros1.values.angles import radians
 
 from ..msgs import codec
+from . import bombs
 from .fuzzer import MEGABYTE, Fuzzer, words
 
 
@@ -286,44 +287,99 @@ _ROBOT = b"""<robot name='r'><link name='a'/><link name='b'/>
 _FULL = "int32 a\nstring[] b\ntime c\nQ[2] d\n" + "=" * 80 + "\nMSG: p/Q\nfloat64 x\nuint8[] y"
 _BODY = codec.encode(from_definition("p/T", _FULL)(a=1, b=["x", "y"]))
 
+
+def _levels(count: int) -> bytes:
+    """Return a definition with so many types, each in the one before."""
+    rule = "=" * 80
+    types = "".join(f"{rule}\nMSG: p/L{number}\nL{number + 1} x\n" for number in range(count))
+    return f"L0 x\n{types}{rule}\nMSG: p/L{count}\nint8 x\n".encode()
+
+
+def _itself() -> bytes:
+    """Return a definition of a type that contains itself by way of another one."""
+    return f"Q x\n{'=' * 80}\nMSG: p/Q\nT x\n{'=' * 80}\nMSG: p/T\nQ x\n".encode()
+
+
+def _launch_bombs() -> list[bytes]:
+    found = bombs.entities(b"launch", b"<param name='p' value='%s'/>")
+    found += [bombs.nested(b"<group>", b"</group>", before=b"<launch>", after=b"</launch>")]
+    found += [b"<launch><rosparam>" + each + b"</rosparam></launch>" for each in bombs.yaml()[:2]]
+    doubled = b"".join(b"<arg name='a%d' value='%s'/>" % (n, b"$(arg a%d)" % (n - 1) * 10) for n in range(1, 30))
+    return [*found, b"<launch><arg name='a0' value='aaaaaaaaaa'/>" + doubled + b"</launch>"]
+
+
 FUZZERS = {
-    "definitions": Fuzzer(definitions, (), _LINES, lambda: [_FULL.encode(), b"int8 a\n---\nint8 b\n---\nint8 c\n"]),
+    "definitions": Fuzzer(
+        definitions,
+        (),
+        _LINES,
+        lambda: [_FULL.encode(), b"int8 a\n---\nint8 b\n---\nint8 c\n", _levels(3000), _itself()],
+    ),
     "messages": Fuzzer(messages, (MessageError,), [*_LINES, b"\0"], lambda: [_FULL.encode() + b"\0" + _BODY]),
     "launch_file": Fuzzer(
         launch_file,
         (LaunchError,),
         [*_XML, *_LAUNCH, *_YAML],
-        lambda: [b"<launch>" + each + b"</launch>" for each in _LAUNCH],
+        lambda: [*(b"<launch>" + each + b"</launch>" for each in _LAUNCH), *_launch_bombs()],
         memory=64 * MEGABYTE,
     ),
     "substitution": Fuzzer(
         substitution,
         (LaunchError,),
         [*_SUBSTITUTIONS, *_EXPRESSIONS],
-        lambda: [b"a " + each for each in _SUBSTITUTIONS],
+        lambda: [*(b"a " + each for each in _SUBSTITUTIONS), b"$(find p)" * 2000, b"$(arg x" * bombs.DEEP],
     ),
     "expressions": Fuzzer(
         expressions,
         (),
         _EXPRESSIONS,
-        lambda: [b"i + 2 * f", b"[x for x in l if x > 1]", b"'%s' % s", b"m.seq == 3 and any(x for x in l)", b"-pi/2"],
+        lambda: [
+            b"i + 2 * f",
+            b"[x for x in l if x > 1]",
+            b"'%s' % s",
+            b"m.seq == 3 and any(x for x in l)",
+            b"-pi/2",
+            *bombs.python(),
+        ],
         memory=64 * MEGABYTE,
     ),
     "yaml": Fuzzer(
         yaml,
         (YamlError,),
         _YAML,
-        lambda: [b"a: [1, 2.5, {b: c}]", b"- &a x\n- *a\n", b"header: {stamp: now}", b"x: !degrees 90\ny: rad(pi)"],
+        lambda: [
+            b"a: [1, 2.5, {b: c}]",
+            b"- &a x\n- *a\n",
+            b"header: {stamp: now}",
+            b"x: !degrees 90\ny: rad(pi)",
+            *bombs.yaml(),
+        ],
         memory=64 * MEGABYTE,
     ),
-    "urdf": Fuzzer(urdf, (UrdfError,), [*_XML, *_URDF], lambda: [_ROBOT]),
+    "urdf": Fuzzer(
+        urdf,
+        (UrdfError,),
+        [*_XML, *_URDF],
+        lambda: [_ROBOT, *bombs.entities(b"robot"), bombs.nested(b"<robot>", b"</robot>")],
+    ),
     "manifest": Fuzzer(
-        manifest, (ManifestError,), [*_XML, *_PACKAGE], lambda: [b"".join(_PACKAGE[i] for i in (0, 2, 3, 1))]
+        manifest,
+        (ManifestError,),
+        [*_XML, *_PACKAGE],
+        lambda: [b"<package><name>p</name></package>", *bombs.entities(b"package"), bombs.nested(b"<a>", b"</a>")],
     ),
     "names": Fuzzer(
         names, (), [b"a:=b", b"~c", b"/", b"__ns:=", b"_p:=[1]", b"\n", b"__name:=x", b":="], lambda: [b"a:=b\na\n~a"]
     ),
     "userdata": Fuzzer(
-        userdata, (ValueError,), _PICKLE, lambda: [_LINE, local_data.encode({"a": [1, {"b"}]}).encode()]
+        userdata,
+        (ValueError,),
+        _PICKLE,
+        lambda: [
+            _LINE,
+            local_data.encode({"a": [1, {"b"}]}).encode(),
+            *bombs.python(),
+            b"\x80\x02})" + b"\x85" * 10**5,
+        ],
     ),
 }

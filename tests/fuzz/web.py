@@ -25,6 +25,7 @@ from pyros1.web.server import wire
 from pyros1.web.shown.picture_size import picture_size
 
 from ..bodies import encode
+from . import bombs
 from .fuzzer import MEGABYTE, Fuzzer, words
 
 _IMU = load_message("sensor_msgs/Imu")
@@ -121,12 +122,17 @@ _OPS = words(
 _MESSAGE = {"header": {"stamp": {"secs": 1, "nsecs": 2}, "frame_id": "a"}, "orientation_covariance": [None] * 9}
 
 
+_DEEP = [bombs.nested(b"[", b"]"), bombs.nested(b'{"a":', b"}", b"1"), b'{"op":' + b"9" * 100_000 + b"}"]
+
+
 def _rosbridge() -> list[bytes]:
     publish = json.dumps({"op": "publish", "topic": "/t", "msg": _MESSAGE})
     parts = [*frames.packed(publish, "png", 100, "p")]
     call = {"op": "call_service", "id": 7, "service": "/s", "args": [1, 2]}
     subscribe = {"op": "subscribe", "topic": "/t", "throttle_rate": 5, "queue_length": 1, "compression": "cbor"}
-    return [each.encode() for each in (publish, "\n".join(parts), json.dumps(call), json.dumps(subscribe))]
+    texts = (publish, "\n".join(parts), json.dumps(call), json.dumps(subscribe))
+    deep = bombs.nested(b"[", b"]", before=b'{"op":"publish","topic":"/t","msg":{"header":', after=b"}}")
+    return [*(each.encode() for each in texts), deep, *_DEEP]
 
 
 def _foxglove() -> list[bytes]:
@@ -139,7 +145,7 @@ def _foxglove() -> list[bytes]:
         {"op": "fetchAsset", "uri": "package://a/b", "requestId": 1},
     ]
     call = b"\2" + struct.pack("<III", 9, 1, 4) + b"ros1"
-    return [*(json.dumps(each).encode() for each in texts), call, b"\1\1\0\0\0" + json.dumps(_MESSAGE).encode()]
+    return [*(json.dumps(each).encode() for each in texts), *_DEEP, call, b"\1\1\0\0\0" + json.dumps(_MESSAGE).encode()]
 
 
 def _pictures() -> list[bytes]:
@@ -153,7 +159,9 @@ FUZZERS = {
     "rosbridge": Fuzzer(rosbridge, (), [*_JSON, *_OPS], _rosbridge),
     "cbor": Fuzzer(cbor, (MessageError,), [b"\xff" * 8, bytes(8), b"\0\0\xf0\x7f"], lambda: [encode(_IMU())]),
     "foxglove": Fuzzer(foxglove, (), [*_JSON, *_OPS, b"\1\1\0\0\0", b"\2"], _foxglove),
-    "page": Fuzzer(page, (), [*_JSON, *_OPS], lambda: [b'{"call":"x","id":1,"args":{}}', b'{"open":"y","stream":2}']),
+    "page": Fuzzer(
+        page, (), [*_JSON, *_OPS], lambda: [b'{"call":"x","id":1,"args":{}}', b'{"open":"y","stream":2}', *_DEEP]
+    ),
     "pictures": Fuzzer(
         pictures, (), [b"\xff", b"IHDR", b"IDAT", b"IEND", b"\x08\x02", bytes(4)], _pictures, memory=8 * MEGABYTE
     ),

@@ -26,6 +26,7 @@ from pyros1.wire.xmlrpc import (
 )
 from pyros1.wire.xmlrpc_scan import scan_call, scan_response
 
+from . import bombs
 from .fuzzer import MEGABYTE, Fuzzer, words
 
 _TYPE = handshake.TopicType("std_msgs/String", "992ce8a1687cec8c8bd883ec73ca41d1", "string data\n")
@@ -199,6 +200,20 @@ def _datagrams() -> list[bytes]:
     return [bytes([64]) + b"".join(split), b"\x40" + b"".join(reversed([*split]))]
 
 
+def _xml_bombs(root: bytes) -> list[bytes]:
+    before = b"<%s>%s<params><param>" % (root, b"<methodName>a</methodName>" if root == b"methodCall" else b"")
+    after = b"</param></params></%s>" % root
+    return [
+        *bombs.entities(root, b"<params><param><value>%s</value></param></params>"),
+        bombs.nested(b"<value><array><data>", b"</data></array></value>", before=before, after=after),
+        bombs.nested(
+            b"<value><struct><member><name>a</name>", b"</member></struct></value>", b"<value/>", before, after
+        ),
+        before + b"<value><int>" + b"9" * 100_000 + b"</int></value>" + after,
+        before + b"<value><double>" + b"9" * 100_000 + b"</double></value>" + after,
+    ]
+
+
 FUZZERS = {
     "connection_header": Fuzzer(
         connection_header,
@@ -225,14 +240,18 @@ FUZZERS = {
         xmlrpc_call,
         (ProtocolError,),
         [*_XML, b"<methodCall>", b"</methodCall>", b"<methodName>a</methodName>"],
-        lambda: [dumps_call("getParam", ["/n", value]) for value in _VALUE],
+        lambda: [*(dumps_call("getParam", ["/n", value]) for value in _VALUE), *_xml_bombs(b"methodCall")],
         largest=1 << 14,
     ),
     "xmlrpc_response": Fuzzer(
         xmlrpc_response,
         (ProtocolError, XmlRpcFault),
         [*_XML, b"<methodResponse>", b"</methodResponse>", b"</fault>", b"faultCode", b"faultString"],
-        lambda: [*(dumps_response([1, "ok", value]) for value in _VALUE), dumps_fault(-1, "no")],
+        lambda: [
+            *(dumps_response([1, "ok", value]) for value in _VALUE),
+            dumps_fault(-1, "no"),
+            *_xml_bombs(b"methodResponse"),
+        ],
         largest=1 << 14,
     ),
 }
