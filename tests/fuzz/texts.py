@@ -179,7 +179,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, list):
         return [_plain(each) for each in value]
     if isinstance(value, dict):
-        return sorted((repr(key), repr(_plain(each))) for key, each in value.items())
+        return sorted(((repr(key), _plain(each)) for key, each in value.items()), key=lambda pair: pair[0])
     return sorted(map(repr, value)) if isinstance(value, set) else repr(value)
 
 
