@@ -1,12 +1,13 @@
 // The robot and what it sees, in 3D, as rviz shows it.
 
 import { empty, fill, h, save } from "../lib/dom.js";
+import { offersOf, picturesOf, readKey } from "../lib/scene/kinds.js";
 import { DisplayList } from "../lib/scene/list.js";
 
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9"];
-const PARTS = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay"];
+const PARTS = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay", "camera_view"];
 const DESCRIPTION = "/robot_description";
-const FRAMES = "frames"; // keys of displays: a topic, "robot:PARAMETER", or this
+const FRAMES = "frames"; // keys of displays: those of kinds.js, "robot:PARAMETER", or this
 const ROBOT = "robot:";
 const VIEWS = { orbit: "orbit", top: "top", side: "side", flat: "flat" };
 
@@ -24,7 +25,7 @@ class Scene {
     this.place = place;
     const { fixed, topics, robots, options, hidden, view, target } = place.settings; // a link may say anything
     this.fixed = String(fixed || "");
-    this.topics = texts(topics) || []; // shown topics
+    this.topics = texts(topics) || []; // keys of shown topics
     this.robots = texts(robots) || [DESCRIPTION]; // parameters with URDFs
     this.options = { ...options }; // key of a display -> what was chosen
     this.concealed = new Set(texts(hidden)); // keys
@@ -61,7 +62,7 @@ class Scene {
     const { robot } = this.place;
     this._enter({ key: FRAMES, display: this.frames, title: "TF", kind: "TF", fixed: true });
     for (const name of this.robots) this._showRobot(name);
-    for (const topic of this.topics) this._show(topic);
+    for (const key of this.topics) this._show(key);
     this.mouse = new this.lib.Interaction(this.stage, {
       sets: () => [...this.displays.values()].map(({ display }) => display).filter((each) => each instanceof this.lib.InteractiveSet),
       fixed: () => this._fixedFrame(),
@@ -129,22 +130,20 @@ class Scene {
 
   _system(data) {
     this.types = Object.fromEntries(Object.entries(data.topics).map(([name, { type }]) => [name, type]));
-    const key = JSON.stringify([this._offers(), this.topics.map((topic) => this.types[topic])]);
-    if (key === this.offered) return;
-    this.offered = key;
-    for (const topic of this.topics) { // its type is known now, or is another one
-      const kind = this.lib.TYPES[this.types[topic]];
-      const entry = this.displays.get(topic);
-      if (!kind || entry.kind === kind) continue;
-      this._hide(topic);
-      this._show(topic);
+    const offered = JSON.stringify([this._offers(), this.topics.map((key) => readKey(key, this.types).kind)]);
+    if (offered === this.offered) return;
+    this.offered = offered;
+    for (const key of this.topics) { // its type is known now, or is another one
+      const { kind } = readKey(key, this.types);
+      if (!kind || this.displays.get(key).kind === kind) continue;
+      this._hide(key);
+      this._show(key);
     }
     this.list.draw();
   }
 
   _offers() {
-    const topics = Object.keys(this.types).filter((name) => this.lib.TYPES[this.types[name]] && !this.topics.includes(name)).sort();
-    const offers = topics.map((name) => ({ key: name, title: name, kind: this.lib.TYPES[this.types[name]], text: this.types[name] }));
+    const offers = offersOf(this.types, this.topics);
     if (!this.robots.includes(DESCRIPTION)) offers.unshift({ key: ROBOT + DESCRIPTION, title: DESCRIPTION, kind: "RobotModel", text: "the robot as its URDF describes it" });
     offers.push({ key: ROBOT, title: "/other_description", kind: "RobotModel", text: "the parameter with another robot's URDF", field: true });
     return offers;
@@ -194,10 +193,10 @@ class Scene {
     return this.fixed || this.shownFixed || "";
   }
 
-  _add(topic) {
-    this.topics.push(topic);
+  _add(key) {
+    this.topics.push(key);
     if (!this.stage) return; // it comes with the others
-    this._show(topic);
+    this._show(key);
     this._changed();
   }
 
@@ -248,22 +247,19 @@ class Scene {
     });
   }
 
-  _show(topic) {
-    const kind = this.lib.TYPES[this.types[topic]] || "";
-    const host = { token: this.place.robot.token, changed: (what) => this._touched(entry, what) };
-    const entry = { key: topic, title: topic, kind, stream: { close() {}, change() {} } };
-    let view = "scene_topic";
+  _show(key) {
+    const { topic, kind, view } = readKey(key, this.types);
+    const { stage, frames } = this;
+    const changed = (what) => this._touched(entry, what);
+    const host = { token: this.place.robot.token, stage, frames, changed, pictures: () => picturesOf(this.types) };
+    const entry = { key, title: key, kind, stream: { close() {}, change() {} } };
     if (kind === "InteractiveMarkers") {
       entry.display = new this.lib.InteractiveSet(topic, host);
-      view = "scene_interactive";
       const feedback = { topic: `${entry.display.topic}/feedback`, type: "visualization_msgs/InteractiveMarkerFeedback" };
       this.place.robot.call("topics.advertise", feedback).catch(() => {}); // if it cannot be done, a drag says so
-    } else if (kind === "Image") {
-      entry.display = new this.lib.Overlay(this.pictures, topic, () => this._touched(entry));
-      view = "image";
-    } else {
-      entry.display = new this.lib.Display(COLOURS[this.displays.size % COLOURS.length], kind, host);
-    }
+    } else if (kind === "Image") entry.display = new this.lib.Overlay(this.pictures, topic, changed);
+    else if (kind === "Camera") entry.display = new this.lib.CameraView(this.pictures, topic, host);
+    else entry.display = new this.lib.Display(COLOURS[this.displays.size % COLOURS.length], kind, host);
     this._enter(entry);
     if (!kind) { // what it is will be known when the graph is
       entry.display.word = "nobody publishes it yet";

@@ -7,36 +7,6 @@ import { MarkerSet } from "./markers.js";
 import { PointSet, levels, scanPoints } from "./points.js";
 import { dispose, put } from "./stage.js";
 
-// Types that can be shown, and rviz's names of their displays.
-export const TYPES = {
-  "geometry_msgs/AccelStamped": "AccelStamped",
-  "geometry_msgs/PointStamped": "PointStamped",
-  "geometry_msgs/PolygonStamped": "Polygon",
-  "geometry_msgs/PoseArray": "PoseArray",
-  "geometry_msgs/PoseStamped": "Pose",
-  "geometry_msgs/PoseWithCovarianceStamped": "PoseWithCovariance",
-  "geometry_msgs/TwistStamped": "TwistStamped",
-  "geometry_msgs/WrenchStamped": "WrenchStamped",
-  "nav_msgs/GridCells": "GridCells",
-  "nav_msgs/OccupancyGrid": "Map",
-  "nav_msgs/Odometry": "Odometry",
-  "nav_msgs/Path": "Path",
-  "sensor_msgs/CompressedImage": "Image",
-  "sensor_msgs/FluidPressure": "FluidPressure",
-  "sensor_msgs/Illuminance": "Illuminance",
-  "sensor_msgs/Image": "Image",
-  "sensor_msgs/Imu": "Imu",
-  "sensor_msgs/LaserScan": "LaserScan",
-  "sensor_msgs/PointCloud": "PointCloud",
-  "sensor_msgs/PointCloud2": "PointCloud2",
-  "sensor_msgs/Range": "Range",
-  "sensor_msgs/RelativeHumidity": "RelativeHumidity",
-  "sensor_msgs/Temperature": "Temperature",
-  "visualization_msgs/InteractiveMarkerUpdate": "InteractiveMarkers",
-  "visualization_msgs/Marker": "Marker",
-  "visualization_msgs/MarkerArray": "MarkerArray",
-};
-
 // What one can choose: {key: {text, kind: "number" | "check" | "choice" | "text", usual, least, most, step, choices}}.
 const SIZE = { text: "size", kind: "number", usual: 3, least: 1, most: 30, step: 1 };
 const ALPHA = { text: "opacity", kind: "number", usual: 1, least: 0, most: 1, step: 0.05 };
@@ -49,6 +19,7 @@ const FEWEST = 20000;
 const CLOUD = { most: MOST, size: { ...SIZE, usual: 2 }, by: { text: "colour by", kind: "choice", usual: "", choices: [""] }, alpha: ALPHA };
 const SCREW = { scale: { text: "length of 1", kind: "number", usual: 1, least: 0.001, most: 1000, step: 0.1 } };
 const OPTIONS = {
+  DepthCloud: { colour: { text: "colours of", kind: "choice", usual: "", none: "no picture" }, info: { text: "CameraInfo", kind: "text", usual: "", none: "beside it" }, most: MOST, size: { ...SIZE, usual: 2 }, alpha: ALPHA },
   AccelStamped: SCREW, TwistStamped: SCREW, WrenchStamped: SCREW,
   LaserScan: { size: SIZE, alpha: ALPHA }, PointCloud: CLOUD, PointCloud2: CLOUD,
   Map: { scheme: { text: "colours", kind: "choice", usual: "map", choices: SCHEMES }, alpha: { ...ALPHA, usual: 0.85 } },
@@ -58,14 +29,15 @@ const OPTIONS = {
 const NUMBERS = new Float32Array(0);
 
 export class Display {
-  // kind: rviz's name of the display; changed(): called when it looks different without a push.
-  constructor(colour, kind, { token = "", changed = () => {} } = {}) {
+  // kind: rviz's name of the display; changed(): called when it looks different without a push; pictures(): topics of them.
+  constructor(colour, kind, { token = "", changed = () => {}, pictures = () => [] } = {}) {
     this.object = new THREE.Group();
     this.colour = colour;
     this.kind = kind;
     this.word = ""; // what it shows, for the list
     this.problem = "";
     this.controls = { ...OPTIONS[kind] };
+    if (this.controls.colour) this.controls.colour = { ...this.controls.colour, choices: pictures };
     this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { usual }]) => [key, usual]));
     this.host = { token, changed };
     this.enough = Infinity; // points that this browser can draw
@@ -74,8 +46,8 @@ export class Display {
 
   // The arguments that its stream has besides topic and fixed frame.
   get args() {
-    const { by, most } = this.options;
-    return most ? { by, most: Math.min(most, this.enough) } : {};
+    const { size, alpha, most, ...others } = this.options;
+    return most ? { ...others, most: Math.min(most, this.enough) } : {};
   }
 
   set(options) {
@@ -175,7 +147,7 @@ export class Display {
     const positions = new Float32Array(blob.buffer, blob.offset, 3 * count);
     const bytes = new Uint8Array(blob.buffer, blob.offset + 12 * count);
     this.points.set(positions, colour, bytes, [least, most]);
-    if (this.controls.by.choices.length !== fields.length + 1) {
+    if (this.controls.by && this.controls.by.choices.length !== fields.length + 1) {
       this.controls.by = { ...CLOUD.by, choices: ["", ...fields] };
       this.host.changed("controls");
     }

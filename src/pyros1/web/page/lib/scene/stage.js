@@ -37,6 +37,7 @@ export class Stage {
     this.frames = 0;
     this.lag = 0; // milliseconds that the last picture took
     this.before = []; // called before each picture
+    this.after = []; // called after each picture, to draw more into it
     this.view("orbit");
     this.colours();
     this.observer = new ResizeObserver(() => this.resize());
@@ -150,12 +151,18 @@ export class Stage {
     this.due = requestAnimationFrame(() => {
       this.due = 0;
       if (this.closed) return;
-      for (const each of this.before) each();
-      this.renderer.render(this.scene, this.camera);
+      this.render();
       this.frames += 1;
       const start = performance.now();
       requestAnimationFrame((now) => { this.lag = now - start; }); // it comes when the card has done its work
     });
+  }
+
+  // Draw now.
+  render() {
+    for (const each of this.before) each();
+    this.renderer.render(this.scene, this.camera);
+    for (const each of this.after) each();
   }
 
   // The point of the ground (z = 0) under a place of the canvas in pixels; null if there is none.
@@ -179,7 +186,7 @@ export class Stage {
   }
 
   png() {
-    this.renderer.render(this.scene, this.camera);
+    this.render();
     return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png"));
   }
 }
