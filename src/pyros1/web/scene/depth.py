@@ -65,7 +65,9 @@ def colours(message: Any) -> NDArray[np.uint8]:
     return packed
 
 
-def depth_cloud(depth: NDArray[np.float32], camera: Camera, picture: NDArray[np.uint8] | None, most: int) -> Shape:
+def depth_cloud(
+    depth: NDArray[np.float32], camera: Camera, picture: NDArray[np.uint8] | None, most: int, numbers: bool = False
+) -> Shape:
     """Return a cloud in the camera's frame, as `pyros1.web.scene.clouds.point_cloud2` does.
 
     Args:
@@ -73,6 +75,7 @@ def depth_cloud(depth: NDArray[np.float32], camera: Camera, picture: NDArray[np.
         camera: what saw them.
         picture: colours from where the depths were seen; see `colours`. None colours by depth.
         most: about the number of points; if there are more, only every second, third ... row and column counts.
+        numbers: whether to send the points' places in the picture, too, counted row by row.
     """
     height, width = depth.shape
     camera = camera.resized(width, height)
@@ -87,12 +90,16 @@ def depth_cloud(depth: NDArray[np.float32], camera: Camera, picture: NDArray[np.
         places[:, 1] = ((np.arange(0, height, step, np.float32) - camera.cy) / camera.fy)[rows] * far + camera.ty
         places[:, 2] = far
     facts: dict[str, Any] = {"kind": "cloud", "count": len(far), "every": step * step, "fields": ["z"]}
+    blob = places.tobytes()
+    if numbers:
+        facts["numbers"] = True
+        blob += (rows * step * width + columns * step).astype(np.uint32).tobytes()
     if picture is not None:
         high, wide = picture.shape[:2]
         seen = picture[(rows * step * high) // height, (columns * step * wide) // width]
-        return {**facts, "by": "rgb", "colour": "rgb", "least": 0.0, "most": 1.0}, places.tobytes() + seen.tobytes()
+        return {**facts, "by": "rgb", "colour": "rgb", "least": 0.0, "most": 1.0}, blob + seen.tobytes()
     least, greatest = (float(far.min()), float(far.max())) if len(far) else (0.0, 1.0)
-    return {**facts, "by": "z", "colour": "z", "least": least, "most": greatest}, places.tobytes()
+    return {**facts, "by": "z", "colour": "z", "least": least, "most": greatest}, blob
 
 
 def _unpacked(message: Any) -> NDArray[np.float32]:

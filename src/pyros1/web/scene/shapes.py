@@ -179,7 +179,7 @@ SHAPES: dict[str, Callable[[Any], Shape]] = {
     "sensor_msgs/Temperature": _measured("temperature", "\u00b0C", 0.0, 100.0),
 }
 """Types that can be drawn from their newest message alone."""
-CLOUDS: dict[str, Callable[[Any, str, int], Shape]] = {
+CLOUDS: dict[str, Callable[[Any, str, int, bool], Shape]] = {
     "sensor_msgs/PointCloud": point_cloud,
     "sensor_msgs/PointCloud2": point_cloud2,
 }

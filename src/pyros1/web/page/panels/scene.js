@@ -5,7 +5,7 @@ import { offersOf, picturesOf, readKey } from "../lib/scene/kinds.js";
 import { DisplayList } from "../lib/scene/list.js";
 
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9"];
-const PARTS = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay", "camera_view"];
+const PARTS = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay", "camera_view", "select"];
 const DESCRIPTION = "/robot_description";
 const FRAMES = "frames"; // keys of displays: those of kinds.js, "robot:PARAMETER", or this
 const ROBOT = "robot:";
@@ -98,7 +98,7 @@ class Scene {
     this.targetChoice = h("select.mono", { "aria-label": "followed frame", title: "the frame that the view goes along with", onchange: (event) => { this.target = event.target.value; this.stage.followed = null; this._save(); } });
     this.viewChoice = h("select", { "aria-label": "view", title: "from where one looks; flat is from above and without perspective", onchange: (event) => { this.stage?.view(event.target.value, this.stage.controls.target.toArray()); this._save(); } },
       Object.entries(VIEWS).map(([name, text]) => h("option", { value: name }, text)));
-    this.buttons = new Map([["measure", "Measure"], ["goal", "Nav goal"], ["estimate", "Pose estimate"], ["point", "Point"]].map(([name, text]) =>
+    this.buttons = new Map([["select", "Select"], ["measure", "Measure"], ["goal", "Nav goal"], ["estimate", "Pose estimate"], ["point", "Point"]].map(([name, text]) =>
       [name, h("button", { "aria-pressed": "false", onclick: () => this._use(name) }, text)]));
     tools.append(h("label.check", {}, "fixed", this.fixedChoice), h("label.check", {}, "view", this.viewChoice), h("label.check", {}, "follow", this.targetChoice),
       ...this.buttons.values(),
@@ -260,6 +260,7 @@ class Scene {
     } else if (kind === "Image") entry.display = new this.lib.Overlay(this.pictures, topic, changed);
     else if (kind === "Camera") entry.display = new this.lib.CameraView(this.pictures, topic, host);
     else entry.display = new this.lib.Display(COLOURS[this.displays.size % COLOURS.length], kind, host);
+    entry.display.inspect?.(this.using === "select");
     this._enter(entry);
     if (!kind) { // what it is will be known when the graph is
       entry.display.word = "nobody publishes it yet";
@@ -339,15 +340,26 @@ class Scene {
     this.word.hidden = true;
     if (name !== before && this.stage) {
       this.using = name;
-      const { ArrowTool, MeasureTool, PointTool } = this.lib;
-      if (name === "measure") this.tool = new MeasureTool(this.stage, (text) => this._say(text));
+      const { ArrowTool, MeasureTool, PointTool, SelectTool } = this.lib;
+      if (name === "select") this.tool = new SelectTool(this.stage, this.view, () => [...this.displays.values()]);
+      else if (name === "measure") this.tool = new MeasureTool(this.stage, (text) => this._say(text));
       else if (name === "point") this.tool = new PointTool(this.stage, (point) => this._publish(name, point.toArray()));
       else this.tool = new ArrowTool(this.stage, name === "goal" ? 0xae3ec9 : 0x2f9e44, (x, y, yaw) => this._publish(name, [x, y, 0], yaw));
       if (name === "point") this._say("click the place that is published");
-      else if (name !== "measure") this._say("press at the place, and release in the direction");
+      else if (name === "goal" || name === "estimate") this._say("press at the place, and release in the direction");
     }
     if (this.mouse) this.mouse.enabled = !this.using;
+    if ("select" === before || "select" === this.using) this._inspect();
     for (const [each, button] of this.buttons) button.setAttribute("aria-pressed", String(each === this.using));
+  }
+
+  // While one selects, the server sends the numbers behind the points, too.
+  _inspect() {
+    for (const entry of this.displays.values()) {
+      const args = JSON.stringify(entry.display.args);
+      entry.display.inspect?.(this.using === "select");
+      if (entry.topic && JSON.stringify(entry.display.args) !== args) this._again(entry);
+    }
   }
 
   _say(text) {

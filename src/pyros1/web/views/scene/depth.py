@@ -32,7 +32,8 @@ class SceneDepthView(CameraView):
     Args (of the page):
         topic, info, fixed: see `CameraView`; the topic has depths.
         colour: the full name of a topic of pictures that are seen from the same place; empty for none.
-        most: the number of points that are sent at most.
+        most: about the number of points that are sent at most.
+        numbers: whether to send also where they are in the picture.
 
     Pushes what `pyros1.web.scene.depth.depth_cloud` returns, with "frame", "stamp" and "pose".
     """
@@ -40,7 +41,6 @@ class SceneDepthView(CameraView):
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         self._pictures: deque[Arrival] = deque()
         self._colour = ""
-        self._most = MOST_POINTS
         super().__init__(robot, args, wake)
         try:
             self._read(args)
@@ -55,7 +55,7 @@ class SceneDepthView(CameraView):
         try:
             depth = depths(message)
             near = self._picture_near(message.header.stamp.to_sec())
-            return depth_cloud(depth, camera, None if near is None else colours(near), self._most)
+            return depth_cloud(depth, camera, None if near is None else colours(near), self._most, self._numbers)
         except ShapeError as error:
             raise RequestError(f"{self._topic}: {error}") from None
 
@@ -65,6 +65,7 @@ class SceneDepthView(CameraView):
 
     def _read(self, args: Mapping[str, Any]) -> None:
         self._most = int(number(args, "most", 1, MOST_POINTS, MOST_POINTS))
+        self._numbers = bool(args.get("numbers"))
         colour = text(args, "colour", "").strip()
         if colour != self._colour:
             self._colour = colour

@@ -33,6 +33,7 @@ class SceneTopicView(View):
         topic: the topic's full name. With an OccupancyGrid, its updates come on ``TOPIC_updates``.
         fixed: the frame in which the pose is told.
         by: the field that colours a cloud; empty for a good one. most: the number of its points that are sent at most.
+        numbers: whether to send also where its points are in the message, and their values.
 
     Pushes the facts of `pyros1.web.scene.shapes` with "frame", "stamp" and "pose", the place of the message's frame at
     its time, or null if that is not known (the message comes again as soon as it is); or
@@ -111,6 +112,7 @@ class SceneTopicView(View):
         self._fixed = text(args, "fixed", "")
         self._by = text(args, "by", "")
         self._most = int(number(args, "most", 1, MOST_POINTS, MOST_POINTS))
+        self._numbers = bool(args.get("numbers"))
 
     def _pose(self, header: Any) -> list[float] | None:
         return self.robot.world.pose(self._fixed, header.frame_id, header.stamp)
@@ -119,7 +121,7 @@ class SceneTopicView(View):
         if not new and not self._lost:
             return None
         if kind in CLOUDS:
-            return CLOUDS[kind](message, self._by, self._most)
+            return CLOUDS[kind](message, self._by, self._most, self._numbers)
         return SHAPES[kind](message)
 
     def _grid_shape(self, message: Any, new: bool, updates: list[Arrival]) -> Shape | None:

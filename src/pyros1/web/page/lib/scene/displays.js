@@ -5,6 +5,7 @@ import * as draw from "./draw.js";
 import { MapPlane, SCHEMES } from "./map.js";
 import { MarkerSet } from "./markers.js";
 import { PointSet, levels, scanPoints } from "./points.js";
+import { numbers, placed } from "./select.js";
 import { dispose, put } from "./stage.js";
 
 // What one can choose: {key: {text, kind: "number" | "check" | "choice" | "text", usual, least, most, step, choices}}.
@@ -47,7 +48,30 @@ export class Display {
   // The arguments that its stream has besides topic and fixed frame.
   get args() {
     const { size, alpha, most, ...others } = this.options;
-    return most ? { ...others, most: Math.min(most, this.enough) } : {};
+    return most ? { ...others, most: Math.min(most, this.enough), numbers: this.inspected === true } : {};
+  }
+
+  // Told whether one asks for the numbers behind the points.
+  inspect(inspected) {
+    this.inspected = inspected;
+  }
+
+  // What can be selected; see select.js.
+  parts() {
+    if (this.markers) return this.markers.parts();
+    const about = () => [["frame", this.frame], ["shows", this.word], ...placed(this.object)];
+    if (this.points) return [{ object: this.points.object, about: () => [["frame", this.frame]], points: { ...this.points.places, about: (index) => this._point(index) } }];
+    if (this.plane) return [{ object: this.object, about: (place) => [["frame", this.frame], ["shows", this.word], ...this.plane.about(place)] }];
+    return [{ object: this.object, about }];
+  }
+
+  _point(index) {
+    const { indices, values, by, bytes } = this.told || {};
+    const place = [...this.points.places.positions.slice(3 * index, 3 * index + 3)];
+    const rows = [["point", indices ? indices[index] : `${index} of those that are drawn`], ["x, y, z", numbers(place)]];
+    if (values) rows.push([by, numbers([values[index]])]);
+    if (bytes) rows.push([by, `${bytes[4 * index + 2]}, ${bytes[4 * index + 1]}, ${bytes[4 * index]}`]);
+    return rows;
   }
 
   set(options) {
@@ -119,8 +143,8 @@ export class Display {
 
   _shape(data, blob) {
     this.last = [data, blob];
-    const numbers = blob ? new Float32Array(blob.buffer, blob.offset) : NUMBERS;
-    const [object, word] = draw[data.kind](data, numbers, this.colour, this.options);
+    const values = blob ? new Float32Array(blob.buffer, blob.offset) : NUMBERS;
+    const [object, word] = draw[data.kind](data, values, this.colour, this.options);
     this.word = word;
     if (!this._trailing) this._clear();
     else {
@@ -136,16 +160,21 @@ export class Display {
 
   _scan(data, blob) {
     this.points ||= this._own(new PointSet());
-    const [positions, values] = scanPoints(data, new Float32Array(blob.buffer, blob.offset));
+    const [positions, values, indices] = scanPoints(data, new Float32Array(blob.buffer, blob.offset));
+    this.told = { indices, values, by: data.intensities ? "intensity" : "range" };
     this.points.set(positions, "value", levels(values));
     this._style();
     this.word = `${positions.length / 3} points`;
   }
 
-  _cloud({ count, every, fields, by, colour, least, most }, blob) {
+  _cloud({ count, every, fields, by, colour, least, most, numbers: told }, blob) {
     this.points ||= this._own(new PointSet(2));
     const positions = new Float32Array(blob.buffer, blob.offset, 3 * count);
-    const bytes = new Uint8Array(blob.buffer, blob.offset + 12 * count);
+    const more = (told ? 4 : 0) * count; // bytes before the colours: indices, and then values
+    const after = blob.offset + 12 * count;
+    const levelled = told && colour === "value";
+    const bytes = new Uint8Array(blob.buffer, after + (levelled ? 2 : 1) * more);
+    this.told = told && { by, indices: new Uint32Array(blob.buffer, after, count), values: levelled && new Float32Array(blob.buffer, after + more, count), bytes: colour === "rgb" && bytes };
     this.points.set(positions, colour, bytes, [least, most]);
     if (this.controls.by && this.controls.by.choices.length !== fields.length + 1) {
       this.controls.by = { ...CLOUD.by, choices: ["", ...fields] };

@@ -61,14 +61,25 @@ export class Stage {
     this.camera = this.cameras[flat ? 1 : 0];
     this.controls.object = this.camera;
     this.controls.enableRotate = !flat;
-    this.controls.mouseButtons.LEFT = flat ? THREE.MOUSE.PAN : THREE.MOUSE.ROTATE;
-    this.controls.touches.ONE = flat ? THREE.TOUCH.PAN : THREE.TOUCH.ROTATE;
+    this._grip();
     this.camera.zoom = 1;
     this.camera.up.set(...up);
     this.controls.target.set(...target);
     this.camera.position.set(target[0] + position[0], target[1] + position[1], target[2] + position[2]);
     this.controls.update();
     this.resize();
+  }
+
+  // Whether a tool has the left button of the mouse; the others still move the view.
+  set claimed(claimed) {
+    this._claimed = claimed;
+    this._grip();
+  }
+
+  _grip() {
+    const { flat } = VIEWS[this.name];
+    this.controls.mouseButtons.LEFT = this._claimed ? null : flat ? THREE.MOUSE.PAN : THREE.MOUSE.ROTATE;
+    this.controls.touches.ONE = this._claimed ? null : flat ? THREE.TOUCH.PAN : THREE.TOUCH.ROTATE;
   }
 
   // The view as numbers, and back; they may come from a link.
