@@ -5,7 +5,7 @@ import { offersOf, picturesOf, readKey } from "../lib/scene/kinds.js";
 import { DisplayList } from "../lib/scene/list.js";
 
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9"];
-const PARTS = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay", "camera_view", "select"];
+const PARTS = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay", "camera_view", "efforts", "select"];
 const DESCRIPTION = "/robot_description";
 const FRAMES = "frames"; // keys of displays: those of kinds.js, "robot:PARAMETER", or this
 const ROBOT = "robot:";
@@ -251,13 +251,15 @@ class Scene {
     const { topic, kind, view } = readKey(key, this.types);
     const { stage, frames } = this;
     const changed = (what) => this._touched(entry, what);
-    const host = { token: this.place.robot.token, stage, frames, changed, pictures: () => picturesOf(this.types) };
+    const { robot } = this.place;
+    const host = { robot, token: robot.token, stage, frames, changed, pictures: () => picturesOf(this.types) };
     const entry = { key, title: key, kind, stream: { close() {}, change() {} } };
     if (kind === "InteractiveMarkers") {
       entry.display = new this.lib.InteractiveSet(topic, host);
       const feedback = { topic: `${entry.display.topic}/feedback`, type: "visualization_msgs/InteractiveMarkerFeedback" };
-      this.place.robot.call("topics.advertise", feedback).catch(() => {}); // if it cannot be done, a drag says so
+      robot.call("topics.advertise", feedback).catch(() => {}); // if it cannot be done, a drag says so
     } else if (kind === "Image") entry.display = new this.lib.Overlay(this.pictures, topic, changed);
+    else if (kind === "Effort") entry.display = new this.lib.EffortSet(host);
     else if (kind === "Camera") entry.display = new this.lib.CameraView(this.pictures, topic, host);
     else entry.display = new this.lib.Display(COLOURS[this.displays.size % COLOURS.length], kind, host);
     entry.display.inspect?.(this.using === "select");
@@ -267,7 +269,7 @@ class Scene {
       return;
     }
     entry.topic = topic;
-    entry.stream = this.place.robot.stream(view, { topic, fixed: this._fixedFrame(), ...entry.display.args }, {
+    entry.stream = robot.stream(view, { topic, fixed: this._fixedFrame(), ...entry.display.args }, {
       data: (data, blob) => {
         const shown = entry.display.take(data, blob);
         entry.display.place?.(this.frames);

@@ -12,7 +12,8 @@ from pyros1.web.scene.clouds import MOST_POINTS
 from pyros1.web.scene.grids import UPDATES, Grid
 from pyros1.web.scene.markers import Markers
 from pyros1.web.scene.shape import Shape, ShapeError
-from pyros1.web.scene.shapes import CLOUDS, SHAPES
+from pyros1.web.scene.shapes import CLOUDS, PLACELESS, SHAPES
+from pyros1.web.scene.world import IDENTITY
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.view import View, number, text
 
@@ -81,7 +82,7 @@ class SceneTopicView(View):
         new = arrival is not self._shown
         message: Any = arrival.message
         header = message.header
-        if self._lost and not new and self._pose(header) is None:
+        if self._lost and not new and self._pose(kind, header) is None:
             return None
         self._shown = arrival
         try:
@@ -90,7 +91,7 @@ class SceneTopicView(View):
             raise RequestError(f"{self._topic}: {error}") from None
         if shape is None:
             return None
-        pose = self._pose(header)
+        pose = self._pose(kind, header)
         if pose is None and self._grid is not None:
             self._grid.forget()
         self._lost = pose is None
@@ -114,7 +115,9 @@ class SceneTopicView(View):
         self._most = int(number(args, "most", 1, MOST_POINTS, MOST_POINTS))
         self._numbers = bool(args.get("numbers"))
 
-    def _pose(self, header: Any) -> list[float] | None:
+    def _pose(self, kind: str, header: Any) -> list[float] | None:
+        if kind in PLACELESS:
+            return IDENTITY
         return self.robot.world.pose(self._fixed, header.frame_id, header.stamp)
 
     def _shape(self, kind: str, message: Any, new: bool) -> Shape | None:

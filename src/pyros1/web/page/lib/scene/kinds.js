@@ -20,6 +20,7 @@ export const TYPES = {
   "sensor_msgs/Illuminance": "Illuminance",
   "sensor_msgs/Image": "Image",
   "sensor_msgs/Imu": "Imu",
+  "sensor_msgs/JointState": "Effort",
   "sensor_msgs/LaserScan": "LaserScan",
   "sensor_msgs/PointCloud": "PointCloud",
   "sensor_msgs/PointCloud2": "PointCloud2",
