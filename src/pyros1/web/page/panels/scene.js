@@ -55,7 +55,7 @@ class Scene {
       this._save();
     };
     this.frames = new this.lib.FrameSet();
-    this.stage.before.push(() => this.frames.face(this.stage));
+    this.stage.before.push(() => this.frames.face(this.stage), () => this._ease());
     this.place.body.scene = this; // for tests, and the curious
     this.onTheme = () => this.stage.colours();
     addEventListener("themechange", this.onTheme);
@@ -185,6 +185,11 @@ class Scene {
     for (const entry of this.displays.values()) if (entry.topic) this._again(entry);
   }
 
+  // A browser that has been slow may draw more points again.
+  _ease() {
+    for (const entry of this.displays.values()) if (entry.topic && entry.display.hurry?.(this.stage.lag, false)) this._again(entry);
+  }
+
   _again({ stream, display, topic }) {
     stream.change({ topic, fixed: this._fixedFrame(), ...display.args });
   }
@@ -273,7 +278,7 @@ class Scene {
       data: (data, blob) => {
         const shown = entry.display.take(data, blob);
         entry.display.place?.(this.frames);
-        if (entry.display.hurry?.(this.stage.lag)) this._again(entry);
+        if (entry.display.hurry?.(this.stage.lag, true)) this._again(entry);
         this._touched(entry);
         return shown;
       },

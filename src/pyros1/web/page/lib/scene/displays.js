@@ -1,6 +1,7 @@
 // What topics look like in the scene. A display has an object, takes pushes of the view scene_topic, and has options.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
+import { Density } from "./density.js";
 import * as draw from "./draw.js";
 import { MapPlane, SCHEMES } from "./map.js";
 import { MarkerSet } from "./markers.js";
@@ -14,9 +15,6 @@ const ALPHA = { text: "opacity", kind: "number", usual: 1, least: 0, most: 1, st
 const AXES = { text: "as axes", kind: "check", usual: false };
 const COVARIANCE = { text: "covariance", kind: "check", usual: true };
 const MOST = { text: "points at most", kind: "number", usual: 1500000, least: 1000, most: 1500000, step: 1000 };
-const SLOW = 150; // milliseconds that a picture may take; the points of a cloud become fewer if it takes longer
-const SLOW_TIMES = 3;
-const FEWEST = 20000;
 const CLOUD = { most: MOST, size: { ...SIZE, usual: 2 }, by: { text: "colour by", kind: "choice", usual: "", choices: [""] }, alpha: ALPHA };
 const SCREW = { scale: { text: "length of 1", kind: "number", usual: 1, least: 0.001, most: 1000, step: 0.1 } };
 const OPTIONS = {
@@ -41,14 +39,13 @@ export class Display {
     if (this.controls.colour) this.controls.colour = { ...this.controls.colour, choices: pictures };
     this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { usual }]) => [key, usual]));
     this.host = { token, changed };
-    this.enough = Infinity; // points that this browser can draw
-    this.slow = 0;
+    this.density = new Density();
   }
 
   // The arguments that its stream has besides topic and fixed frame.
   get args() {
     const { size, alpha, most, ...others } = this.options;
-    return most ? { ...others, most: Math.min(most, this.enough), numbers: this.inspected === true } : {};
+    return most ? { ...others, most: Math.min(most, this.density.enough), numbers: this.inspected === true } : {};
   }
 
   // Told whether one asks for the numbers behind the points.
@@ -76,7 +73,7 @@ export class Display {
 
   set(options) {
     Object.assign(this.options, options);
-    if (options.most) this.enough = Infinity; // the user knows best
+    if (options.most) this.density.forget(); // the user knows best
     this._style();
     if (this.last && !this._trailing) this._draw(...this.last);
     this.markers?.show(this.options);
@@ -112,14 +109,10 @@ export class Display {
     this.markers?.place(frames);
   }
 
-  // Told how many milliseconds pictures take. Returns whether its stream should send less.
-  hurry(lag) {
-    if (!this.count || this.hidden) return false;
-    this.slow = lag > SLOW ? this.slow + 1 : 0;
-    if (this.slow < SLOW_TIMES || this.count <= FEWEST) return false;
-    this.slow = 0;
-    this.enough = Math.max(FEWEST, Math.round(this.count * Math.max(0.1, 0.7 * SLOW / lag)));
-    return true;
+  // Told how many milliseconds the last picture took. Returns whether its stream should send less or more.
+  hurry(lag, fresh) {
+    const { count, every } = this;
+    return Boolean(count) && !this.hidden && this.density.told(lag, { count, all: every === 1, fresh });
   }
 
   show(shown) {
@@ -181,8 +174,8 @@ export class Display {
       this.host.changed("controls");
     }
     this._style();
-    this.count = count;
-    const why = this.enough < this.options.most ? ": this browser draws slowly" : "";
+    Object.assign(this, { count, every });
+    const why = this.density.enough < this.options.most ? ": this browser draws slowly" : "";
     this.word = `${count} points${every > 1 ? ` (one of ${every}${why})` : ""}, colour: ${by}`;
   }
 
