@@ -50,11 +50,12 @@ test("keys say which display of a topic it is", () => {
 });
 
 test("cameras are offered where there is a CameraInfo, and depths where a name says so", () => {
-  const keys = (shown) => offersOf(TYPES, shown).map(({ key }) => key);
-  const all = ["/alone", "/cam/depth", "camera:/cam/depth", "depth:/cam/depth", "/cam/rgb/compressed", "camera:/cam/rgb/compressed", "/map"];
+  const keys = (shown) => offersOf(TYPES, shown, ["/robot_description"]).map(({ key }) => key);
+  const all = ["/alone", "/cam/depth", "camera:/cam/depth", "depth:/cam/depth", "/cam/rgb/compressed", "camera:/cam/rgb/compressed", "/map", "depth:", "robot:"];
   assert.deepEqual(keys([]), all);
   assert.deepEqual(keys(all.slice(0, 3)), all.slice(3));
-  assert.deepEqual(offersOf({ ...TYPES, "/cam/camera_info": "std_msgs/String" }, []).map(({ kind }) => kind), ["Image", "Image", "Image", "Map"]);
+  const others = offersOf({ ...TYPES, "/cam/camera_info": "std_msgs/String" }, [], []).map(({ kind }) => kind);
+  assert.deepEqual(others, ["RobotModel", "Image", "Image", "Image", "Map", "RobotModel"]);
 });
 
 test("a camera sees from the edge of its first pixel to that of its last one", () => {

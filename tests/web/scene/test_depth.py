@@ -124,3 +124,11 @@ def test_colours_of_other_kinds() -> None:
     assert colours(CompressedImage(format="png", data=file.getvalue())).tolist() == [[[30, 20, 10, 0]]]
     with pytest.raises(ShapeError, match="colours: the picture cannot be read"):
         colours(CompressedImage(format="jpeg", data=b"no"))
+
+
+def test_which_pixels_the_points_are() -> None:
+    depth = np.array([[0, 0, 1], [0, 0, 0], [1, 0, 1]], np.float32)
+    facts, blob = depth_cloud(depth, CAMERA, None, 100, numbers=True)
+    assert (facts["numbers"], np.frombuffer(blob[36:], np.uint32).tolist()) == (True, [2, 6, 8])
+    _, blob = depth_cloud(np.ones((4, 4), np.float32), CAMERA, None, 4, numbers=True)
+    assert np.frombuffer(blob[48:], np.uint32).tolist() == [0, 2, 8, 10]

@@ -1,15 +1,13 @@
 // The robot and what it sees, in 3D, as rviz shows it.
 
 import { empty, fill, h, save } from "../lib/dom.js";
-import { offersOf, picturesOf, readKey } from "../lib/scene/kinds.js";
+import { DESCRIPTION, ROBOT, offersOf, picturesOf, readKey } from "../lib/scene/kinds.js";
 import { DisplayList } from "../lib/scene/list.js";
 
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9"];
 const PARTS = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay", "camera_view", "efforts", "select"];
-const DESCRIPTION = "/robot_description";
-const FRAMES = "frames"; // keys of displays: those of kinds.js, "robot:PARAMETER", or this
-const ROBOT = "robot:";
-const VIEWS = { orbit: "orbit", top: "top", side: "side", flat: "flat" };
+const FRAMES = "frames"; // keys of displays: those of kinds.js, or this
+const VIEWS = { orbit: "orbit", ground: "ground", third: "behind", walk: "walk", top: "top", side: "side", flat: "flat" };
 
 document.head.append(h("link", { rel: "stylesheet", href: "panels/scene.css" }));
 
@@ -89,14 +87,14 @@ class Scene {
   }
 
   accept(settings) {
-    for (const topic of settings.topics || []) if (!this.topics.includes(topic)) this._add(topic);
+    for (const topic of settings.topics || []) this._add(topic);
   }
 
   _build() {
     const { body, tools } = this.place;
     this.fixedChoice = h("select.mono", { "aria-label": "fixed frame", title: "the frame that stands still", onchange: (event) => this._fix(event.target.value) });
     this.targetChoice = h("select.mono", { "aria-label": "followed frame", title: "the frame that the view goes along with", onchange: (event) => { this.target = event.target.value; this.stage.followed = null; this._save(); } });
-    this.viewChoice = h("select", { "aria-label": "view", title: "from where one looks; flat is from above and without perspective", onchange: (event) => { this.stage?.view(event.target.value, this.stage.controls.target.toArray()); this._save(); } },
+    this.viewChoice = h("select", { "aria-label": "view", title: "from where one looks; ground moves on the ground; behind turns with the followed frame; walk with the mouse, its wheel and W, A, S, D; flat is from above and without perspective", onchange: (event) => this._look(event.target.value) },
       Object.entries(VIEWS).map(([name, text]) => h("option", { value: name }, text)));
     this.buttons = new Map([["select", "Select"], ["measure", "Measure"], ["goal", "Nav goal"], ["estimate", "Pose estimate"], ["point", "Point"]].map(([name, text]) =>
       [name, h("button", { "aria-pressed": "false", onclick: () => this._use(name) }, text)]));
@@ -115,7 +113,7 @@ class Scene {
       show: (key, shown) => this._conceal(key, shown),
       remove: (key) => this._remove(key),
       option: (key, name, value) => this._option(key, name, value),
-      offers: () => this._offers(),
+      offers: () => offersOf(this.types, this.topics, this.robots),
       add: (key) => (key.startsWith(ROBOT) ? this._addRobot(key.slice(ROBOT.length)) : this._add(key)),
     });
     body.classList.add("scene");
@@ -130,7 +128,7 @@ class Scene {
 
   _system(data) {
     this.types = Object.fromEntries(Object.entries(data.topics).map(([name, { type }]) => [name, type]));
-    const offered = JSON.stringify([this._offers(), this.topics.map((key) => readKey(key, this.types).kind)]);
+    const offered = JSON.stringify([offersOf(this.types, this.topics, this.robots), this.topics.map((key) => readKey(key, this.types).kind)]);
     if (offered === this.offered) return;
     this.offered = offered;
     for (const key of this.topics) { // its type is known now, or is another one
@@ -140,13 +138,6 @@ class Scene {
       this._show(key);
     }
     this.list.draw();
-  }
-
-  _offers() {
-    const offers = offersOf(this.types, this.topics);
-    if (!this.robots.includes(DESCRIPTION)) offers.unshift({ key: ROBOT + DESCRIPTION, title: DESCRIPTION, kind: "RobotModel", text: "the robot as its URDF describes it" });
-    offers.push({ key: ROBOT, title: "/other_description", kind: "RobotModel", text: "the parameter with another robot's URDF", field: true });
-    return offers;
   }
 
   _frames(data, blob) {
@@ -199,6 +190,7 @@ class Scene {
   }
 
   _add(key) {
+    if (this.topics.includes(key)) return;
     this.topics.push(key);
     if (!this.stage) return; // it comes with the others
     this._show(key);
@@ -206,10 +198,9 @@ class Scene {
   }
 
   _addRobot(name) {
-    const full = name.startsWith("/") ? name : `/${name}`;
-    if (this.robots.includes(full)) return;
-    this.robots.push(full);
-    this._showRobot(full);
+    if (this.robots.includes(name)) return;
+    this.robots.push(name);
+    this._showRobot(name);
     this._changed();
   }
 
@@ -326,6 +317,14 @@ class Scene {
     this.stage.view(this.stage.name);
     this.view0 = null;
     if (!this.topics.length) this._lookAtRobot();
+    this._save();
+  }
+
+  _look(name) {
+    if (!this.stage) return;
+    const { camera, controls } = this.stage;
+    this.stage.view(name, controls.target.toArray(), camera.isPerspectiveCamera ? camera.position.toArray() : null);
+    this.stage.canvas.focus({ preventScroll: true });
     this._save();
   }
 

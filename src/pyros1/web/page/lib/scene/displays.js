@@ -57,12 +57,12 @@ export class Display {
   parts() {
     if (this.markers) return this.markers.parts();
     const about = () => [["frame", this.frame], ["shows", this.word], ...placed(this.object)];
-    if (this.points) return [{ object: this.points.object, about: () => [["frame", this.frame]], points: { ...this.points.places, about: (index) => this._point(index) } }];
+    if (this.points) return [{ object: this.points.object, about: () => [["frame", this.frame]], points: { ...this.points.places, about: (index) => this._aboutPoint(index) } }];
     if (this.plane) return [{ object: this.object, about: (place) => [["frame", this.frame], ["shows", this.word], ...this.plane.about(place)] }];
     return [{ object: this.object, about }];
   }
 
-  _point(index) {
+  _aboutPoint(index) {
     const { indices, values, by, bytes } = this.told || {};
     const place = [...this.points.places.positions.slice(3 * index, 3 * index + 3)];
     const rows = [["point", indices ? indices[index] : `${index} of those that are drawn`], ["x, y, z", numbers(place)]];

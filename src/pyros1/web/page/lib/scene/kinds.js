@@ -1,4 +1,5 @@
-// Which displays there are, by their keys. A key is a topic, or what is made of it and the topic: "camera:/camera/image".
+// Which displays there are, by their keys. A key is a topic, or what is made of it and the topic, "camera:/camera/image", or
+// "robot:" and the parameter with a robot's URDF.
 // Nothing is drawn here.
 
 // Types that can be shown, and rviz's names of their displays.
@@ -32,6 +33,8 @@ export const TYPES = {
   "visualization_msgs/MarkerArray": "MarkerArray",
 };
 
+export const ROBOT = "robot:";
+export const DESCRIPTION = "/robot_description";
 const PICTURES = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
 const INFO = "sensor_msgs/CameraInfo";
 const MADE = { camera: "Camera", depth: "DepthCloud" }; // of a topic of pictures
@@ -46,8 +49,8 @@ export function readKey(key, types) {
   return { topic, kind, view: VIEWS[kind] || "scene_topic" };
 }
 
-// Return what can be added to those that are shown: [{key, title, kind, text}].
-export function offersOf(types, shown) {
+// Return what can be added to the topics and robots that are shown: [{key, title, kind, text, field}].
+export function offersOf(types, topics, robots) {
   const keys = [];
   for (const topic of Object.keys(types).sort()) {
     if (TYPES[types[topic]]) keys.push(topic);
@@ -55,10 +58,13 @@ export function offersOf(types, shown) {
     keys.push(`camera:${topic}`);
     if (/depth/i.test(topic)) keys.push(`depth:${topic}`);
   }
-  return keys.filter((key) => !shown.includes(key)).map((key) => {
+  const offers = keys.filter((key) => !topics.includes(key)).map((key) => {
     const { topic, kind } = readKey(key, types);
     return { key, title: topic, kind, text: `${topic}: ${types[topic]}` };
   });
+  if (!robots.includes(DESCRIPTION)) offers.unshift({ key: ROBOT + DESCRIPTION, title: DESCRIPTION, kind: "RobotModel", text: "the robot as its URDF describes it" });
+  if (Object.values(types).includes(INFO)) offers.push({ key: "depth:", title: "/depth/image", kind: "DepthCloud", text: "the topic with other depths", field: true });
+  return [...offers, { key: ROBOT, title: "/other_description", kind: "RobotModel", text: "the parameter with another robot's URDF", field: true }];
 }
 
 export function picturesOf(types) {

@@ -39,7 +39,8 @@ export class DisplayList {
     const field = h("input.mono", { placeholder: title, "aria-label": text, title: text, maxLength: 200 });
     return h("form.add", { onsubmit: (event) => {
       event.preventDefault();
-      if (field.value.trim()) this.host.add(key + field.value.trim());
+      const name = field.value.trim();
+      if (name) this.host.add(`${key}${name.startsWith("/") ? "" : "/"}${name}`);
     } }, field, h("button.quiet", {}, "+ ", h("span.muted", {}, kind)));
   }
 
