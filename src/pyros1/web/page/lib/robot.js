@@ -62,7 +62,7 @@ export class Robot extends EventTarget {
     let heard = performance.now();
     // A connection may be dead without a word: the server stands still, or this computer is elsewhere now.
     const pulse = setInterval(() => {
-      if (performance.now() - heard > PATIENCE) socket.onclose();
+      if (performance.now() - heard > PATIENCE) socket.onclose?.();
       else if (opened) this._askAbout(false);
     }, PULSE);
     socket.onopen = () => {
