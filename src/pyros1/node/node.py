@@ -9,10 +9,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 from pyros1.ground import names, shown
-from pyros1.ground.errors import Error, NodeShutdownError
+from pyros1.ground.errors import Error, NodeError, NodeShutdownError
 from pyros1.msgs import load_message
 from pyros1.net.bell import Event
-from pyros1.net.hosts import host_from_environment
+from pyros1.net.guests import Guests
+from pyros1.net.hosts import host_from_environment, make_uri
 from pyros1.net.hosts import master_uri as find_master_uri
 from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
@@ -79,6 +80,8 @@ class Node(ServiceMethods, TimeMethods):
         InvalidNameError: the name is not legal.
         MasterUnreachableError: no master within ``wait_for_master`` seconds.
         MasterError: the master refuses the node.
+        NodeError: it cannot listen on its address, or its ports are taken.
+        SettingError: PYROS1_ALLOW, PYROS1_BIND or PYROS1_PORTS is wrong.
         ProtocolError: the master's URI is not valid, or what answers there is not a master.
         SystemExit: SIGINT or SIGTERM came before the node had started.
     """
@@ -151,7 +154,8 @@ class Node(ServiceMethods, TimeMethods):
         self._life.watch(signals)
         for warning in (*address.warnings, *odd_arguments(self.arguments)):
             self.log.warn("%s", warning)
-        self._tcpros = TcprosServer(self._context, address, lambda: self._services.servers, ports[1])
+        if address.allowed is not None:
+            self._context.guests = Guests(address.allowed, lambda text: self.log.warn("%s", text))
         slave = SlaveApi(
             self._context,
             self.master_uri,
@@ -159,9 +163,19 @@ class Node(ServiceMethods, TimeMethods):
             lambda: self.params,
             self._on_shutdown_request,
         )
-        self._slave = XmlRpcServer(
-            loop, slave.dispatch, bind_host=address.bind, advertised_host=address.advertised, port=ports[0]
-        )
+        try:
+            self._tcpros = TcprosServer(self._context, address, lambda: self._services.servers, ports[1])
+            self._slave = XmlRpcServer(
+                loop,
+                slave.dispatch,
+                bind_host=address.bind,
+                advertised_host=address.advertised,
+                port=ports[0],
+                ports=address.ports,
+                guests=self._context.guests,
+            )
+        except OSError as error:
+            raise NodeError(f"{self.name} cannot listen on {address.bind}: {error.strerror or error}") from error
         self._context.uri = self._slave.uri
         await_master(self._context, self.master, patience)
         sim_time, private = set_private(self.master, self.resolve, self.arguments.parameters)
@@ -174,8 +188,7 @@ class Node(ServiceMethods, TimeMethods):
         offer_log(self.log, self._sink, self.name, self._topics, self._services, self.resolve, rosout)
 
     def _service_uri(self) -> str:
-        host = f"[{self._host}]" if ":" in self._host else self._host
-        return f"rosrpc://{host}:{self._tcpros.port if self._tcpros else 0}"
+        return make_uri(self._host, self._tcpros.port if self._tcpros else 0, "rosrpc").rstrip("/")
 
     def _use_simulated_time(self) -> None:
         self._clock.use_simulated_time()
