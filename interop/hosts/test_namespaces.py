@@ -11,7 +11,7 @@ from pathlib import Path
 from harness import PEERS, until
 from hosts import Host, Network
 
-CONNECT = "import socket, sys; socket.create_connection((sys.argv[1], int(sys.argv[2])), 2)"
+CONNECT = "import socket, sys; socket.create_connection((sys.argv[1], int(sys.argv[2])), 0.5)"
 LISTEN = """
 import socket
 listener = socket.create_server(('', 7000))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import contextlib
 import functools
+import importlib.util
 import json
 import os
 import random
@@ -569,6 +570,10 @@ class Master:
 
 @functools.cache
 def _installed() -> bool:
-    """Whether the Python that runs the tests has pyros1 installed."""
-    probe = [sys.executable, "-I", "-c", "import importlib.util, sys; sys.exit(not importlib.util.find_spec('pyros1'))"]
-    return subprocess.run(probe, check=False, timeout=30).returncode == 0
+    """Whether the Python that runs the tests has the pyros1 installed that the tests import."""
+    probe = "import importlib.util; spec = importlib.util.find_spec('pyros1'); print(spec and spec.origin)"
+    said = subprocess.run(
+        [sys.executable, "-I", "-c", probe], capture_output=True, text=True, check=True, timeout=30
+    ).stdout
+    spec = importlib.util.find_spec("pyros1")
+    return spec is not None and said.strip() == spec.origin

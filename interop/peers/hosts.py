@@ -5,9 +5,9 @@
         uri = robot.core("stock")
         assert "/rosout" in laptop.run(laptop.pyros1("node", "list"), laptop.environ(uri)).output
 
-It needs root, ``ip`` and ``nft``. Nothing is made outside the namespaces: no links, rules or files of the machine change,
-and two networks never meet, though their addresses are the same. They end with the test, even if that is killed: each host
-has a keeper, whose standard input ends then, and which kills whatever still runs there.
+It needs root, ``ip`` and ``nft``. Nothing is made outside the namespaces: no links, rules or files of the machine
+change, and two networks never meet, though their addresses are the same. They end with the test, even if that is
+killed: each host has a keeper, whose standard input ends then, and which kills whatever still runs there.
 """
 
 from __future__ import annotations
@@ -220,7 +220,7 @@ class Host:
 
 
 def _propagation() -> str:
-    """How mounts of a host stay its own. In the chroot of interop/bare_root they do, and / is no mount to be changed."""
+    """How mounts of a host stay its own: in the chroot of interop/bare_root they do, and / cannot be changed."""
     mounts = Path("/proc/self/mountinfo").read_text().splitlines()
     return "private" if any(line.split()[4] == "/" for line in mounts) else "unchanged"
 

@@ -30,6 +30,7 @@ from pyros1.msgs import Message, Service
 from pyros1.net.dial import dial
 from pyros1.net.hosts import parse_uri
 from pyros1.net.keepalive import is_gone, keep_alive
+from pyros1.net.reach import how_to_reach
 from pyros1.net.timeouts import WaitOver, bound_waits
 from pyros1.node.checks import check_timeout
 from pyros1.node.services.server import service_type
@@ -62,7 +63,8 @@ class _Call:
             raise
         except (OSError, UnknownHostError) as error:
             raise ServiceUnavailableError(
-                f"service [{service}] is registered at {uri}, but cannot be reached: {error}"
+                f"service [{service}] is registered at {uri}, but cannot be reached: {error}. "
+                f"{how_to_reach(host, error)}"
             ) from error
         keep_alive(self.sock)
         self.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
