@@ -228,9 +228,8 @@ class Soak:
     # The end ----------------------------------------------------------------------------------------------------------
 
     def _finish(self) -> dict[str, Any]:
-        talker = self.ask("talker", "stop")
-        sent = talker["sent"]
-        self.ask("listener", "stop")
+        self.ask("listener", "stop")  # first, or its last nodes would wait for numbers
+        sent = self.ask("talker", "stop")["sent"]
 
         def settled() -> dict[str, Any] | None:
             told = self.ask("listener")

@@ -85,6 +85,10 @@ class Task:
         self.thread: threading.Thread | None = None
 
 
+def _never() -> bool:
+    return False
+
+
 @cache
 def switches_of(code: CodeType) -> frozenset[int]:
     """Return the places of the instructions before which CPython may let another thread run."""
@@ -220,8 +224,11 @@ class Scheduler:
         else:
             self._turn_over = self.points + SLICE
         if chosen and others:
-            self.now += self._plan.delay()
+            delay = self._plan.delay()
+            if delay:  # as if the system gave the processor to other programs
+                me.ready, me.deadline = _never, self.now + delay
             self._hand_to(others[(chosen - 1) % len(others)])
+            me.ready = me.deadline = None
 
     def wait(self, ready: Callable[[], object], timeout: float | None = None) -> bool:
         """Wait until a condition is true; return whether it is.
@@ -244,7 +251,7 @@ class Scheduler:
     def pause(self, seconds: float) -> None:
         """Sleep; without seconds, let another task go on."""
         if seconds > 0:
-            self.wait(lambda: False, seconds)
+            self.wait(_never, seconds)
             return
         self.point()
         me = self.current

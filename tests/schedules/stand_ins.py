@@ -108,7 +108,7 @@ class Condition(RLock):
         count, self._count, self._owner = self._count, 0, None
         told = self._now().wait(lambda: mine, timeout)
         if not told:
-            self._waiters.remove(mine)
+            self._waiters = [waiter for waiter in self._waiters if waiter is not mine]
         self.acquire()
         self._count = count
         return told
