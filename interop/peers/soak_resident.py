@@ -237,7 +237,9 @@ class Listener(Resident):
             with pyros1.Node("soak_comer", argv=[], handle_signals=False) as node:
                 row = Row(f"comer {self.comers}", self.faults)
                 heard = threading.Event()
-                node.subscribe("/soak/numbers", NUMBER, lambda message, row=row, heard=heard: (row(message), heard.set()))  # type: ignore[misc]
+                node.subscribe(
+                    "/soak/numbers", NUMBER, lambda message, row=row, heard=heard: (row(message), heard.set())
+                )  # type: ignore[misc]
                 node.advertise(f"/soak/comer{self.comers % 3}", NUMBER, latch=True).publish(1.0)
                 node.service("/soak/answer", "std_srvs/SetBool")(data=True)
                 if not heard.wait(30):

@@ -61,14 +61,16 @@ def locking(stage: Stage) -> None:
 
 
 def test_a_lost_update_is_found() -> None:
-    with pytest.raises(Broken, match="Toy with seed .*lost"):
+    with pytest.raises(Broken, match=r"Toy with seed .*lost"):
         at_random(Toy(counting), 200)
     with pytest.raises(Broken, match=r"Toy with deviations \(\(\d+, 1\),\).*lost"):
         with_deviations(Toy(counting), 1000, bound=1)
 
 
 def test_a_deadlock_is_found_and_says_who_waits_where() -> None:
-    with pytest.raises(Broken, match=r"deadlock:.*there0: test_scheduler.py:\d+ there.*back1: test_scheduler.py:\d+ back"):
+    with pytest.raises(
+        Broken, match=r"deadlock:.*there0: test_scheduler.py:\d+ there.*back1: test_scheduler.py:\d+ back"
+    ):
         at_random(Toy(locking), 200)
 
 
