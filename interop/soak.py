@@ -330,7 +330,8 @@ def shown(report: dict[str, Any]) -> Iterator[str]:
     dropped = f"{fast['dropped']} counted as dropped"
     yield f"  slow callback: {fast['count']} received, {dropped}, {talker['sent']['fast']} sent"
     yield f"  played: {listener['played']['count']}; recorded: {report['recorded']['numbers']}"
-    yield f"  calls: {talker['calls']}; parameter reads: {listener['reads']}; nodes in the process: {listener['comers']}"
+    comers = f"nodes in the process: {listener['comers']}"
+    yield f"  calls: {talker['calls']}; parameter reads: {listener['reads']}; {comers}"
     yield "  visits: " + ", ".join(f"{kind} {count}" for kind, count in visits.items())
     yield f"  {'process':10} {'figure':12} {'least':>9} {'most':>9} {'growth':>8} {'allowed':>8}"
     for row in report["figures"]:
