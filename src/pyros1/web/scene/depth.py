@@ -39,7 +39,7 @@ def depths(message: Any) -> NDArray[np.float32]:
     except MessageError as error:
         raise ShapeError(str(error)) from None
     if found.ndim == 2 and found.dtype == np.uint16:
-        return found * np.float32(0.001)
+        return _metres(found)
     if found.ndim == 2 and found.dtype.kind == "f":
         return found.astype(np.float32)
     raise ShapeError(f"depths are pictures of 16UC1 or 32FC1, but these are {message.encoding}"[:200])
@@ -86,8 +86,10 @@ def depth_cloud(
         rows, columns = np.nonzero(known[::step, ::step])
         far = z[rows, columns]
         places = np.empty((len(far), 3), np.float32)
-        places[:, 0] = ((np.arange(0, width, step, np.float32) - camera.cx) / camera.fx)[columns] * far + camera.tx
-        places[:, 1] = ((np.arange(0, height, step, np.float32) - camera.cy) / camera.fy)[rows] * far + camera.ty
+        places[:, 0] = ((np.arange(0, width, step, dtype=np.float32) - camera.cx) / camera.fx)[
+            columns
+        ] * far + camera.tx
+        places[:, 1] = ((np.arange(0, height, step, dtype=np.float32) - camera.cy) / camera.fy)[rows] * far + camera.ty
         places[:, 2] = far
     facts: dict[str, Any] = {"kind": "cloud", "count": len(far), "every": step * step, "fields": ["z"]}
     blob = places.tobytes()
@@ -112,10 +114,15 @@ def _unpacked(message: Any) -> NDArray[np.float32]:
     if found.ndim != 2:
         raise ShapeError("compressed depths with colours")
     if kind == "16UC1":
-        return found.astype(np.float32) * np.float32(0.001)
+        return _metres(found)
     _, one, other = _HEAD.unpack_from(data)
     with np.errstate(all="ignore"):
         return np.where(found > 0, one / (found.astype(np.float32) - other), np.float32(0)).astype(np.float32)
+
+
+def _metres(millimetres: NDArray[Any]) -> NDArray[np.float32]:
+    metres: NDArray[np.float32] = (millimetres * np.float32(0.001)).astype(np.float32, copy=False)
+    return metres
 
 
 def _opened(data: bytes) -> Any:
