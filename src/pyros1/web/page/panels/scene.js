@@ -145,7 +145,8 @@ class Scene {
     const told = [...this.displays.values()].map(({ display }) => display.frame).filter(Boolean);
     const names = [...new Set([...data.names, ...data.lost, ...told, this.fixed, this.target])].filter(Boolean).sort();
     const key = JSON.stringify([names, data.fixed]);
-    if (key !== this.names) {
+    const others = key !== this.names;
+    if (others) {
       this.names = key;
       const option = (chosen) => (name) => h("option", { value: name, selected: name === chosen }, name);
       fill(this.fixedChoice, h("option", { value: "" }, data.names.length + data.lost.length ? `the root (${data.fixed})` : `no frames yet (${data.fixed})`), names.map(option(this.fixed)));
@@ -158,6 +159,7 @@ class Scene {
       entry.display.place?.(this.frames);
       this.list.tell(entry);
     }
+    if (others && !this.view0 && !this.topics.length) this._lookAtRobot(); // it may be elsewhere now
     const target = this.target && this.frames.pose(this.target);
     if (target) this.stage.follow(target);
     this.stage.draw();

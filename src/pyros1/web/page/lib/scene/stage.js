@@ -127,10 +127,11 @@ export class Stage {
   fit(object) {
     const ball = new THREE.Box3().setFromObject(object).getBoundingSphere(new THREE.Sphere());
     if (!(ball.radius > 0)) return;
-    const way = this.camera.position.clone().sub(this.controls.target).setLength(Math.max(0.5, 3.2 * ball.radius));
+    const narrow = Math.max(1, 1 / this.cameras[0].aspect); // a picture that is high shows less to the sides
+    const way = this.camera.position.clone().sub(this.controls.target).setLength(Math.max(0.5, 3.2 * narrow * ball.radius));
     this.controls.target.copy(ball.center);
     this.camera.position.copy(ball.center).add(way);
-    if (this.camera === this.cameras[1]) this.camera.zoom = FLAT_HEIGHT / Math.max(1, 3 * ball.radius);
+    if (this.camera === this.cameras[1]) this.camera.zoom = FLAT_HEIGHT / Math.max(1, 3 * narrow * ball.radius);
     this.controls.update();
     this.resize();
   }
