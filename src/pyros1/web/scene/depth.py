@@ -116,7 +116,8 @@ def _unpacked(message: Any) -> NDArray[np.float32]:
         return _metres(found)
     _, one, other = _HEAD.unpack_from(data)
     with np.errstate(all="ignore"):
-        return np.where(found > 0, one / (found.astype(np.float32) - other), np.float32(0)).astype(np.float32)
+        metres: NDArray[np.float32] = np.where(found > 0, one / (found.astype(np.float32) - other), 0)
+    return metres.astype(np.float32)
 
 
 def _metres(millimetres: NDArray[Any]) -> NDArray[np.float32]:
