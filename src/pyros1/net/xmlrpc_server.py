@@ -16,13 +16,18 @@ from time import gmtime, monotonic, time
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from pyros1.ground.errors import Error, XmlRpcFault
+from pyros1.net.hosts import make_uri
 from pyros1.net.loop import READ, WRITE
+from pyros1.net.ports import listening_socket
+from pyros1.net.timeouts import SLOWEST
 from pyros1.wire.http import HttpError, HttpLimits, Request, RequestParser, build_response
 from pyros1.wire.http_head import date_field
 from pyros1.wire.xmlrpc import dumps_fault, dumps_response, loads_call
 
 if TYPE_CHECKING:
+    from pyros1.net.guests import Guests
     from pyros1.net.loop import Loop, TimerHandle
+    from pyros1.net.ports import PortRange
 
 Dispatch = Callable[[str, Sequence[Any]], Any]
 
@@ -38,7 +43,8 @@ class ServerLimits(NamedTuple):
         http: largest sizes of one request.
         max_connections: connections open at the same time.
         max_buffered: bytes of incomplete requests, of all connections together.
-        request_timeout_s: seconds in which a request that has begun must be complete, and a peer must read on.
+        request_timeout_s: longest pause, in seconds, in a request that has begun, or of a peer that must read on. A
+            request may take longer in all if it is not slower than SLOWEST.
         idle_timeout_s: seconds after which a connection without a request is closed.
     """
 
@@ -108,7 +114,8 @@ class _Connection:
         if self.out:
             return now - self.active > limits.request_timeout_s
         if self.parser.in_message:
-            return now - self.began > limits.request_timeout_s
+            late = max(now - self.active, now - self.began - self.parser.buffered / SLOWEST)
+            return late > limits.request_timeout_s
         return now - self.active > limits.idle_timeout_s
 
     def _readable(self, mask: int) -> None:
@@ -193,6 +200,8 @@ class XmlRpcServer:
         advertised_host: the host in ``uri``.
         port: 0 lets the system choose.
         limits: what peers may use.
+        ports: ports to choose from, if ``port`` is 0; None for any.
+        guests: decides who may connect; None lets everybody in.
 
     Attributes:
         uri: ``http://host:port/``.
@@ -212,6 +221,8 @@ class XmlRpcServer:
         advertised_host: str,
         port: int = 0,
         limits: ServerLimits = ServerLimits(),  # noqa: B008 - immutable
+        ports: PortRange | None = None,
+        guests: Guests | None = None,
     ) -> None:
         self.loop = loop
         self.limits = limits
@@ -224,12 +235,10 @@ class XmlRpcServer:
         self._dated = -1
         self._date_field = b""
         self.scratch = memoryview(bytearray(_RECEIVE))  # shared by all connections: it is emptied before the next read
-        family = socket.AF_INET6 if ":" in bind_host else socket.AF_INET
-        self._listener = socket.create_server((bind_host, port), family=family, backlog=128)
-        self._listener.setblocking(False)
+        self._guests = guests
+        self._listener = listening_socket(bind_host, port, ports)
         self.port: int = self._listener.getsockname()[1]
-        host = f"[{advertised_host}]" if ":" in advertised_host else advertised_host
-        self.uri = f"http://{host}:{self.port}/"
+        self.uri = make_uri(advertised_host, self.port)
         loop.call_soon(self._listen)
 
     @property
@@ -313,7 +322,7 @@ class XmlRpcServer:
     def _acceptable(self, mask: int) -> None:
         for _ in range(64):  # then the others' turn
             try:
-                sock, _address = self._listener.accept()
+                sock, address = self._listener.accept()
             except (BlockingIOError, InterruptedError, ConnectionAbortedError):
                 return
             except OSError:
@@ -322,6 +331,8 @@ class XmlRpcServer:
                 self.loop.unregister(self._listener)
                 self.loop.call_later(0.2, self._listen)
                 return
+            if self._guests is not None and not self._guests.lets_in(sock, address):
+                continue
             sock.setblocking(False)
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             if len(self._connections) >= self.limits.max_connections:

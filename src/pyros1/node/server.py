@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from pyros1.ground.errors import Error, ProtocolError
+from pyros1.net.ports import listening_socket
 from pyros1.node.log.levels import ERROR, WARN
 from pyros1.wire.handshake import Refusal
 from pyros1.wire.header import HeaderReader, encode_header
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 HEADER_TIMEOUT = 10.0
 MOST_GREETINGS = 256
 """Most connections whose header is not complete; the oldest is closed for a new one."""
-BACKLOG = 128
 
 
 class _Greeting:
@@ -64,15 +64,7 @@ class TcprosServer:
         self._context = context
         self._services = services
         self._greetings: dict[socket.socket, _Greeting] = {}
-        self._listener = socket.socket(address.family, socket.SOCK_STREAM)
-        try:
-            self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            self._listener.bind((address.bind, port))
-            self._listener.listen(BACKLOG)
-            self._listener.setblocking(False)
-        except OSError:
-            self._listener.close()
-            raise
+        self._listener = listening_socket(address.bind, port, address.ports)
         self.port: int = self._listener.getsockname()[1]
         context.loop.call_soon(self._start)
 
@@ -82,13 +74,16 @@ class TcprosServer:
 
     def _accept(self, _mask: int) -> None:
         try:
-            sock, _ = self._listener.accept()
+            sock, peer = self._listener.accept()
         except BlockingIOError:
             return
         except OSError as error:  # no file descriptors left: leave the peer in the backlog for a while
             self._context.log.peer(ERROR, "cannot accept a connection: %s", error)
             self._context.loop.unregister(self._listener)
             self._context.loop.call_later(1.0, self._start)
+            return
+        guests = self._context.guests
+        if guests is not None and not guests.lets_in(sock, peer):
             return
         sock.setblocking(False)
         if len(self._greetings) >= MOST_GREETINGS:

@@ -9,7 +9,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from pyros1.ground.errors import UnknownHostError
+from pyros1.ground.errors import UnknownHostError, UnreachableError
 from pyros1.node.subscribing import dialogue as do
 from pyros1.node.subscribing.dialogue import FIRST_REST, LONGEST_REST, UNDER_WAY, Dialogue, State
 from pyros1.wire.handshake import TopicType
@@ -52,6 +52,35 @@ def test_datagrams() -> None:
     told, dropped = talk.answered([0, "no", 0], offered=True)
     assert "does not send /t over UDP: no" in told.args[0] and dropped == do.Drop()  # type: ignore[union-attr]
     assert talk.state is State.REFUSED
+
+
+def test_a_publisher_that_cannot_be_reached_is_named_once_and_with_the_cure() -> None:
+    """Not at once: one that has just ended is about to be forgotten by the master."""
+    talk, told = make(), []
+    refused = UnreachableError("cannot connect to localhost:5000: Connection refused")
+    refused.__cause__ = ConnectionRefusedError()
+    talk.announced()
+    for attempt in range(12):
+        if attempt:
+            talk.rested()
+        talk.answered([1, "ready", ["TCPROS", "localhost", 5000]])
+        told.append([action for action in talk.failed(refused) if isinstance(action, do.Tell)])
+    assert [len(actions) for actions in told] == [0] * 5 + [1] + [0] * 6
+    (tell,) = told[5]
+    text = tell.text % tell.args
+    assert "no messages of /t" in text and URI in text and "localhost:5000: Connection refused" in text
+    assert "unset ROS_HOSTNAME" in text, "where its topics are is what counts, not its API"
+    assert not tell.is_error
+
+
+def test_the_silent_place_is_named() -> None:
+    talk = make()
+    talk.announced()
+    (tell,) = talk.silent()
+    assert isinstance(tell, do.Tell) and "talker:1 does not answer" in tell.text % tell.args
+    talk.answered([1, "ready", ["TCPROS", "elsewhere", 5000]])
+    (tell,) = talk.silent()
+    assert isinstance(tell, do.Tell) and "elsewhere:5000 does not answer" in tell.text % tell.args
 
 
 def test_rests_become_longer_until_there_is_a_link_or_news() -> None:

@@ -27,12 +27,16 @@ from enum import Enum
 from typing import Any, NamedTuple
 
 from pyros1.ground.errors import ConnectionRefusedByPeerError, ProtocolError, UnknownHostError
+from pyros1.net.hosts import parse_uri
+from pyros1.net.reach import how_to_reach
 from pyros1.wire.handshake import TopicType, check_publisher_answer
 from pyros1.wire.header import HeaderReader
 
 FIRST_REST = 0.1
 """Seconds before the second attempt."""
 LONGEST_REST = 20.0
+TOLD_REST = 3.0
+"""A rest in seconds that is so long that the failures before it are logged: a publisher that has just ended is not."""
 
 
 class State(Enum):
@@ -136,7 +140,8 @@ class TellHost(NamedTuple):
 
 Action = Ask | Connect | Greet | Link | LinkDatagrams | Rest | Drop | EndDatagrams | Forget | Tell | TellHost
 
-_SILENT = "no messages of %s from the publisher at %s yet: it does not answer. Is it stopped, or unreachable?"
+_SILENT = "no messages of %s from the publisher at %s yet: %s does not answer. Is it stopped? Else: %s"
+_UNREACHED = "no messages of %s from the publisher at %s: %s. %s"
 
 
 class Dialogue:
@@ -163,6 +168,7 @@ class Dialogue:
         self._datagrams = False  # the link is over UDP
         self._again = False  # announced again during an attempt, whose answer may come from the old publisher
         self._told = ""  # why it refused
+        self._connecting: tuple[str, int] | None = None
         self._named = False  # logged as one that does not answer
         self._rest = FIRST_REST
         self._header = HeaderReader()
@@ -222,6 +228,7 @@ class Dialogue:
                 return self.refused(f"{self._uri} does not send {self._topic} over UDP: {reason}")
             case [1, str(), ["TCPROS", str(host), int(port), *_]] if 0 < port < 65536:
                 self.state = State.CONNECTING
+                self._connecting = (host, port)
                 return [Connect(host, port)]
         return self._retry()  # it is not a publisher (not yet, or no longer), or its answer is invalid
 
@@ -252,6 +259,10 @@ class Dialogue:
         """Take the event that the publisher could not be reached, or did not answer in time: that may change."""
         if isinstance(error, UnknownHostError) and self.listed:
             return [TellHost(error), *self._retry()]
+        if error is not None and self.listed and not self._named and self._rest >= TOLD_REST:
+            self._named = True
+            cure = how_to_reach(self._place()[0], error)
+            return [Tell(False, _UNREACHED, (self._topic, self._uri, str(error), cure)), *self._retry()]
         return self._retry()
 
     def refused(self, reason: str) -> list[Action]:
@@ -269,7 +280,17 @@ class Dialogue:
         """Take the event that there is no link after a while, and have it logged, once until there is one: otherwise a
         subscriber would wait in silence for a stopped process or an unreachable host."""
         self._named = True
-        return [Tell(False, _SILENT, (self._topic, self._uri))]
+        host, port = self._place()
+        return [Tell(False, _SILENT, (self._topic, self._uri, f"{host}:{port}", how_to_reach(host, None)))]
+
+    def _place(self) -> tuple[str, int | str]:
+        """Return host and port of what the dialogue is with: the node's API, or the port of its topics."""
+        if self.state is not State.ASKING and self._connecting is not None:
+            return self._connecting
+        try:
+            return parse_uri(self._uri)
+        except ProtocolError:
+            return (self._uri, "?")
 
     def lost(self, reason: str | None) -> list[Action]:
         """Take the event that the link has ended; without a reason if the publisher closed it."""
