@@ -15,6 +15,7 @@ from pyros1.ground.errors import DeadlineError, Error, ProtocolError, Unreachabl
 from pyros1.net.connect import ConnectHandle, connect
 from pyros1.net.hosts import parse_uri
 from pyros1.net.loop import READ, WRITE
+from pyros1.net.timeouts import Patience, show_progress
 from pyros1.wire.http import HttpLimits, Response, ResponseParser, build_request
 from pyros1.wire.xmlrpc import dumps_call, loads_response
 
@@ -53,6 +54,7 @@ class _Peer:
         self.fresh = True
         self.connecting: ConnectHandle | None = None
         self.deadline: TimerHandle | None = None
+        self.patience = Patience(0.0)  # with the call that is under way
         self.idle: TimerHandle | None = None
 
     def add(self, job: _Job) -> None:
@@ -85,6 +87,7 @@ class _Peer:
                 self.idle = self.loop.call_later(_IDLE_S, self._drop_idle)
             return
         job = self.job = self.queue.popleft()
+        self.patience = Patience(job.timeout_s)
         self.deadline = self.loop.call_later(job.timeout_s, self._too_late, job)
         if self.sock is not None:
             self.fresh = False
@@ -108,6 +111,7 @@ class _Peer:
             self._finish(None, error)
             return
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        show_progress(sock)
         self.sock = sock
         self.parser = ResponseParser(self.caller.limits)
         self.loop.register(sock, READ, self._ready)
@@ -132,6 +136,7 @@ class _Peer:
             self._lost(error.strerror or str(error))
             return
         self.out = self.out[sent:]
+        self.patience.moved(sent)
         if bool(self.out) is not self.writing:
             self.writing = not self.writing
             self.loop.modify(sock, READ | WRITE if self.writing else READ, self._ready)
@@ -156,7 +161,9 @@ class _Peer:
         if self.job is None:  # no call is under way: closed while idle, or unexpected bytes
             self._drop()
             self.caller.forget(self)
+            self.caller.on_hung_up(self.uri)
             return
+        self.patience.moved(len(data))
         try:
             if data:
                 self.parser.feed(data)
@@ -192,13 +199,19 @@ class _Peer:
         self._drop()
         if self.job is None:
             self.caller.forget(self)
+            self.caller.on_hung_up(self.uri)
         elif self.fresh or began:
             self._finish(None, UnreachableError(f"cannot reach {self.uri}: {reason}"))
         else:
             self._connect()
 
     def _too_late(self, job: _Job) -> None:
-        if job is self.job:
+        if job is not self.job:
+            return
+        left = self.patience.left()
+        if left > 0:
+            self.deadline = self.loop.call_later(left, self._too_late, job)
+        else:
             self._drop()
             self._finish(None, DeadlineError(f"{self.uri} did not answer within {job.timeout_s:g} s"))
 
@@ -240,12 +253,22 @@ class RpcCaller:
 
     Args:
         loop: the loop on which everything runs.
-        timeout: seconds that one call may take from the moment its turn comes, connecting included.
+        timeout: seconds that one call may take from the moment its turn comes, connecting included; longer while much
+            data move (`Patience`).
         limits: largest sizes of an answer.
+        on_hung_up: called on the loop with a URI whose kept connection was closed by the other side between two calls.
     """
 
-    def __init__(self, loop: Loop, *, timeout: float = 10.0, limits: HttpLimits = HttpLimits()) -> None:  # noqa: B008
+    def __init__(
+        self,
+        loop: Loop,
+        *,
+        timeout: float = 10.0,
+        limits: HttpLimits = HttpLimits(),  # noqa: B008 - immutable
+        on_hung_up: Callable[[str], object] = lambda uri: None,
+    ) -> None:
         self.loop = loop
+        self.on_hung_up = on_hung_up
         self.limits = limits
         self._timeout = timeout
         self._peers: dict[str, _Peer] = {}
