@@ -9,10 +9,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 from pyros1.ground import names, shown
-from pyros1.ground.errors import Error, NodeError, NodeShutdownError
+from pyros1.ground.errors import Error, NodeShutdownError
 from pyros1.msgs import load_message
 from pyros1.net.bell import Event
-from pyros1.net.guests import Guests
 from pyros1.net.hosts import host_from_environment, make_uri
 from pyros1.net.hosts import master_uri as find_master_uri
 from pyros1.net.loop import Loop
@@ -33,7 +32,7 @@ from pyros1.node.parameters.parameters import Parameters
 from pyros1.node.parameters.private import left_over, odd_arguments, set_private
 from pyros1.node.publishing.publisher import Publisher
 from pyros1.node.registrar import Registrar, await_master
-from pyros1.node.server import TcprosServer
+from pyros1.node.server import TcprosServer, open_ports
 from pyros1.node.services.provided import ServiceMethods, Services
 from pyros1.node.slave import SlaveApi
 from pyros1.node.subscribing.deadline import Deadline, Missed
@@ -147,15 +146,12 @@ class Node(ServiceMethods, TimeMethods):
     # Starting ---------------------------------------------------------------------------------------------------------
 
     def _open(self, patience: float | None, rosout: bool, signals: bool, wall_time: bool, ports: _Ports) -> None:
-        loop = self._context.loop
         address = host_from_environment(self.environ, self.arguments.special)
         self._host = address.advertised
         self._context.address = address
         self._life.watch(signals)
         for warning in (*address.warnings, *odd_arguments(self.arguments)):
             self.log.warn("%s", warning)
-        if address.allowed is not None:
-            self._context.guests = Guests(address.allowed, lambda text: self.log.warn("%s", text))
         slave = SlaveApi(
             self._context,
             self.master_uri,
@@ -163,19 +159,9 @@ class Node(ServiceMethods, TimeMethods):
             lambda: self.params,
             self._on_shutdown_request,
         )
-        try:
-            self._tcpros = TcprosServer(self._context, address, lambda: self._services.servers, ports[1])
-            self._slave = XmlRpcServer(
-                loop,
-                slave.dispatch,
-                bind_host=address.bind,
-                advertised_host=address.advertised,
-                port=ports[0],
-                ports=address.ports,
-                guests=self._context.guests,
-            )
-        except OSError as error:
-            raise NodeError(f"{self.name} cannot listen on {address.bind}: {error.strerror or error}") from error
+        self._tcpros, self._slave = open_ports(
+            self._context, address, lambda: self._services.servers, slave.dispatch, ports
+        )
         self._context.uri = self._slave.uri
         await_master(self._context, self.master, patience)
         sim_time, private = set_private(self.master, self.resolve, self.arguments.parameters)
