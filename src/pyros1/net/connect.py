@@ -37,6 +37,11 @@ class ConnectHandle:
         self._timeout_s = timeout_s
         self._timer: TimerHandle | None = None
 
+    @property
+    def pending(self) -> bool:
+        """Whether ``on_done`` is still to be called."""
+        return self._on_done is not None
+
     def cancel(self) -> None:
         """Give up the connection; ``on_done`` will not be called. From any thread."""
         self._on_done = None

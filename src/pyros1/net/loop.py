@@ -248,6 +248,10 @@ class Loop:
             with contextlib.suppress(Exception):
                 self._reporter.say(f"{self.name}: {error!r}; reporting this failed, too: {other!r}")
 
+    def tell(self, text: str) -> None:
+        """Write a text to stderr, without waiting for it. Repeated texts are counted. On the loop."""
+        self._reporter.say(text)
+
     def _print(self, error: BaseException) -> None:
         from traceback import format_exception  # noqa: PLC0415 - rarely needed
 

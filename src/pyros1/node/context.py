@@ -14,6 +14,7 @@ from pyros1.ground.errors import NodeError, NodeShutdownError, UnknownHostError
 from pyros1.net.bell import Event
 from pyros1.net.loop import Loop, LoopThread
 from pyros1.node.checks import check_timeout
+from pyros1.node.log.levels import ERROR
 from pyros1.node.subscribing.threads import DeliveryThreads
 
 if TYPE_CHECKING:
@@ -137,6 +138,10 @@ class Context:
             error,
             error.host,
         )
+
+    def tell_trouble(self, text: str) -> None:
+        """Log what this machine does not let the node do. Repeated texts are counted."""
+        self.log.peer(ERROR, "%s", text)
 
     def pause(self, seconds: float) -> None:
         """Wait in wall time.

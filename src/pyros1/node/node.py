@@ -156,8 +156,14 @@ class Node:
             self._on_shutdown_request,
         )
         self._slave = XmlRpcServer(
-            loop, slave.dispatch, bind_host=address.bind, advertised_host=address.advertised, port=ports[0]
+            loop,
+            slave.dispatch,
+            bind_host=address.bind,
+            advertised_host=address.advertised,
+            port=ports[0],
+            say=self._context.tell_trouble,
         )
+        self._context.rpc.make_room = self._slave.make_room
         self._context.uri = self._slave.uri
         await_master(self._context, self.master, patience)
         sim_time, private = set_private(self.master, self.resolve, self.arguments.parameters)

@@ -13,7 +13,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from pyros1.ground.errors import Error, ProtocolError
-from pyros1.node.log.levels import ERROR, WARN
+from pyros1.net.acceptor import Acceptor
+from pyros1.node.log.levels import WARN
 from pyros1.wire.handshake import Refusal
 from pyros1.wire.header import HeaderReader, encode_header
 
@@ -64,33 +65,18 @@ class TcprosServer:
         self._context = context
         self._services = services
         self._greetings: dict[socket.socket, _Greeting] = {}
-        self._listener = socket.socket(address.family, socket.SOCK_STREAM)
+        listener = socket.socket(address.family, socket.SOCK_STREAM)
         try:
-            self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            self._listener.bind((address.bind, port))
-            self._listener.listen(BACKLOG)
-            self._listener.setblocking(False)
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listener.bind((address.bind, port))
+            listener.listen(BACKLOG)
         except OSError:
-            self._listener.close()
+            listener.close()
             raise
-        self.port: int = self._listener.getsockname()[1]
-        context.loop.call_soon(self._start)
+        self.port: int = listener.getsockname()[1]
+        self._acceptor = Acceptor(context.loop, listener, self._accepted, context.tell_trouble)
 
-    def _start(self) -> None:
-        if self._listener.fileno() >= 0:
-            self._context.loop.register(self._listener, selectors.EVENT_READ, self._accept)
-
-    def _accept(self, _mask: int) -> None:
-        try:
-            sock, _ = self._listener.accept()
-        except BlockingIOError:
-            return
-        except OSError as error:  # no file descriptors left: leave the peer in the backlog for a while
-            self._context.log.peer(ERROR, "cannot accept a connection: %s", error)
-            self._context.loop.unregister(self._listener)
-            self._context.loop.call_later(1.0, self._start)
-            return
-        sock.setblocking(False)
+    def _accepted(self, sock: socket.socket) -> None:
         if len(self._greetings) >= MOST_GREETINGS:
             self._end(next(iter(self._greetings.values())))
         greeting = _Greeting(sock)
@@ -169,8 +155,6 @@ class TcprosServer:
 
     def close(self) -> None:
         """Stop to listen. On the loop."""
-        with contextlib.suppress(KeyError, ValueError):
-            self._context.loop.unregister(self._listener)
-        self._listener.close()
+        self._acceptor.close()
         for greeting in list(self._greetings.values()):
             self._end(greeting)

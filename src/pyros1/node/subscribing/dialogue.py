@@ -22,17 +22,19 @@ events of an attempt that `Drop` has ended.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from enum import Enum
 from typing import Any, NamedTuple
 
-from pyros1.ground.errors import ConnectionRefusedByPeerError, ProtocolError, UnknownHostError
+from pyros1.ground.errors import ConnectionRefusedByPeerError, ProtocolError, UnknownHostError, XmlRpcFault
 from pyros1.wire.handshake import TopicType, check_publisher_answer
 from pyros1.wire.header import HeaderReader
 
 FIRST_REST = 0.1
 """Seconds before the second attempt."""
 LONGEST_REST = 20.0
+LATE = 3.0
+"""Seconds: before a longer rest than this it is told why there is no link. A node that ends needs no word."""
 
 
 class State(Enum):
@@ -69,6 +71,8 @@ class Connect(NamedTuple):
 
 class Greet(NamedTuple):
     """Send our connection header, and wait for the publisher's."""
+
+    header: Mapping[str, str]
 
 
 class Link(NamedTuple):
@@ -136,6 +140,8 @@ class TellHost(NamedTuple):
 
 Action = Ask | Connect | Greet | Link | LinkDatagrams | Rest | Drop | EndDatagrams | Forget | Tell | TellHost
 
+_FAILS = "no messages of %s from the publisher at %s: %s"
+_TAKEN = "Has another program taken the port of a node that has ended?"
 _SILENT = "no messages of %s from the publisher at %s yet: it does not answer. Is it stopped, or unreachable?"
 
 
@@ -162,9 +168,10 @@ class Dialogue:
         self._takes_tcp = takes_tcp
         self._datagrams = False  # the link is over UDP
         self._again = False  # announced again during an attempt, whose answer may come from the old publisher
-        self._told = ""  # why it refused
+        self._told = ""  # why it refused, or cannot be reached
         self._named = False  # logged as one that does not answer
         self._rest = FIRST_REST
+        self._sent: Mapping[str, str] = {}
         self._header = HeaderReader()
 
     # From the master --------------------------------------------------------------------------------------------------
@@ -223,18 +230,25 @@ class Dialogue:
             case [1, str(), ["TCPROS", str(host), int(port), *_]] if 0 < port < 65536:
                 self.state = State.CONNECTING
                 return [Connect(host, port)]
-        return self._retry()  # it is not a publisher (not yet, or no longer), or its answer is invalid
+            case [int(), str(reason), *_]:  # it is not a publisher, not yet or no longer
+                return self._retry(f"it answers: {reason}. {_TAKEN}")
+        return self._retry(f"it does not answer as a node. {_TAKEN}")
 
-    def connected(self) -> list[Action]:
-        """Take the event that the connection is open."""
+    def connected(self, header: Mapping[str, str]) -> list[Action]:
+        """Take the event that the connection is open.
+
+        Args:
+            header: the subscription's connection header.
+        """
         self.state = State.GREETING
+        self._sent = header
         self._header = HeaderReader()
-        return [Greet()]
+        return [Greet(header)]
 
     def received(self, data: bytes) -> list[Action]:
         """Take bytes from the connection; no bytes mean its end."""
         if not data:
-            return self._retry()
+            return self._retry("it closes the connection at once")
         try:
             header = self._header.feed(data)
         except ProtocolError as error:
@@ -242,7 +256,7 @@ class Dialogue:
         if header is None:
             return []
         try:
-            check_publisher_answer(header, self._topic, self._wanted(), self._uri)
+            check_publisher_answer(header, self._topic, self._wanted(), self._uri, self._sent)
         except (ConnectionRefusedByPeerError, ProtocolError) as refusal:
             return self.refused(str(refusal))
         self._succeed()
@@ -252,7 +266,9 @@ class Dialogue:
         """Take the event that the publisher could not be reached, or did not answer in time: that may change."""
         if isinstance(error, UnknownHostError) and self.listed:
             return [TellHost(error), *self._retry()]
-        return self._retry()
+        if isinstance(error, (ProtocolError, XmlRpcFault)):
+            return self._retry(f"{error}. {_TAKEN}", at_once=True)
+        return self._retry(str(error or ""))
 
     def refused(self, reason: str) -> list[Action]:
         """Take the event that the publisher refused, or does not suit the subscription."""
@@ -301,13 +317,24 @@ class Dialogue:
     def _succeed(self, *, datagrams: bool = False) -> None:
         self.state = State.LINKED
         self._datagrams = datagrams
+        self._told = ""
         self._named = False
         self._rest = FIRST_REST
 
-    def _retry(self) -> list[Action]:
+    def _retry(self, why: str = "", *, at_once: bool = False) -> list[Action]:
+        """Rest.
+
+        Args:
+            why: what to tell, once until there is a link or news.
+            at_once: whether to tell it now, not only when it has lasted.
+        """
         if not self.listed:
             self.state = State.GONE
             return [Drop(), Forget()]
+        told: list[Action] = []
+        if why and not self._told and (at_once or self._rest > LATE):
+            self._told = why
+            told = [Tell(False, _FAILS, (self._topic, self._uri, why))]
         self.state = State.RESTING
         seconds, self._rest = self._rest, min(2 * self._rest, LONGEST_REST)
-        return [Drop(), Rest(seconds)]
+        return [*told, Drop(), Rest(seconds)]
