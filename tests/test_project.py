@@ -21,7 +21,7 @@ LEVELS = [
     {"graph", "aio", "tf", "observe"},
     {"actions", "filters", "reconfigure", "diagnostics", "urdf"},
     {"launch", "bag", "topic_tools"},
-    {"doctor", "test_nodes", "drop_in"},
+    {"doctor", "test_nodes", "testing", "drop_in"},
     {"web"},
     {"cli"},
 ]

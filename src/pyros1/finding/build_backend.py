@@ -5,6 +5,7 @@ So wheels and editable installs have current stubs of all definitions that come 
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 from setuptools import build_meta  # type: ignore[import-untyped]  # it has no types
@@ -20,6 +21,8 @@ from setuptools.build_meta import (  # type: ignore[import-untyped]  # as above
 from pyros1.finding import stubs
 
 Settings = dict[str, Any] | None
+# Folders of data are no packages: modules lose their exec bit, and scripts of ROS packages need theirs.
+warnings.filterwarnings("ignore", r"(?s).*is absent from the `packages` configuration")
 
 
 def make_stubs() -> None:

@@ -1,0 +1,39 @@
+"""For those who test their own nodes with pytest.
+
+``pip install pyros1 pytest`` is enough: pytest finds the fixtures (`pyros1.testing.plugin`) by itself. ::
+
+    def test_the_controller_brakes(ros_run, ros_node, ros_listen):
+        forces = ros_listen("/force_cmd", "std_msgs/Float64")
+        ros_run("my_robot", "controller.py")
+        velocity = ros_node("test").advertise("/velocity", "std_msgs/Float64", latch=True)
+        velocity.publish(data=2.0)
+        assert forces.first(lambda force: force.data < 0, timeout=5)
+
+Nothing sleeps: what waits ends as soon as what it waits for is there, and fails with what is known if it does not come.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pyros1.testing.heard import Heard
+    from pyros1.testing.programs import Program
+
+__all__ = ["Heard", "Program"]
+
+_HOMES = {"Heard": "pyros1.testing.heard", "Program": "pyros1.testing.programs"}
+
+
+def __getattr__(name: str) -> Any:
+    """Load and return a public name when it is first used: pytest loads this package in each of its runs."""
+    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
+
+    return load(__name__, _HOMES, name)
+
+
+def __dir__() -> list[str]:
+    """Return all public names, loaded or not, for completion."""
+    from pyros1.ground.lazy import listing  # noqa: PLC0415 - most imports never come here
+
+    return listing(globals(), __all__)

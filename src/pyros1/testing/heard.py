@@ -1,0 +1,136 @@
+"""Messages of a topic, kept for a test that waits for some of them."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
+
+from pyros1.node import Node
+
+M = TypeVar("M")
+KEPT = 10_000
+"""How many messages are kept; older ones are forgotten."""
+PATIENCE = 10.0
+"""Seconds that a wait lasts if the test does not say."""
+_SHOWN = 300  # characters of a message
+
+
+class Heard(Generic[M]):
+    """What has come on a topic since the test began to listen.
+
+    Args:
+        node: the node that subscribes.
+        topic: name of the topic.
+        type: message class, or a type's name such as "std_msgs/Float64".
+
+    Attributes:
+        topic: full name of the topic.
+        count: how many messages have come.
+    """
+
+    def __init__(self, node: Node, topic: str, type: type[M] | str) -> None:
+        self.topic = node.resolve(topic)
+        self.count = 0
+        self._node = node
+        self._kept: deque[M] = deque(maxlen=KEPT)
+        self._news = threading.Condition()
+        self._taken = 0
+        self._subscriber: Any = node.subscribe(topic, type, self._hear)
+
+    def _hear(self, message: M) -> None:
+        with self._news:
+            self._kept.append(message)
+            self.count += 1
+            self._news.notify_all()
+
+    @property
+    def messages(self) -> list[M]:
+        """The messages that have come, the oldest first; at most the last 10,000."""
+        with self._news:
+            return list(self._kept)
+
+    def next(self, timeout: float = PATIENCE) -> M:
+        """Return the next message that neither `next` nor `wait` has returned.
+
+        Args:
+            timeout: seconds to wait for it.
+
+        Raises:
+            AssertionError: none came in time.
+        """
+        return self.wait(1, timeout)[0]
+
+    def wait(self, count: int, timeout: float = PATIENCE) -> list[M]:
+        """Return the next messages that neither `next` nor `wait` has returned.
+
+        Args:
+            count: how many of them.
+            timeout: seconds to wait for all of them.
+
+        Raises:
+            AssertionError: fewer came in time.
+        """
+        with self._news:
+            if not self._news.wait_for(lambda: self.count - self._taken >= count, timeout):
+                came = self.count - self._taken
+                raise AssertionError(f"{came} of {count} messages came within {timeout:g} s. {self._known()}")
+            skipped = self._taken - (self.count - len(self._kept))
+            if skipped < 0:
+                raise AssertionError(f"{-skipped} messages of {self.topic} were forgotten: only {KEPT} are kept")
+            self._taken += count
+            return list(self._kept)[skipped : skipped + count]
+
+    def first(self, fits: Callable[[M], object] = lambda _: True, timeout: float = PATIENCE) -> M:
+        """Return the first of all messages that fits, whether it has come already or comes now.
+
+        Args:
+            fits: called with each message; true for the one that is wanted.
+            timeout: seconds to wait for it.
+
+        Raises:
+            AssertionError: none came in time.
+        """
+        end = time.monotonic() + timeout
+        seen = 0
+        with self._news:
+            while True:
+                new = min(self.count - seen, len(self._kept))
+                for message in list(self._kept)[len(self._kept) - new :] if new else ():
+                    if fits(message):
+                        return message
+                seen = self.count
+                if not self._news.wait_for(lambda: self.count > seen, end - time.monotonic()):  # noqa: B023
+                    raise AssertionError(f"no message that fits came within {timeout:g} s. {self._known()}")
+
+    def nothing(self, seconds: float) -> None:
+        """Wait, and make sure that nothing comes.
+
+        Args:
+            seconds: how long.
+
+        Raises:
+            AssertionError: a message came.
+        """
+        with self._news:
+            before = self.count
+            if self._news.wait_for(lambda: self.count > before, seconds):
+                raise AssertionError(f"a message came that should not. {self._known()}")
+
+    def clear(self) -> None:
+        """Forget what has come so far."""
+        with self._news:
+            self._kept.clear()
+            self.count = self._taken = 0
+
+    def _known(self) -> str:
+        """What helps to see why a message is missing."""
+        connected = self._subscriber.num_connections
+        if not connected:
+            return f"{self.topic}: nobody publishes this topic, or under another type: see `pyros1 topic info`."
+        if not self.count:
+            return f"{self.topic}: connected to {connected} publisher(s), which sent nothing."
+        last = str(self._kept[-1])
+        return f"{self.topic}: {self.count} came in all, the last one:\n{last[:_SHOWN]}{'...' * (len(last) > _SHOWN)}"

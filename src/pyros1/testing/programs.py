@@ -1,0 +1,132 @@
+"""Programs that run as long as a test."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Mapping, Sequence
+
+from pyros1.testing.heard import PATIENCE
+
+KEPT = 1_000_000
+"""How many characters of a program's output are kept; the beginning is forgotten."""
+GRACE = ((signal.SIGINT, 10.0), (signal.SIGTERM, 3.0), (signal.SIGKILL, 10.0))
+"""Signals that end a program, and the seconds before the next one."""
+
+
+class Program:
+    """A process whose output a test can wait for. It has a session of its own: the end of the test ends all in it.
+
+    Args:
+        words: the command line.
+        environ: its environment variables.
+    """
+
+    def __init__(self, words: Sequence[str], environ: Mapping[str, str]) -> None:
+        self.words = list(words)
+        self._news = threading.Condition()
+        self._text = ""
+        self._closed = False
+        self._process = subprocess.Popen(
+            self.words,
+            env={**environ, "PYTHONUNBUFFERED": "1"},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+        self._reader = threading.Thread(target=self._read, name=f"output of {self.words[-1]}", daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        with self._process.stdout as pipe:
+            while data := os.read(pipe.fileno(), 65536):
+                with self._news:
+                    self._text = (self._text + data.decode("utf-8", "replace"))[-KEPT:]
+                    self._news.notify_all()
+        with self._news:
+            self._closed = True
+            self._news.notify_all()
+
+    @property
+    def output(self) -> str:
+        """What it has printed so far, on standard output and standard error: the last million characters."""
+        with self._news:
+            return self._text
+
+    @property
+    def running(self) -> bool:
+        """Whether it still runs."""
+        return self._process.poll() is None
+
+    def wait_for(self, pattern: str, timeout: float = PATIENCE) -> re.Match[str]:
+        """Wait until it has printed something.
+
+        Args:
+            pattern: a regular expression, which `re.search` finds in the whole output; ``^`` and ``$`` are those of
+                lines.
+            timeout: seconds.
+
+        Raises:
+            AssertionError: it ended without, or did not print it in time; the text shows what it did print.
+        """
+        wanted = re.compile(pattern, re.MULTILINE)
+        with self._news:
+            self._news.wait_for(lambda: wanted.search(self._text) or self._closed, timeout)
+            found = wanted.search(self._text)
+            if found:
+                return found
+            why = "ended without printing" if self._closed else f"did not print within {timeout:g} s"
+            raise AssertionError(f"{' '.join(self.words)}\n{why} {pattern!r}, but:\n{self._text or '(nothing)'}")
+
+    def wait(self, timeout: float = PATIENCE) -> int:
+        """Wait for its end.
+
+        Args:
+            timeout: seconds.
+
+        Returns:
+            The exit code; negative: the signal that ended it.
+
+        Raises:
+            AssertionError: it still runs.
+        """
+        try:
+            return self._process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(f"{' '.join(self.words)}\nstill runs after {timeout:g} s:\n{self.output}") from None
+
+    def stop(self) -> int:
+        """End it as Ctrl-C does; by force if it does not end within 10 seconds. It may have ended already.
+
+        Returns:
+            The exit code; negative: the signal that ended it.
+        """
+        for number, grace in GRACE:
+            if not self.running:
+                break
+            self._process.send_signal(number)
+            try:
+                self._process.wait(grace)
+            except subprocess.TimeoutExpired:
+                continue
+        self._end_group()
+        self._reader.join(5.0)
+        return self._process.wait(0)
+
+    def _end_group(self) -> None:
+        """What it started and left behind ends with it."""
+        try:
+            os.killpg(self._process.pid, signal.SIGKILL)
+        except (ProcessLookupError, PermissionError):  # nobody is left; the latter is macOS's word for it
+            return
+
+
+def pyros1_command(*words: str) -> list[str]:
+    """Return the command line of a pyros1 command."""
+    return [sys.executable, "-m", "pyros1", *words]
