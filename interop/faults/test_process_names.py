@@ -32,7 +32,9 @@ def test_a_node_that_hangs_is_replaced(launcher: Master, topic: str, old_kind: s
         place = launcher.call("lookupNode", "/highlander")[2]
     old.wait_line("new node registered with same name", timeout=60)
     old.wait(60)
-    assert launcher.call("lookupNode", "/highlander")[2] == place, "the end of the old one removes nothing of the new one"
+    assert launcher.call("lookupNode", "/highlander")[2] == place, (
+        "the end of the old one removes nothing of the new one"
+    )
     assert launcher.publishers(topic) == ["/highlander"]
     assert new.publish(topic, 3) == sink.received(topic)
     sink.call(f"{topic}/who", "std_srvs/Trigger")

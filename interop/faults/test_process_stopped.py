@@ -18,7 +18,9 @@ ROOM = 60 << 20
 """Bytes that a publisher of images of 1 MB may grow by, with a queue of 5."""
 
 
-@pytest.mark.parametrize(("source_kind", "sink_kind"), [("pyros1", "roscpp"), ("pyros1", "rospy"), ("roscpp", "pyros1")])
+@pytest.mark.parametrize(
+    ("source_kind", "sink_kind"), [("pyros1", "roscpp"), ("pyros1", "rospy"), ("roscpp", "pyros1")]
+)
 def test_a_subscriber(launcher: Master, topic: str, source_kind: str, sink_kind: str) -> None:
     source, sink = launcher.ready_peer(source_kind, "source"), launcher.ready_peer(sink_kind, "sleeper")
     source.advertise(topic, IMAGE, queue_size=5)
@@ -98,7 +100,14 @@ def test_the_master(own_master: Callable[[str], Master], master_kind: str) -> No
         assert source.publish("/t") == sink.received("/t"), "nodes go on"
         tools = [
             tool(master, *words.split())
-            for words in ("topic list", "node list", "param get /rosdistro", "service list", "topic echo /t", "node info /sink")
+            for words in (
+                "topic list",
+                "node list",
+                "param get /rosdistro",
+                "service list",
+                "topic echo /t",
+                "node info /sink",
+            )
         ]
         late = master.peer("pyros1", "late")
         back.tell("pub", "/late", TEXT, 10, 0)

@@ -141,9 +141,8 @@ class Node:
 
     def _open(self, patience: float | None, rosout: bool, signals: bool, wall_time: bool, ports: _Ports) -> None:
         loop = self._context.loop
-        address = host_from_environment(self.environ, self.arguments.special)
+        self._context.address = address = host_from_environment(self.environ, self.arguments.special)
         self._host = address.advertised
-        self._context.address = address
         self._life.watch(signals)
         for warning in (*address.warnings, *odd_arguments(self.arguments)):
             self.log.warn("%s", warning)
@@ -155,13 +154,9 @@ class Node:
             lambda: self.params,
             self._on_shutdown_request,
         )
+        say = self._context.tell_trouble
         self._slave = XmlRpcServer(
-            loop,
-            slave.dispatch,
-            bind_host=address.bind,
-            advertised_host=address.advertised,
-            port=ports[0],
-            say=self._context.tell_trouble,
+            loop, slave.dispatch, bind_host=address.bind, advertised_host=address.advertised, port=ports[0], say=say
         )
         self._context.rpc.make_room = self._slave.make_room
         self._context.uri = self._slave.uri

@@ -83,7 +83,7 @@ def test_another_programs_answer_is_told_once_until_there_is_a_link_or_news() ->
         assert rest == [do.Drop(), do.Rest(FIRST_REST)]
         talk.rested()
         assert talk.failed(XmlRpcFault(1, "no such method"))[0] == do.Drop()
-        talk.rested()
+    talk.rested()
     talk.linked()
     talk.lost(None)
     talk.rested()
