@@ -62,7 +62,7 @@ def start(launcher: Master, text: str, topic: str) -> Process:
     program = Path(launcher.home) / f"callbacks{len(launcher.processes)}.py"
     program.write_text(text)
     process = launcher.run([sys.executable, str(program), topic], python="ours", label="program")
-    process.wait_line("^ready$", 60)
+    process.wait_line("^ready$", 20)
     return process
 
 
@@ -76,18 +76,18 @@ def test_callbacks_that_raise(launcher: Master, topic: str, kind: str) -> None:
     peer.linked(f"{topic}/peers")
     for seed in (1, 2):
         peer.publish(f"{topic}/bad", seed)
-        node.wait_line("^called message$", 60)
-        assert peer.call_failing(f"{topic}/flip", FLIP)
-        node.wait_line("^called service$", 60)
+        node.wait_line("^called message$", 20)
+        peer.call_failing(f"{topic}/flip", FLIP)
+        node.wait_line("^called service$", 20)
         peer.ask("setparam", f"{topic}/param", ("int", "float")[seed - 1], event=f"set {topic}/param")
-        node.wait_line("^called parameter$", 60)
-        node.wait_line("^called timer$", 60)
+        node.wait_line("^called parameter$", 20)
+        node.wait_line("^called timer$", 20)
         peer.publish(f"{topic}/good", seed)
-        node.wait_line("^good ", 60)
+        node.wait_line("^good ", 20)
     peer.ask("unsub", f"{topic}/peers", event=f"unsubscribed {topic}/peers")
-    node.wait_line("^called left$", 60)
+    node.wait_line("^called left$", 20)
     node.signal(signal.SIGINT)
-    node.wait_line("^called hook$", 60)
+    node.wait_line("^called hook$", 20)
     assert node.wait(60) == 0 and "over" in node.lines
     told = "\n".join(node.lines)
     for what in ("message", "service", "timer", "parameter", "joined", "left", "hook"):
@@ -105,12 +105,12 @@ def test_callbacks_that_do_not_return(launcher: Master, topic: str, number: int)
     other.tell("call", f"{topic}/stuck", FLIP, 1, 0)
     peer.ask("setparam", f"{topic}/param", "int", event=f"set {topic}/param")
     for what in ("message", "service", "timer", "parameter"):
-        node.wait_line(f"^stuck {what}$", 60)
+        node.wait_line(f"^stuck {what}$", 20)
     for seed in range(3):
         peer.publish(f"{topic}/good", seed)
-        node.wait_line("^good ", 60)
+        node.wait_line("^good ", 20)
         peer.call(f"{topic}/flip", FLIP)
-        node.wait_line("^tick$", 60)
+        node.wait_line("^tick$", 20)
     began = time.monotonic()
     node.signal(number)
     node.wait(60)

@@ -1,4 +1,4 @@
-"""A node is started again under the name of one that hangs: it takes the name over at once, and the old one ends when it can."""
+"""A node is started again under the name of one that hangs: it takes over at once, and the old one ends when it can."""
 
 from __future__ import annotations
 
@@ -32,9 +32,7 @@ def test_a_node_that_hangs_is_replaced(launcher: Master, topic: str, old_kind: s
         place = launcher.call("lookupNode", "/highlander")[2]
     old.wait_line("new node registered with same name", timeout=60)
     old.wait(60)
-    assert launcher.call("lookupNode", "/highlander")[2] == place, (
-        "the end of the old one removes nothing of the new one"
-    )
+    assert launcher.call("lookupNode", "/highlander")[2] == place, "the old one takes nothing with it"
     assert launcher.publishers(topic) == ["/highlander"]
     assert new.publish(topic, 3) == sink.received(topic)
     sink.call(f"{topic}/who", "std_srvs/Trigger")

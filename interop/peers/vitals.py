@@ -53,7 +53,7 @@ def busy(pid: int, seconds: float) -> float:
 
 @contextlib.contextmanager
 def limited(pid: int, kind: int, most: int) -> Iterator[None]:
-    """Limit a process: ``resource.RLIMIT_NOFILE`` is the number of its descriptors, ``RLIMIT_FSIZE`` the size of its files."""
+    """Limit the number of a process's descriptors (``RLIMIT_NOFILE``) or the size of its files (``RLIMIT_FSIZE``)."""
     soft, hard = resource.prlimit(pid, kind)
     resource.prlimit(pid, kind, (most, hard))
     try:

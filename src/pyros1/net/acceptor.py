@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import socket
 from collections.abc import Callable
 from math import inf
@@ -96,8 +97,5 @@ class Acceptor:
 
 def _limit() -> str:
     """Return how many files this process may open, and how to change that; empty if the system does not say."""
-    try:
-        import resource  # noqa: PLC0415 - Unix only, and rarely needed
-    except ImportError:
-        return ""
-    return f". This process may open {resource.getrlimit(resource.RLIMIT_NOFILE)[0]}: see ulimit -n"
+    # Not from the module resource: it may not be loaded yet, and it is a file.
+    return f". This process may open {os.sysconf('SC_OPEN_MAX')}: see ulimit -n" if hasattr(os, "sysconf") else ""

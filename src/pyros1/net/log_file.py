@@ -8,7 +8,7 @@ import sys
 from io import FileIO
 from time import monotonic
 
-AGAIN = 10.0
+AGAIN = 5.0
 """Seconds until the next attempt after one that failed."""
 
 
