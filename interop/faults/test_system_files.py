@@ -57,6 +57,7 @@ def test_a_node(launcher: Master, topic: str) -> None:
 def test_a_subscriber_that_cannot_connect(launcher: Master, topic: str) -> None:
     node, source = launcher.ready_peer("pyros1", "crowded"), launcher.ready_peer("roscpp", "source")
     node.serve(f"{topic}/flip", FLIP)
+    node.subscribe(f"{topic}/other", TEXT)  # the type is read from a file
     source.advertise(topic, TEXT)
     with crowd(node, parse_uri(launcher.call("lookupService", f"{topic}/flip")[2], "rosrpc")[1]):
         node.tell("sub", topic, TEXT, 10)
@@ -85,7 +86,7 @@ def test_the_master(own_master: Callable[[str], Master]) -> None:
 
 
 def test_the_web_server(launcher: Master) -> None:
-    command = [sys.executable, "-m", "pyros1", "web", "--port", "0", "--no-browser"]
+    command = [sys.executable, "-m", "pyros1", "web", "--port", "0"]
     web = launcher.run(command, python="ours", label="web")
     link = web.wait_line(r"http://\S+", 30)[0]
     port = int(link.partition("://")[2].partition("/")[0].rpartition(":")[2])

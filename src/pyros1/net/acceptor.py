@@ -86,13 +86,12 @@ class Acceptor:
                 return
 
     def _rest(self, error: OSError) -> None:
-        now = monotonic()
-        if now - self._failed > QUIET:
-            self._say(f"cannot accept a connection: {error.strerror}{_limit() if lacks_files(error) else ''}")
-        self._failed = now
         self._loop.unregister(self._listener)
         self._loop.call_later(PAUSE, self._listen)
         self._make_room()
+        failed, self._failed = self._failed, monotonic()
+        if self._failed - failed > QUIET:
+            self._say(f"cannot accept a connection: {error.strerror}{_limit() if lacks_files(error) else ''}")
 
 
 def _limit() -> str:

@@ -22,9 +22,9 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from pyros1.ground.errors import DeadlineError
+from pyros1.net.reports import ErrorReports  # not when it is needed: perhaps no more files can be opened then
 
 if TYPE_CHECKING:
-    from pyros1.net.reports import ErrorReports
     from pyros1.net.resolve import Resolver
 
 _yield: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: None)
@@ -260,8 +260,6 @@ class Loop:
     @property
     def _reporter(self) -> ErrorReports:
         if self._reports is None:
-            from pyros1.net.reports import ErrorReports  # noqa: PLC0415 - rarely needed
-
             self._reports = ErrorReports(self)
         return self._reports
 

@@ -40,6 +40,7 @@ from pyros1.node.services.server import ServiceServer
 from pyros1.node.slave import SlaveApi
 from pyros1.node.subscribing.hints import Hints
 from pyros1.node.subscribing.subscriber import Subscriber
+from pyros1.node.teller import Teller
 from pyros1.node.topic_type import topic_type
 from pyros1.node.topics import Topics
 from pyros1.wire.handshake import TopicType
@@ -113,10 +114,10 @@ class Node:
         stopping = Event()
         self._clock = Clock(stopping)
         log_file = default_log_file(self.name, environ, special)
-        self._sink = LogSink(self.name, environ, log_file, self._clock.read, self._later)
+        loop = Loop(f"{self.name}:loop", on_error=lambda error: self.log.internal(error))  # noqa: PLW0108 - it needs the loop
+        self._sink = LogSink(self.name, environ, log_file, self._clock.read, loop.call_later)
         self.log = Log(self._sink, level=level_from_name(log_level))
         self._callbacks = CallbackQueue() if callbacks == "spin" else None
-        loop = Loop(f"{self.name}:loop", on_error=self.log.internal)
         self._context = Context(self.name, loop, RpcCaller(loop), self.log, self._callbacks, environ, stopping=stopping)
         loop.thread.owner = self._context
         self._topics = Topics(self._context, lambda: self._registrar)
@@ -124,7 +125,9 @@ class Node:
         self._timers = Timers(self._clock, self._callbacks, self.log)
         self._life = Life(self._context, self._clock, self._close)
         self.master = MasterClient(self.name, self.master_uri)
-        self.params = Parameters(self.master, self.resolve, lambda: self.uri, self.arguments.remappings, loop.call_soon)
+        teller = Teller(f"{self.name}:parameters", "changes of parameters", self.log)
+        uri, remappings = lambda: self.uri, self.arguments.remappings
+        self.params = Parameters(self.master, self.resolve, uri, remappings, loop.call_soon, teller.tell)
         self._registrar = Registrar(self._context, self.master_uri, self._topics.publishers_found, self.params.renew)
         self._slave: XmlRpcServer | None = None
         self._tcpros: TcprosServer | None = None
@@ -174,9 +177,6 @@ class Node:
         self._clock.use_simulated_time()
         clock = load_message("rosgraph_msgs/Clock")
         self._topics.subscribe("/clock", clock, lambda message: self._clock.tick(message.clock), 1, direct=True)
-
-    def _later(self, seconds: float, function: Callable[..., object], argument: object) -> None:
-        self._context.loop.call_later(seconds, function, argument)
 
     # Names ------------------------------------------------------------------------------------------------------------
 
