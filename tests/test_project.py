@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "src" / "pyros1"
@@ -21,7 +22,7 @@ LEVELS = [
     {"graph", "aio", "tf", "observe"},
     {"actions", "filters", "reconfigure", "diagnostics", "urdf"},
     {"launch", "bag", "topic_tools"},
-    {"doctor", "test_nodes", "testing", "drop_in"},
+    {"doctor", "test_nodes", "testing", "guide", "drop_in"},
     {"web"},
     {"cli"},
 ]
@@ -121,6 +122,20 @@ def test_every_source_file_is_one_idea_long() -> None:
     written = [path for path in sources() if path != SOURCE / "cli" / "index.py"]  # which is generated
     long = {str(p.relative_to(ROOT)): n for p in written if (n := len(p.read_text().splitlines())) > 450}
     assert not long, f"split these: {long}"
+
+
+def test_what_runs_elsewhere_names_what_there_is() -> None:
+    """Workflows and forms are YAML, and the commands in them name extras and files of this project."""
+    files = [*(ROOT / ".github").rglob("*.yml"), ROOT / "CITATION.cff"]
+    assert len(files) > 4
+    for path in files:
+        assert isinstance(yaml.safe_load(path.read_text(encoding="utf-8")), dict), path
+    text = "".join(path.read_text(encoding="utf-8") for path in [*files, ROOT / ".github" / "Dockerfile"])
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    extras = re.findall(r"[.e]\[(\w+)\]'", text)
+    assert extras and all(f"\n{extra} = [" in project for extra in extras)
+    assert re.findall(r"run: (tests/\w+)", text) == ["tests/run"] and (ROOT / "tests" / "run").is_file()
+    assert "pyros1 wtf --report" in text
 
 
 def test_top_level_folders() -> None:

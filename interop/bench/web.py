@@ -19,7 +19,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "peers"))
 from browsing import Browser, start_chromium
 
 from pyros1.master.server import Master
-from pyros1.web.links import panel_link
+from pyros1.msgs import load_message
+from pyros1.web.links import layout_link
 
 TICKS = os.sysconf("SC_CLK_TCK")
 COUNT_FRAMES = """
@@ -36,11 +37,21 @@ COUNT_FRAMES = """
     const count = () => { window.frames_seen += 1; requestAnimationFrame(count); };
     if (!window.counting) { window.counting = true; requestAnimationFrame(count); }
 """
-LOADS: dict[str, tuple[str, str, dict[str, Any]]] = {
-    "nothing": ("", "console", {}),
-    "10,000 log messages per second": ("log", "console", {}),
-    "20 curves of 1 kHz": ("waves", "plot", {"curves": [f"/wave{number}/data" for number in range(20)]}),
-    "one image of 640 x 480, 30 Hz": ("image", "image", {"topic": "/camera"}),
+CONSOLE = {"panel": "console"}
+PLOT = {"panel": "plot", "settings": {"curves": [f"/wave{number}/data" for number in range(20)]}}
+IMAGE = {"panel": "image", "settings": {"topic": "/camera"}}
+SCENE = {"panel": "scene", "settings": {"fixed": "map", "topics": ["/cloud"]}}
+ALL = [{"split": "column", "sizes": [1, 1], "parts": two} for two in ([CONSOLE, PLOT], [IMAGE, SCENE])]
+LOADS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
+    "nothing": ((), CONSOLE),
+    "10,000 log messages per second": (("log",), CONSOLE),
+    "20 curves of 1 kHz": (("waves",), PLOT),
+    "one image of 640 x 480, 30 Hz": (("image",), IMAGE),
+    "a cloud of a million points, 10 Hz": (("cloud",), SCENE),
+    "all of them at once, on one page": (
+        ("log", "waves", "image", "cloud"),
+        {"split": "row", "sizes": [1, 1], "parts": ALL},
+    ),
 }
 
 
@@ -71,7 +82,23 @@ def image(node: Any, steps: Iterator[float]) -> None:
         publisher.publish(message)
 
 
-RATES = {"log": 100, "waves": 1000, "image": 30}
+def cloud(node: Any, steps: Iterator[float]) -> None:
+    import numpy as np
+
+    points = np.random.default_rng(1).uniform(-5, 5, (1_000_000, 3)).astype("<f4")
+    publisher = node.advertise("/cloud", "sensor_msgs/PointCloud2", queue_size=1)
+    fields = [{"name": name, "offset": 4 * number, "datatype": 7, "count": 1} for number, name in enumerate("xyz")]
+    message = publisher.type(height=1, width=len(points), point_step=12, row_step=12 * len(points), fields=[])
+    field = load_message("sensor_msgs/PointField")
+    message.fields = [field(**each) for each in fields]
+    message.header.frame_id = "map"
+    data = [(points + shift).tobytes() for shift in (0.0, 0.1)]
+    for number, _ in enumerate(steps):
+        message.data = data[number % 2]
+        publisher.publish(message)
+
+
+RATES = {"log": 100, "waves": 1000, "image": 30, "cloud": 10}
 
 
 def load(kind: str) -> None:
@@ -87,7 +114,7 @@ def load(kind: str) -> None:
                 time.sleep(max(0.0, start + number / RATES[kind] - time.monotonic()))
                 yield number / RATES[kind]
 
-        {"log": log, "waves": waves, "image": image}[kind](node, steps())
+        {"log": log, "waves": waves, "image": image, "cloud": cloud}[kind](node, steps())
 
 
 def cpu(pid: int) -> float:
@@ -145,13 +172,13 @@ def main() -> None:
             assert server.stdout is not None
             link = server.stdout.readline().split()[-1]
             browser = Browser(driver)
-            for name, (kind, panel, settings) in LOADS.items():
-                browser.open(panel_link(link, panel, settings))
-                if kind:
-                    with program(__file__, "--load", kind, env=environ, stdout=subprocess.DEVNULL):
-                        time.sleep(3.0)  # until all is connected, and the page has something to show
-                        figures = measure(browser, server.pid, options.seconds)
-                else:
+            for name, (kinds, tree) in LOADS.items():
+                browser.open(layout_link(link, "load", tree))
+                with ExitStack() as programs:
+                    for kind in kinds:
+                        words = (__file__, "--load", kind)
+                        programs.enter_context(program(*words, env=environ, stdout=subprocess.DEVNULL))
+                    time.sleep(5.0 if kinds else 0.0)  # until all is connected, and the page has something to show
                     figures = measure(browser, server.pid, options.seconds)
                 used, size, frames, heap = figures
                 print(f"{name:36} {used:9.0f} % {size:6.0f} MB {frames:5.0f} /s {heap:6.0f} MB", flush=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import contextlib
 import functools
+import importlib.util
 import json
 import os
 import random
@@ -389,6 +390,41 @@ def write_tool(folder: Path, name: str) -> Path:
     return tool
 
 
+def child_environ(home: Path, uri: str | None, python: str, extra: Mapping[str, str | None]) -> dict[str, str]:
+    """The environment of a child: nothing of the developer's ROS set-up, everything below *home*.
+
+    Args:
+        home: folder for logs, pid files and caches.
+        uri: the master's.
+        python: ``ours`` for programs that import pyros1.
+        extra: more variables; None takes one away.
+    """
+    out = {
+        "PATH": "/usr/local/bin:/usr/bin:/bin",
+        "HOME": str(home),
+        "LANG": "C.UTF-8",
+        "PYTHONUNBUFFERED": "1",
+        "ROS_MASTER_URI": uri,
+        "ROS_HOSTNAME": "localhost",
+        "ROS_HOME": str(home),
+        "ROS_LOG_DIR": str(home / "log"),
+    }
+    if python == "ours":
+        out["PATH"] = f"{Path(sys.executable).parent}:{out['PATH']}"
+        if not _installed():
+            out["PYTHONPATH"] = str(SOURCE)
+    return {key: value for key, value in {**out, **extra}.items() if value is not None}
+
+
+def peer_command(kind: str) -> list[str]:
+    """The program of a peer: ``pyros1``, ``rospy`` or ``roscpp``."""
+    return {
+        "pyros1": [sys.executable, str(PEERS / "pyros1_peer.py")],
+        "rospy": [STOCK_PYTHON, str(PEERS / "rospy_peer.py")],
+        "roscpp": [str(ROSCPP_PEER)],
+    }[kind]
+
+
 class Master:
     """Address and processes of a running ROS master with its rosout node, and what to start against it.
 
@@ -415,21 +451,7 @@ class Master:
             python: ``ours`` for programs that import pyros1.
             extra: more variables; None takes one away.
         """
-        out = {
-            "PATH": "/usr/local/bin:/usr/bin:/bin",
-            "HOME": str(self.home),
-            "LANG": "C.UTF-8",
-            "PYTHONUNBUFFERED": "1",
-            "ROS_MASTER_URI": self.uri,
-            "ROS_HOSTNAME": "localhost",
-            "ROS_HOME": str(self.home),
-            "ROS_LOG_DIR": str(self.home / "log"),
-        }
-        if python == "ours":
-            out["PATH"] = f"{Path(sys.executable).parent}:{out['PATH']}"
-            if not _installed():
-                out["PYTHONPATH"] = str(SOURCE)
-        return {key: value for key, value in {**out, **extra}.items() if value is not None}
+        return child_environ(self.home, self.uri, python, extra)
 
     def start(self) -> None:
         """Start the master and rosout, and wait until both answer."""
@@ -494,13 +516,8 @@ class Master:
             arguments: remappings.
             extra: more environment variables.
         """
-        command = {
-            "pyros1": [sys.executable, str(PEERS / "pyros1_peer.py")],
-            "rospy": [STOCK_PYTHON, str(PEERS / "rospy_peer.py")],
-            "roscpp": [str(ROSCPP_PEER)],
-        }[kind]
         environ = self.environ("ours" if kind == "pyros1" else "stock", **extra)
-        peer = Peer([*command, name, *arguments], environ, f"{kind} peer {name}")
+        peer = Peer([*peer_command(kind), name, *arguments], environ, f"{kind} peer {name}")
         peer.kind, peer.name = kind, "/" + name
         self.processes.append(peer)
         return peer
@@ -551,7 +568,12 @@ class Master:
         self.stop()
 
 
+@functools.cache
 def _installed() -> bool:
-    """Whether the Python that runs the tests has pyros1 installed."""
-    probe = [sys.executable, "-I", "-c", "import importlib.util, sys; sys.exit(not importlib.util.find_spec('pyros1'))"]
-    return subprocess.run(probe, check=False, timeout=30).returncode == 0
+    """Whether the Python that runs the tests has the pyros1 installed that the tests import."""
+    probe = "import importlib.util; spec = importlib.util.find_spec('pyros1'); print(spec and spec.origin)"
+    said = subprocess.run(
+        [sys.executable, "-I", "-c", probe], capture_output=True, text=True, check=True, timeout=30
+    ).stdout
+    spec = importlib.util.find_spec("pyros1")
+    return spec is not None and said.strip() == spec.origin

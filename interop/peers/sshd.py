@@ -17,7 +17,7 @@ from harness import free_port, until
 SSHD = shutil.which("sshd", path=f"{os.environ['PATH']}:/usr/sbin")
 SERVER = """
 Port {port}
-ListenAddress 127.0.0.1
+ListenAddress {address}
 HostKey {folder}/host_key
 AuthorizedKeysFile {folder}/user_key.pub
 StrictModes no
@@ -26,7 +26,7 @@ PidFile none
 """
 CLIENT = """
 Host robot localhost
-  HostName 127.0.0.1
+  HostName {address}
   Port {port}
   User {user}
   IdentityFile {folder}/user_key
@@ -36,28 +36,38 @@ Host robot localhost
 """
 
 
-@contextlib.contextmanager
-def loopback_sshd(folder: Path) -> Iterator[int]:
-    """Run an sshd and yield its port; ``folder`` gets what ssh needs to reach "robot", as a HOME would have it.
+def prepare(folder: Path, address: str, port: int, more: str = "") -> list[str]:
+    """Return the command line of an sshd; ``folder`` gets what ssh needs to reach "robot", as a HOME would have it.
 
     Args:
         folder: an empty one; ``.ssh/config`` and ``.ssh/known_hosts`` are made in it.
+        address: where it listens.
+        port: its port.
+        more: more lines for its configuration.
     """
     if SSHD is None:
         pytest.fail("there is no sshd; run interop/setup")
-    port = free_port()
     (folder / ".ssh").mkdir(mode=0o700)
     for key in ("host_key", "user_key"):
         subprocess.run(["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", str(folder / key)], check=True)
     host_key = (folder / "host_key.pub").read_text()
     # Stock roslaunch looks for the host alone first.
-    (folder / ".ssh" / "known_hosts").write_text(f"[127.0.0.1]:{port} {host_key}127.0.0.1 {host_key}")
-    (folder / "sshd_config").write_text(SERVER.format(port=port, folder=folder))
-    (folder / ".ssh" / "config").write_text(CLIENT.format(port=port, folder=folder, user=getpass.getuser()))
+    (folder / ".ssh" / "known_hosts").write_text(f"[{address}]:{port} {host_key}{address} {host_key}")
+    (folder / "sshd_config").write_text(SERVER.format(address=address, port=port, folder=folder) + more)
+    client = CLIENT.format(address=address, port=port, folder=folder, user=getpass.getuser())
+    (folder / ".ssh" / "config").write_text(client)
     if os.geteuid() == 0:
         os.makedirs("/run/sshd", mode=0o755, exist_ok=True)
+    return [SSHD, "-D", "-e", "-f", str(folder / "sshd_config")]
+
+
+@contextlib.contextmanager
+def loopback_sshd(folder: Path) -> Iterator[int]:
+    """Run an sshd and yield its port; for the folder see `prepare`."""
+    port = free_port()
+    command = prepare(folder, "127.0.0.1", port)
     with (folder / "sshd.log").open("w") as log:
-        server = subprocess.Popen([SSHD, "-D", "-e", "-f", str(folder / "sshd_config")], stdout=log, stderr=log)
+        server = subprocess.Popen(command, stdout=log, stderr=log)
 
     def answers() -> bool:
         assert server.poll() is None, (folder / "sshd.log").read_text()

@@ -65,6 +65,15 @@ def test_programs_of_another_master_are_named_but_not_all() -> None:
     assert items[0] == "talker (pid 0): http://robot:11311" and items[-1] == "and 2 more" and len(items) == 11
 
 
+def test_one_master_under_two_names_is_one() -> None:
+    processes = [LocalProcess(1, "core", "http://robot:11311", ""), LocalProcess(2, "far", "http://other:11311", "")]
+    known = {"robot": [HERE], "other": ["192.0.2.9"], HERE: [HERE]}
+    found = kinds(
+        check_machine(machine({"ROS_MASTER_URI": f"http://{HERE}:11311"}, processes=processes, resolved=known))
+    )
+    assert found["other-master-uri"].items == ("far (pid 2): http://other:11311",)
+
+
 def test_a_loopback_address_in_a_system_of_several_machines() -> None:
     nodes = {
         "/a": NodeFacts("http://localhost:1/", "localhost", ["127.0.0.1"]),

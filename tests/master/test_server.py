@@ -11,7 +11,14 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 
-from pyros1.ground.errors import Error, MasterError, MasterMethodError, MasterUnreachableError, ParameterNotSetError
+from pyros1.ground.errors import (
+    Error,
+    MasterError,
+    MasterMethodError,
+    MasterUnreachableError,
+    ParameterNotSetError,
+    UnknownHostError,
+)
 from pyros1.master import Master
 from pyros1.master.notify import MAX_WAITING, Notifier
 from pyros1.master.registry import Notice
@@ -253,6 +260,28 @@ class SlowCaller:
 
     def call(self, uri: str, method: str, params: list[Any], on_done: Callable[[Any, Error | None], object]) -> None:
         self.calls.append((uri, method, params, on_done))
+
+
+def test_a_subscriber_that_cannot_be_reached_is_told_of_once() -> None:
+    """It has a wrong address, and cannot know: it only gets no messages."""
+    caller, told = SlowCaller(), list[str]()
+    notifier = Notifier(caller, lambda level, text: None, told.append)  # type: ignore[arg-type] # a stand-in
+
+    def send(method: str, error: Error | None) -> None:
+        notifier.send([Notice("http://nobody:5/", "/scan", method, "/t", ([],))])
+        caller.calls[-1][3](None if error else [1, "", 0], error)
+
+    unknown = UnknownHostError("nobody", None)
+    send("shutdown", unknown)
+    send("publisherUpdate", MasterError("it says no", 0))
+    assert told == []
+    for _ in range(3):
+        send("publisherUpdate", unknown)
+    assert len(told) == 1
+    assert "/scan cannot be told of publishers of /t" in told[0] and "export ROS_IP" in told[0]
+    send("publisherUpdate", None)
+    send("publisherUpdate", unknown)
+    assert len(told) == 2
 
 
 def test_newer_notices_replace_those_that_wait_and_queues_are_bounded() -> None:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.ground.errors import ProtocolError
+from pyros1.ground.errors import ProtocolError, SettingError
 from pyros1.net import hosts
 
 ANY = "0.0.0.0"
@@ -68,6 +68,44 @@ def test_interface_addresses_hold_the_loopback() -> None:
 def test_n22_warnings(environ: dict[str, str], words: str) -> None:
     (warning,) = hosts.host_from_environment(environ, {}).warnings
     assert words in warning
+
+
+@pytest.mark.parametrize(
+    ("environ", "special", "advertised", "bind"),
+    [
+        ({"PYROS1_BIND": "127.0.0.2"}, {}, "127.0.0.2", "127.0.0.2"),  # reached nowhere else
+        ({"PYROS1_BIND": "127.0.0.2", "ROS_HOSTNAME": "robot"}, {}, "robot", "127.0.0.2"),
+        ({"PYROS1_BIND": "0.0.0.0", "ROS_HOSTNAME": "localhost"}, {}, "localhost", ANY),
+        ({"PYROS1_BIND": "127.0.0.2", "ROS_HOSTNAME": "robot"}, {"__bind": "localhost"}, "robot", "127.0.0.1"),
+        ({"PYROS1_BIND": "::1", "ROS_IP": "::1"}, {}, "::1", "::1"),
+        ({"PYROS1_BIND": "", "ROS_IP": "10.0.0.1"}, {}, "10.0.0.1", ANY),
+    ],
+)
+def test_where_to_listen(environ: dict[str, str], special: dict[str, str], advertised: str, bind: str) -> None:
+    address = hosts.host_from_environment(environ, special)
+    assert (address.advertised, address.bind) == (advertised, bind)
+    assert address.family == (socket.AF_INET6 if ":" in bind else socket.AF_INET)
+
+
+def test_who_may_connect_and_which_ports() -> None:
+    environ = {"PYROS1_ALLOW": "10.0.0.0/8", "PYROS1_PORTS": "40000-40099"}
+    address = hosts.host_from_environment(environ, {})
+    assert (str(address.allowed), str(address.ports)) == ("10.0.0.0/8", "40000-40099")
+    address = hosts.host_from_environment(environ, {"__allow": "10.0.0.1", "__ports": "50000"})
+    assert (str(address.allowed), str(address.ports)) == ("10.0.0.1", "50000-50000")
+    address = hosts.host_from_environment({"PYROS1_ALLOW": "", "PYROS1_PORTS": ""}, {})
+    assert address.allowed is None and address.ports is None
+
+
+@pytest.mark.parametrize("text", ["192.0.2.1", "robot", "127.0.0.1/8", "eth0"])
+def test_an_address_to_listen_on_that_is_not_here(text: str) -> None:
+    with pytest.raises(SettingError, match=r"PYROS1_BIND .* no address of this machine: it has .*127\.0\.0\.1"):
+        hosts.host_from_environment({"PYROS1_BIND": text}, {})
+
+
+def test_make_uri() -> None:
+    assert hosts.make_uri("robot", 5) == "http://robot:5/"
+    assert hosts.parse_uri(hosts.make_uri("fd00::1", 5, "rosrpc"), "rosrpc") == ("fd00::1", 5)
 
 
 def test_n25_master_uri() -> None:

@@ -9,13 +9,38 @@ import pytest
 import pyros1
 from pyros1.net.hosts import parse_uri
 
-from ..parts import tcpros_port
+from ..parts import subscription_of, tcpros_port
 
 
 def test_ports(make_node: Any, free_port: int) -> None:
     assert tcpros_port(make_node("a", ports=(0, free_port))) == free_port
     b = make_node("b", ports=(free_port + 1, 0))
     assert parse_uri(b.uri)[1] == free_port + 1
+
+
+def test_a_range_of_ports(make_node: Any, free_port: int, environ: Any, collect: Any, monkeypatch: Any) -> None:
+    """For firewalls: all that a node listens at, also for datagrams, is in the range."""
+    monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
+    allowed, got = {*range(free_port, free_port + 6)}, collect()
+    narrow = {**environ, "PYROS1_PORTS": f"{free_port}-{free_port + 5}"}
+    talker = make_node("talker", environ=narrow)
+    listener = make_node("listener", argv=[f"__ports:={free_port}-{free_port + 5}"])
+    used = {parse_uri(node.uri)[1] for node in (talker, listener)} | {tcpros_port(node) for node in (talker, listener)}
+    assert len(used) == 4 and used <= allowed
+    talker.advertise("t", "std_msgs/Float64", latch=True).publish(3)
+    subscriber = listener.subscribe("t", "std_msgs/Float64", got, transports=("udp",))
+    assert got.wait() and subscriber.wait_for_publishers(timeout=5)
+    (link,) = subscription_of(listener).links
+    assert int(link.address.split("port ")[1].split()[0]) in allowed
+    make_node("third", environ=narrow)
+    with pytest.raises(pyros1.NodeError, match=r"/fourth cannot listen on .*: all ports of PYROS1_PORTS="):
+        make_node("fourth", environ=narrow)
+
+
+def test_settings_that_are_wrong(make_node: Any, environ: Any) -> None:
+    for setting in ({"PYROS1_PORTS": "many"}, {"PYROS1_ALLOW": "everybody"}, {"PYROS1_BIND": "here"}):
+        with pytest.raises(pyros1.SettingError):
+            make_node("node", environ={**environ, **setting})
 
 
 def test_names_that_break_the_rules(make_node: Any, collect: Any) -> None:

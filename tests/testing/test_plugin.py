@@ -114,7 +114,7 @@ def test_output_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_program_that_does_not_end_is_ended_with_its_children(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.testing.programs.GRACE", ((2, 0.01), (15, 0.01), (9, 60)))
+    monkeypatch.setattr("pyros1.testing.programs.GRACE", (0.01, 0.01, 60.0))
     code = """
         import os, signal, sys, time
         signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -113,6 +113,17 @@ INDEX: dict[str, tuple[Any, ...]] = {
         {
         },
     ),
+    'guide': (
+        'guide',
+        'learn ROS 1 step by step: a package, topics, launch files, bags, a simulator ...',
+        'develop',
+        '',
+        {},
+        (),
+        ('',),
+        {
+        },
+    ),
     'launch': (
         'launch',
         'start the nodes of a launch file',

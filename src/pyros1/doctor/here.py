@@ -38,6 +38,8 @@ def collect_machine(environ: Mapping[str, str]) -> Machine:
     master = _host_and_port(environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI)
     if master is not None:
         names.add(master[0])
+    processes = ros_processes()
+    names |= {place[0] for place in (_host_and_port(process.master_uri) for process in processes) if place}
     found = together({name: partial(addresses, name) for name in names if name}, _TIMEOUT)
     logs = log_folder(environ)
     missing = [
@@ -53,7 +55,7 @@ def collect_machine(environ: Mapping[str, str]) -> Machine:
         log_folder=str(logs),
         log_size=folder_size(logs.resolve(), on_disk=True, deadline=monotonic() + _COUNTING) if logs.exists() else 0,
         masters=local_masters(environ),
-        processes=ros_processes(),
+        processes=processes,
         python=(sys.version_info[0], sys.version_info[1]),
     )
 

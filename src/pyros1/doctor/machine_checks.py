@@ -9,6 +9,7 @@ from pyros1.doctor.facts import Machine
 from pyros1.doctor.finding import ERROR, WARNING, Finding
 from pyros1.ground.errors import ProtocolError
 from pyros1.net.hosts import DEFAULT_MASTER_URI, parse_uri
+from pyros1.net.reach import is_loopback
 
 LEAST_FREE = 100 << 20
 """Bytes that should be free on the disk of the log files."""
@@ -22,11 +23,6 @@ def check_machine(machine: Machine) -> list[Finding]:
     """Return the problems of a machine and its environment."""
     checks = (_master_uri, _own_address, _own_name, _package_path, _disks, _masters, _versions, _given)
     return [finding for check in checks for finding in check(machine)]
-
-
-def is_loopback(address: str) -> bool:
-    """Return whether an address can only be reached from the same machine."""
-    return address.startswith("127.") or address in ("::1", "localhost")
 
 
 def address_of(machine: Machine) -> str:
@@ -188,7 +184,7 @@ def _masters(machine: Machine) -> Iterator[Finding]:
             tuple(machine.masters),
         )
     mine = machine.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
-    others = [p for p in machine.processes if p.master_uri and not _same_uri(p.master_uri, mine)]
+    others = [p for p in machine.processes if p.master_uri and not _same_uri(p.master_uri, mine, machine)]
     if others:
         yield Finding(
             "other-master-uri",
@@ -206,13 +202,19 @@ def _first(items: Iterable[str]) -> tuple[str, ...]:
     return (*shown[:_MOST_SHOWN], *([f"and {more} more"] if more > 0 else []))
 
 
-def _same_uri(one: str, other: str) -> bool:
+def _same_uri(one: str, other: str, machine: Machine) -> bool:
     try:
         (host, port), (other_host, other_port) = parse_uri(one), parse_uri(other)
     except ProtocolError:
         return one == other
-    local = {"localhost", "127.0.0.1", "::1"}
-    return port == other_port and (host == other_host or {host, other_host} <= local)
+    if port != other_port or host == other_host:
+        return port == other_port
+    places = [{*(machine.resolved.get(name) or (name,))} for name in (host, other_host)]
+    return not places[0].isdisjoint(places[1]) or all(_is_here(machine, place) for place in places)
+
+
+def _is_here(machine: Machine, addresses: Iterable[str]) -> bool:
+    return all(is_loopback(address) or address in machine.interfaces for address in addresses)
 
 
 def _versions(machine: Machine) -> Iterator[Finding]:

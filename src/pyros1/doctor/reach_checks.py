@@ -6,9 +6,10 @@ from collections.abc import Iterator
 
 from pyros1.doctor.facts import REFUSED, TIMEOUT, UNRESOLVED, Machine, NodeFacts, System
 from pyros1.doctor.finding import ERROR, WARNING, Finding
-from pyros1.doctor.machine_checks import address_of, is_loopback
+from pyros1.doctor.machine_checks import address_of
 from pyros1.ground.errors import ProtocolError
 from pyros1.net.hosts import parse_uri
+from pyros1.net.reach import is_loopback
 
 MOST_SKEW_S = 1.5
 """Allowed difference of clocks in seconds. Nodes report whole seconds."""

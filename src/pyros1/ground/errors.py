@@ -47,6 +47,10 @@ class InvalidNameError(Error, ValueError):
     """A graph resource name breaks the naming rules (https://wiki.ros.org/Names)."""
 
 
+class SettingError(Error, ValueError):
+    """An environment variable, or a special key of the command line, has a value that cannot be used."""
+
+
 class MessageError(Error):
     """A message definition, a value or received bytes cannot be used."""
 

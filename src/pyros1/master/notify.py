@@ -11,8 +11,10 @@ from collections.abc import Callable, Sequence
 from time import monotonic
 from typing import Any, Final
 
-from pyros1.ground.errors import Error
+from pyros1.ground.errors import Error, ProtocolError, TransportError
 from pyros1.master.registry import Notice
+from pyros1.net.hosts import parse_uri
+from pyros1.net.reach import how_to_reach
 from pyros1.net.rpc_caller import RpcCaller
 
 MASTER_NAME: Final = "/master"
@@ -28,11 +30,20 @@ class Notifier:
     Args:
         caller: makes the calls; its timeout is how long a silent node keeps its own later notices waiting.
         log: ``log(level, text)``.
+        tell: gets a text about a subscriber that cannot be reached, once until it is reached: it hears of no new
+            publishers and gets no messages of theirs, and neither it nor they can know why.
     """
 
-    def __init__(self, caller: RpcCaller, log: Callable[[str, str], object]) -> None:
+    def __init__(
+        self,
+        caller: RpcCaller,
+        log: Callable[[str, str], object],
+        tell: Callable[[str], object] = lambda text: None,
+    ) -> None:
         self._caller = caller
         self._log = log
+        self._tell = tell
+        self._told: set[str] = set()
         self._waiting: dict[str, dict[_Key, Notice]] = {}  # API URI -> notices; an entry means one is in flight
 
     def send(self, notices: Sequence[Notice]) -> None:
@@ -59,8 +70,11 @@ class Notifier:
         def done(value: Any, error: Error | None) -> None:
             if error is None:
                 self._log("info", f"{what}: sec={monotonic() - began:.2f}, result={value}")
+                self._told.discard(notice.api)
             else:
                 self._log("warn", f"{what}: sec={monotonic() - began:.2f}, failed: {error}")
+                if notice.method == "publisherUpdate" and isinstance(error, TransportError):
+                    self._unreached(notice, error)
             self._next(notice.api)
 
         self._log("info", what)
@@ -68,6 +82,20 @@ class Notifier:
             self._caller.call(notice.api, notice.method, [MASTER_NAME, notice.subject, *notice.value], done)
         except Error as error:
             done(None, error)
+
+    def _unreached(self, notice: Notice, error: TransportError) -> None:
+        if notice.api in self._told:
+            return
+        if len(self._told) >= MAX_WAITING:
+            self._told.clear()
+        self._told.add(notice.api)
+        try:
+            host, _ = parse_uri(notice.api)
+        except ProtocolError:
+            return
+        self._tell(
+            f"{notice.node} cannot be told of publishers of {notice.subject}: {error}. {how_to_reach(host, error)}"
+        )
 
     def _next(self, api: str) -> None:
         waiting = self._waiting.get(api)

@@ -12,6 +12,7 @@ from pyros1.master.journal import ALIVE_S, Found, Journal
 from pyros1.master.notify import Notifier
 from pyros1.master.registry import Known
 from pyros1.master.revival import Revival
+from pyros1.net.guests import Guests
 from pyros1.net.loop import Loop
 from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_server import ServerLimits, XmlRpcServer
@@ -46,6 +47,8 @@ class Master:
         on_error: gets unexpected exceptions; None: they are written to stderr.
         journal: keeps what is needed to go on after a sudden end; removed by ``stop``. None: nothing is kept.
         found: what an earlier master's journal says: it is continued. Nodes that are gone are forgotten, others told.
+        guests: decides who may connect; None lets everybody in.
+        tell: called on the master's thread with a text for the user about a node that cannot be reached.
         on_continued: called on the master's thread, once it is known which nodes of the earlier master are there, with
             their number and the names of those that are gone.
     """
@@ -65,6 +68,8 @@ class Master:
         journal: Journal | None = None,
         found: Found | None = None,
         on_continued: Callable[[int, list[str]], object] | None = None,
+        guests: Guests | None = None,
+        tell: Callable[[str], object] = lambda text: None,
     ) -> None:
         self._port = port
         self._bind_host = bind_host
@@ -72,9 +77,10 @@ class Master:
         self._log = log or _no_log
         self._on_shutdown = on_shutdown
         self._limits = limits
+        self._guests = guests
         self._loop = Loop("master", on_error, LINGER)
         self._caller = RpcCaller(self._loop, timeout=notify_timeout)
-        self._notifier = Notifier(self._caller, self._log)
+        self._notifier = Notifier(self._caller, self._log, tell)
         self._api = MasterApi(
             notify=self._notifier.send,
             log=self._log,
@@ -105,6 +111,7 @@ class Master:
             advertised_host=self._advertised_host,
             port=self._port,
             limits=self._limits,
+            guests=self._guests,
             say=self._trouble,
         )
         self._caller.make_room = self._server.make_room

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 from pyros1.net.loop import READ
 
 if TYPE_CHECKING:
+    from pyros1.net.guests import Guests
     from pyros1.net.loop import Loop
 
 PAUSE: Final = 0.2
@@ -40,6 +41,7 @@ class Acceptor:
         take: called with each connection, which does not block.
         say: called with a text when connections cannot be taken; once until that has been well for a minute.
         make_room: called then, to close what is not needed.
+        guests: decides who may connect; None lets everybody in.
     """
 
     def __init__(
@@ -49,12 +51,14 @@ class Acceptor:
         take: Callable[[socket.socket], object],
         say: Callable[[str], object],
         make_room: Callable[[], object] = lambda: None,
+        guests: Guests | None = None,
     ) -> None:
         self._loop = loop
         self._listener = listener
         self._take = take
         self._say = say
         self._make_room = make_room
+        self._guests = guests
         self._failed = -inf  # when, on the monotonic clock
         self._closed = False
         listener.setblocking(False)
@@ -74,12 +78,14 @@ class Acceptor:
     def _acceptable(self, _mask: int) -> None:
         for _ in range(_AT_ONCE):
             try:
-                sock, _address = self._listener.accept()
+                sock, address = self._listener.accept()
             except (BlockingIOError, InterruptedError, ConnectionAbortedError):
                 return
             except OSError as error:
                 self._rest(error)
                 return
+            if self._guests is not None and not self._guests.lets_in(sock, address):
+                continue
             sock.setblocking(False)
             self._take(sock)
             if self._closed:

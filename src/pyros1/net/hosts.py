@@ -10,10 +10,14 @@ import struct
 from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
-from pyros1.ground.errors import ProtocolError
+from pyros1.ground.errors import ProtocolError, SettingError
+from pyros1.net.guests import Networks
+from pyros1.net.ports import PortRange, parse_ports
 from pyros1.net.resolve import direct_addresses, look_up
 
 DEFAULT_MASTER_URI: Final = "http://localhost:11311"
+EVERYWHERE: Final = ("0.0.0.0", "::")
+"""The addresses that mean all of this machine's when listening."""
 
 _URI: Final = re.compile(
     r"([A-Za-z][A-Za-z0-9+.-]*)://(?:[^/@\s]*@)?(\[[0-9A-Fa-f:.%\w]+\]|[^/:@\s\[\]]+)(?::([0-9]*))?(?:[/?#]\S*)?\Z"
@@ -29,20 +33,29 @@ class LocalAddress(NamedTuple):
         bind: address to listen on.
         family: ``socket.AF_INET`` or ``socket.AF_INET6``.
         warnings: texts about values in the environment that look wrong.
+        ports: ports to choose from; None for any.
+        allowed: who may connect; None for everybody.
     """
 
     advertised: str
     bind: str
     family: int
     warnings: Sequence[str] = ()
+    ports: PortRange | None = None
+    allowed: Networks | None = None
 
 
 def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str, str]) -> LocalAddress:
-    """Find the address to advertise and to listen on (N18-N23, N26).
+    """Find the address to advertise and to listen on (N18-N23, N26), and who may connect.
 
     Args:
-        environ: environment variables; ROS_HOSTNAME, ROS_IP and ROS_IPV6 are used.
-        special_args: special keys of the command line; ``__hostname`` and ``__ip`` are used.
+        environ: environment variables; ROS_HOSTNAME, ROS_IP, ROS_IPV6, PYROS1_BIND, PYROS1_ALLOW and PYROS1_PORTS are
+            used.
+        special_args: special keys of the command line, which go before: ``__hostname``, ``__ip``, ``__bind``,
+            ``__allow`` and ``__ports``.
+
+    Raises:
+        SettingError: one of the last three is wrong. To go on without it would let in those whom it was to keep out.
     """
     warnings = _environment_warnings(environ)
     ipv6 = environ.get("ROS_IPV6") == "on"
@@ -52,18 +65,37 @@ def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str,
         or environ.get("ROS_HOSTNAME")
         or environ.get("ROS_IP")
     )
-    family = socket.AF_INET6 if ipv6 else socket.AF_INET
     bind = "::" if ipv6 else "0.0.0.0"
-    if override:
+    wanted = special_args.get("__bind") or environ.get("PYROS1_BIND")
+    if wanted:
+        bind = _bind_address(wanted)
+        if bind not in EVERYWHERE:
+            override = override or bind  # the only address at which this process can be reached
+    elif override:
         if override == "localhost" or override.startswith("127."):
             bind = "::1" if ipv6 and override == "localhost" else override if override[0] == "1" else "127.0.0.1"
         elif override == "::1":
             bind = "::1"
-        if ":" in bind:
-            family = socket.AF_INET6
-        elif bind != "0.0.0.0":
-            family = socket.AF_INET
-    return LocalAddress(override or _own_host(ipv6), bind, family, warnings)
+    ports = special_args.get("__ports") or environ.get("PYROS1_PORTS")
+    allowed = special_args.get("__allow") or environ.get("PYROS1_ALLOW")
+    return LocalAddress(
+        override or _own_host(ipv6),
+        bind,
+        socket.AF_INET6 if ":" in bind else socket.AF_INET,
+        warnings,
+        parse_ports(ports) if ports else None,
+        Networks(allowed) if allowed else None,
+    )
+
+
+def _bind_address(text: str) -> str:
+    addresses = direct_addresses(text)
+    if addresses is None or not (addresses[0] in EVERYWHERE or is_own_address(addresses[0])):
+        raise SettingError(
+            f"PYROS1_BIND is {text[:60]!r}, which is no address of this machine: it has "
+            f"{', '.join(interface_addresses())}; 0.0.0.0 means all"
+        )
+    return addresses[0]
 
 
 def _environment_warnings(environ: Mapping[str, str]) -> list[str]:
@@ -138,6 +170,11 @@ def parse_uri(uri: str, scheme: str = "http") -> tuple[str, int]:
     return host, port
 
 
+def make_uri(host: str, port: int, scheme: str = "http") -> str:
+    """Return ``scheme://host:port/``, with brackets around an IPv6 address."""
+    return f"{scheme}://[{host}]:{port}/" if ":" in host else f"{scheme}://{host}:{port}/"
+
+
 def is_local(host: str) -> bool:
     """Return whether a host name or address means this machine; may look the name up."""
     if host in ("localhost", "::1") or host.startswith("127.") or host == socket.gethostname():
@@ -146,10 +183,10 @@ def is_local(host: str) -> bool:
         addresses = direct_addresses(host) or look_up(host)
     except OSError:
         return False
-    return any(_is_own(address) for address in addresses)
+    return any(is_own_address(address) for address in addresses)
 
 
-def _is_own(address: str) -> bool:
+def is_own_address(address: str) -> bool:
     """Return whether an address is one of this machine's: only these can be bound to."""
     if address.startswith("127.") or address == "::1":
         return True

@@ -150,6 +150,8 @@ class MasterClient:
                     "Is the name correct? Then use the master's IP address in ROS_MASTER_URI, "
                     f"or add a line 'ADDRESS {error.host}' to /etc/hosts."
                 )
+            if isinstance(error.__cause__, ConnectionResetError):
+                cure = "Does its option --allow (PYROS1_ALLOW) let this machine in?"
             if isinstance(error, DeadlineError):
                 cure = "Is it stopped (then: kill -CONT PID), or does the network lose packets?"
             if self._closed:

@@ -17,13 +17,17 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from pyros1.ground.errors import Error, XmlRpcFault
 from pyros1.net.acceptor import Acceptor
+from pyros1.net.hosts import make_uri
 from pyros1.net.loop import READ, WRITE
+from pyros1.net.ports import listening_socket
 from pyros1.wire.http import HttpError, HttpLimits, Request, RequestParser, build_response
 from pyros1.wire.http_head import date_field
 from pyros1.wire.xmlrpc import dumps_fault, dumps_response, loads_call
 
 if TYPE_CHECKING:
+    from pyros1.net.guests import Guests
     from pyros1.net.loop import Loop, TimerHandle
+    from pyros1.net.ports import PortRange
 
 Dispatch = Callable[[str, Sequence[Any]], Any]
 
@@ -194,6 +198,8 @@ class XmlRpcServer:
         advertised_host: the host in ``uri``.
         port: 0 lets the system choose.
         limits: what peers may use.
+        ports: ports to choose from, if ``port`` is 0; None for any.
+        guests: decides who may connect; None lets everybody in.
         say: called with a text when connections cannot be taken; None: it is written to stderr.
 
     Attributes:
@@ -214,6 +220,8 @@ class XmlRpcServer:
         advertised_host: str,
         port: int = 0,
         limits: ServerLimits = ServerLimits(),  # noqa: B008 - immutable
+        ports: PortRange | None = None,
+        guests: Guests | None = None,
         say: Callable[[str], object] | None = None,
     ) -> None:
         self.loop = loop
@@ -226,12 +234,10 @@ class XmlRpcServer:
         self._dated = -1
         self._date_field = b""
         self.scratch = memoryview(bytearray(_RECEIVE))  # shared by all connections: it is emptied before the next read
-        family = socket.AF_INET6 if ":" in bind_host else socket.AF_INET
-        listener = socket.create_server((bind_host, port), family=family, backlog=128)
+        listener = listening_socket(bind_host, port, ports)
         self.port: int = listener.getsockname()[1]
-        host = f"[{advertised_host}]" if ":" in advertised_host else advertised_host
-        self.uri = f"http://{host}:{self.port}/"
-        self._acceptor = Acceptor(loop, listener, self._accepted, say or loop.tell, self.make_room)
+        self.uri = make_uri(advertised_host, self.port)
+        self._acceptor = Acceptor(loop, listener, self._accepted, say or loop.tell, self.make_room, guests)
 
     @property
     def num_connections(self) -> int:

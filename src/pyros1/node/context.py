@@ -13,11 +13,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 from pyros1.ground.errors import NodeError, NodeShutdownError, UnknownHostError
 from pyros1.net.bell import Event
 from pyros1.net.loop import Loop, LoopThread
+from pyros1.net.reach import how_to_reach
 from pyros1.node.checks import check_timeout
 from pyros1.node.log.levels import ERROR
 from pyros1.node.subscribing.threads import DeliveryThreads
 
 if TYPE_CHECKING:
+    from pyros1.net.guests import Guests
     from pyros1.net.hosts import LocalAddress
     from pyros1.net.rpc_caller import RpcCaller
     from pyros1.node.callback_queue import CallbackQueue
@@ -77,6 +79,7 @@ class Context:
         environ: environment variables.
         uri: URI of its slave API, once that listens.
         address: where it listens and is reached, once that is known.
+        guests: decides who may connect to it; None: everybody may.
         stopping: set when the node begins to shut down; every wait ends then.
         tells_late_publishers: whether a `publish` after the end of the node is still to be logged, once.
         publications: what it publishes, by topic; changed by whole replacement, so that readers need no lock.
@@ -102,6 +105,7 @@ class Context:
         self.environ = environ
         self.uri = ""
         self.address: LocalAddress | None = None
+        self.guests: Guests | None = None
         self.stopping = stopping
         self.tells_late_publishers = True
         self.publications: dict[str, Published] = {}
@@ -131,12 +135,7 @@ class Context:
             self._unknown_hosts.clear()
         self._unknown_hosts.add(error.host)
         self.log.warn(
-            "no messages of %s from the publisher at %s: %s. On its machine export ROS_IP=<its address> and restart "
-            "it, or add a line 'ADDRESS %s' to /etc/hosts here",
-            topic,
-            uri,
-            error,
-            error.host,
+            "no messages of %s from the publisher at %s: %s. %s", topic, uri, error, how_to_reach(error.host, error)
         )
 
     def tell_trouble(self, text: str) -> None:

@@ -87,16 +87,17 @@ class Lane:
             except IndexError:
                 return
             self.worker = me
+            done = False
             try:
                 done = self.catch_up()
             except BaseException:
                 self._recover()
-                self._later(self.work)
                 raise
             finally:
                 self.free.append(True)
-            if not done:  # too many: others would wait too long for this thread
-                self._later(self.work)
+                if not done:  # too many: others would wait too long for this thread; or a job raised
+                    self._later(self.work)  # once the lane is free, or it would find it taken, and forget the rest
+            if not done:
                 return
 
     def catch_up(self) -> bool:

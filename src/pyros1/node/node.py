@@ -9,11 +9,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 from pyros1.ground import names, shown
-from pyros1.ground.errors import Error, NodeShutdownError
+from pyros1.ground.errors import Error, NodeError, NodeShutdownError
 from pyros1.ground.timing import Time
 from pyros1.msgs import Service, load_message
 from pyros1.net.bell import Event
-from pyros1.net.hosts import host_from_environment
+from pyros1.net.guests import Guests
+from pyros1.net.hosts import host_from_environment, make_uri
 from pyros1.net.hosts import master_uri as find_master_uri
 from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
@@ -78,6 +79,8 @@ class Node:
         InvalidNameError: the name is not legal.
         MasterUnreachableError: no master within ``wait_for_master`` seconds.
         MasterError: the master refuses the node.
+        NodeError: it cannot listen on its address, or its ports are taken.
+        SettingError: PYROS1_ALLOW, PYROS1_BIND or PYROS1_PORTS is wrong.
         ProtocolError: the master's URI is not valid, or what answers there is not a master.
         SystemExit: SIGINT or SIGTERM came before the node had started.
     """
@@ -149,7 +152,8 @@ class Node:
         self._life.watch(signals)
         for warning in (*address.warnings, *odd_arguments(self.arguments)):
             self.log.warn("%s", warning)
-        self._tcpros = TcprosServer(self._context, address, lambda: self._services.servers, ports[1])
+        if address.allowed is not None:
+            self._context.guests = Guests(address.allowed, lambda text: self.log.warn("%s", text))
         slave = SlaveApi(
             self._context,
             self.master_uri,
@@ -157,10 +161,20 @@ class Node:
             lambda: self.params,
             self._on_shutdown_request,
         )
-        say = self._context.tell_trouble
-        self._slave = XmlRpcServer(
-            loop, slave.dispatch, bind_host=address.bind, advertised_host=address.advertised, port=ports[0], say=say
-        )
+        try:
+            self._tcpros = TcprosServer(self._context, address, lambda: self._services.servers, ports[1])
+            self._slave = XmlRpcServer(
+                loop,
+                slave.dispatch,
+                bind_host=address.bind,
+                advertised_host=address.advertised,
+                port=ports[0],
+                ports=address.ports,
+                guests=self._context.guests,
+                say=self._context.tell_trouble,
+            )
+        except OSError as error:
+            raise NodeError(f"{self.name} cannot listen on {address.bind}: {error.strerror or error}") from error
         self._context.rpc.make_room = self._slave.make_room
         self._context.uri = self._slave.uri
         await_master(self._context, self.master, patience)
@@ -307,8 +321,7 @@ class Node:
         return self._services.advertise(self.resolve(name), checks.service_class(type, "advertise_service"), handler)
 
     def _service_uri(self) -> str:
-        host = f"[{self._host}]" if ":" in self._host else self._host
-        return f"rosrpc://{host}:{self._tcpros.port if self._tcpros else 0}"
+        return make_uri(self._host, self._tcpros.port if self._tcpros else 0, "rosrpc").rstrip("/")
 
     def service(
         self,

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from pyros1.ground.errors import Error, ProtocolError
 from pyros1.net.acceptor import Acceptor
+from pyros1.net.ports import listening_socket
 from pyros1.node.log.levels import WARN
 from pyros1.wire.handshake import Refusal
 from pyros1.wire.header import HeaderReader, encode_header
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 HEADER_TIMEOUT = 10.0
 MOST_GREETINGS = 256
 """Most connections whose header is not complete; the oldest is closed for a new one."""
-BACKLOG = 128
 
 
 class _Greeting:
@@ -65,16 +65,10 @@ class TcprosServer:
         self._context = context
         self._services = services
         self._greetings: dict[socket.socket, _Greeting] = {}
-        listener = socket.socket(address.family, socket.SOCK_STREAM)
-        try:
-            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            listener.bind((address.bind, port))
-            listener.listen(BACKLOG)
-        except OSError:
-            listener.close()
-            raise
+        listener = listening_socket(address.bind, port, address.ports)
         self.port: int = listener.getsockname()[1]
-        self._acceptor = Acceptor(context.loop, listener, self._accepted, context.tell_trouble)
+        say, guests = context.tell_trouble, context.guests
+        self._acceptor = Acceptor(context.loop, listener, self._accepted, say, guests=guests)
 
     def _accepted(self, sock: socket.socket) -> None:
         if len(self._greetings) >= MOST_GREETINGS:

@@ -106,17 +106,16 @@ class Heard(Generic[M]):
                     raise AssertionError(f"no message that fits came within {timeout:g} s. {self._known()}")
 
     def nothing(self, seconds: float) -> None:
-        """Wait, and make sure that nothing comes.
+        """Wait, and make sure that there is no message that neither `next` nor `wait` has returned.
 
         Args:
             seconds: how long.
 
         Raises:
-            AssertionError: a message came.
+            AssertionError: there is one, or one came.
         """
         with self._news:
-            before = self.count
-            if self._news.wait_for(lambda: self.count > before, seconds):
+            if self._news.wait_for(lambda: self.count > self._taken, seconds):
                 raise AssertionError(f"a message came that should not. {self._known()}")
 
     def clear(self) -> None:

@@ -14,8 +14,8 @@ from pyros1.testing.heard import PATIENCE
 
 KEPT = 1_000_000
 """How many characters of a program's output are kept; the beginning is forgotten."""
-GRACE = ((signal.SIGINT, 10.0), (signal.SIGTERM, 3.0), (signal.SIGKILL, 10.0))
-"""Signals that end a program, and the seconds before the next one."""
+GRACE = (10.0, 3.0, 10.0)
+"""Seconds that a program has to end after SIGINT, SIGTERM and SIGKILL."""
 
 
 class Program:
@@ -107,10 +107,11 @@ class Program:
         Returns:
             The exit code; negative: the signal that ended it.
         """
-        for number, grace in GRACE:
+        ways = (self._interrupt, self._process.terminate, self._process.kill)
+        for end, grace in zip(ways, GRACE, strict=True):
             if not self.running:
                 break
-            self._process.send_signal(number)
+            end()
             try:
                 self._process.wait(grace)
             except subprocess.TimeoutExpired:
@@ -119,8 +120,16 @@ class Program:
         self._reader.join(5.0)
         return self._process.wait(0)
 
+    def _interrupt(self) -> None:
+        if sys.platform == "win32":
+            self._process.terminate()
+        else:
+            self._process.send_signal(signal.SIGINT)
+
     def _end_group(self) -> None:
         """What it started and left behind ends with it."""
+        if sys.platform == "win32":
+            return
         try:
             os.killpg(self._process.pid, signal.SIGKILL)
         except (ProcessLookupError, PermissionError):  # nobody is left; the latter is macOS's word for it

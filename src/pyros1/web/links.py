@@ -26,8 +26,20 @@ def panel_link(link: str, panel: str, settings: Mapping[str, Any]) -> str:
     """
     if not settings:
         return f"{link}#{panel}" if panel else link
-    text = json.dumps({"panel": panel, "settings": settings}, separators=(",", ":")).encode()
-    return f"{link}#{panel}={base64.urlsafe_b64encode(text).decode().rstrip('=')}"
+    return layout_link(link, panel, {"panel": panel, "settings": settings})
+
+
+def layout_link(link: str, name: str, tree: Mapping[str, Any]) -> str:
+    """Return the link to a layout.
+
+    Args:
+        link: the page's link, with its token.
+        name: what the layout is called.
+        tree: ``{"panel": ..., "settings": {...}}``, or ``{"split": "row" or "column", "sizes": [...], "parts": [...]}``
+            of such trees.
+    """
+    text = json.dumps(tree, separators=(",", ":")).encode()
+    return f"{link}#{name}={base64.urlsafe_b64encode(text).decode().rstrip('=')}"
 
 
 def note_file(home: Path, master_uri: str) -> Path:

@@ -456,3 +456,14 @@ def test_the_stock_name_returns_what_stock_returns(shell: pytest.MonkeyPatch, ca
     with pytest.raises(SystemExit) as end:
         run_command("wtf", ["--bogus"])
     assert end.value.code == 2
+
+
+def test_a_report_for_those_who_help(shell: pytest.MonkeyPatch, make_node: MakeNode, capsys: Any) -> None:
+    make_node("talker").advertise("/chatter", String)
+    assert run_command("wtf", ["--report"]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("# pyros1 wtf --report\n")
+    assert "| /chatter | std_msgs/String | /talker |  |" in out
+    assert f"| pyros1 | {pyros1.__version__}, in " in out
+    assert "| ROS_MASTER_URI | http://" in out
+    assert "\x1b" not in out

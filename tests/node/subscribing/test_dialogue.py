@@ -11,7 +11,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from pyros1.ground.errors import ProtocolError, UnknownHostError, UnreachableError, XmlRpcFault
 from pyros1.node.subscribing import dialogue as do
-from pyros1.node.subscribing.dialogue import FIRST_REST, LATE, LONGEST_REST, UNDER_WAY, Dialogue, State
+from pyros1.node.subscribing.dialogue import FIRST_REST, LONGEST_REST, TOLD_REST, UNDER_WAY, Dialogue, State
 from pyros1.wire.handshake import TopicType
 from pyros1.wire.header import encode_header
 
@@ -55,6 +55,35 @@ def test_datagrams() -> None:
     assert talk.state is State.REFUSED
 
 
+def test_a_publisher_that_cannot_be_reached_is_named_once_and_with_the_cure() -> None:
+    """Not at once: one that has just ended is about to be forgotten by the master."""
+    talk, told = make(), []
+    refused = UnreachableError("cannot connect to localhost:5000: Connection refused")
+    refused.__cause__ = ConnectionRefusedError()
+    talk.announced()
+    for attempt in range(12):
+        if attempt:
+            talk.rested()
+        talk.answered([1, "ready", ["TCPROS", "localhost", 5000]])
+        told.append([action for action in talk.failed(refused) if isinstance(action, do.Tell)])
+    assert [len(actions) for actions in told] == [0] * 5 + [1] + [0] * 6
+    (tell,) = told[5]
+    text = tell.text % tell.args
+    assert "no messages of /t" in text and URI in text and "localhost:5000: Connection refused" in text
+    assert "unset ROS_HOSTNAME" in text, "where its topics are is what counts, not its API"
+    assert not tell.is_error
+
+
+def test_the_silent_place_is_named() -> None:
+    talk = make()
+    talk.announced()
+    (tell,) = talk.silent()
+    assert isinstance(tell, do.Tell) and "talker:1 does not answer" in tell.text % tell.args
+    talk.answered([1, "ready", ["TCPROS", "elsewhere", 5000]])
+    (tell,) = talk.silent()
+    assert isinstance(tell, do.Tell) and "elsewhere:5000 does not answer" in tell.text % tell.args
+
+
 def test_rests_become_longer_until_there_is_a_link_or_news() -> None:
     talk = make()
     talk.announced()
@@ -79,7 +108,7 @@ def test_another_programs_answer_is_told_once_until_there_is_a_link_or_news() ->
         talk.announced()
         told, *rest = talk.failed(ProtocolError("http://talker:1/ answered with HTTP status 404"))
         assert isinstance(told, do.Tell) and told.args[:2] == ("/t", URI)
-        assert "HTTP status 404. Has another program taken the port" in told.args[2]
+        assert told.args[2].endswith("HTTP status 404") and "another program taken the port" in told.args[3]
         assert rest == [do.Drop(), do.Rest(FIRST_REST)]
         talk.rested()
         assert talk.failed(XmlRpcFault(1, "no such method"))[0] == do.Drop()
@@ -93,7 +122,7 @@ def test_another_programs_answer_is_told_once_until_there_is_a_link_or_news() ->
 @pytest.mark.parametrize(
     ("answer", "words"),
     [
-        ([-1, "Not a publisher of [/t]", []], "it answers: Not a publisher of [/t]. Has another"),
+        ([-1, "Not a publisher of [/t]", []], "it answers: Not a publisher of [/t]"),
         ("hello", "it does not answer as a node"),
         (UnreachableError("Connection refused"), "Connection refused"),
     ],
@@ -108,7 +137,7 @@ def test_what_may_be_a_node_that_ends_is_told_only_if_it_lasts(answer: Any, word
         told += [(rest.seconds, each.args[2]) for each in said]  # type: ignore[union-attr]
         talk.rested()
     assert len(told) == 1 and words in told[0][1]
-    assert told[0][0] == min(seconds for seconds in rests if seconds > LATE)
+    assert told[0][0] == min(seconds for seconds in rests if seconds >= TOLD_REST)
 
 
 def test_one_who_sends_back_our_header_is_refused() -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import defaults, parse_without_specials
 from pyros1.cli.records import Command, Flag, Option, Verb
+from pyros1.cli.shared.listening import ALLOW, BIND, PORTS, with_options
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -32,7 +34,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if options.sigterm_timeout is not None:
         values.sigterm_timeout = options.sigterm_timeout
     try:
-        return launch(Plan(), values, make_resources(), title="roscore")
+        resources = make_resources()
+        resources = replace(resources, environ=with_options(resources.environ, options))
+        return launch(Plan(), values, resources, title="roscore")
     except Error as error:
         print_exception(error)
         return 1
@@ -95,9 +99,13 @@ COMMAND = Command(
             dest="no_journal",
             help="after being killed, begin with nothing",
         ),
+        ALLOW,
+        BIND,
+        PORTS,
         examples=[
             ("", "listen on the port of ROS_MASTER_URI, or 11311"),
             ("-p 11312", "listen on another port"),
+            ("--allow 192.168.1.0/24", "let in this network and this machine, and nobody else"),
             ("--sigint-timeout 1", "wait one second for processes that ignore Ctrl-C"),
         ],
         stock_examples=True,

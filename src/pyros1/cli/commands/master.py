@@ -13,6 +13,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_without_specials
 from pyros1.cli.records import Command, Flag, Option, Verb
 from pyros1.cli.shared.integers import PORT_RANGE
+from pyros1.cli.shared.listening import ALLOW, BIND, with_options
 from pyros1.ground.errors import Error
 
 _BANNER = """ACHTUNG WARNING ACHTUNG WARNING ACHTUNG
@@ -28,7 +29,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     from pyros1.ground.interrupts import catch  # noqa: PLC0415
     from pyros1.launch.running.core import LOG_LEVELS, Core  # noqa: PLC0415 - after the command line proved right
     from pyros1.launch.running.logs import log_folder  # noqa: PLC0415
-    from pyros1.net.hosts import host_from_environment, master_uri, parse_uri  # noqa: PLC0415
+    from pyros1.net.guests import guests_of  # noqa: PLC0415
+    from pyros1.net.hosts import host_from_environment, make_uri, master_uri, parse_uri  # noqa: PLC0415
 
     if options.port not in PORT_RANGE:
         raise UsageError(f"the port must be from 1 to 65535, not {options.port}")
@@ -37,22 +39,24 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if not options.core:
         print(_BANNER, flush=True)
     special = invocation.special
+    environ = with_options(os.environ, options)
     ended: SimpleQueue[str] = SimpleQueue()  # safe in signal handlers
     restore = catch(lambda *_: ended.put("signal"))  # before it answers, since clients may then end it at once
     try:
         port = options.port or parse_uri(master_uri(os.environ, special))[1]
-        address = host_from_environment(os.environ, special)
+        address = host_from_environment(environ, special)
         folder = Path(special["__log"]).parent if "__log" in special else log_folder(os.environ)
         folder.mkdir(parents=True, exist_ok=True)
         core = Core(
             port=port,
             address=address,
-            uri=f"http://{address.advertised}:{port}/",
+            uri=make_uri(address.advertised, port),
             log_folder=folder,
             environ=os.environ,
             on_shutdown=ended.put,
             notify_timeout=options.timeout,
             log_level=options.level,
+            guests=guests_of(address.allowed),
         )
         core.start_master()
         try:
@@ -91,6 +95,8 @@ COMMAND = Command(
             default="info",
             help="lowest level written to the log",
         ),
+        ALLOW,
+        BIND,
         examples=[
             ("--core", "listen on the port of ROS_MASTER_URI, or 11311"),
             ("--core -p 11312 __log:=/tmp/master.log", "on another port, with its log in /tmp"),

@@ -6,13 +6,14 @@ import contextlib
 import os
 import socket
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
+from pyros1.cli.shared.listening import ALLOW, with_options
 
 if TYPE_CHECKING:
     from pyros1.node import Node
@@ -41,6 +42,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         raise CommandError("this needs the package websockets: pip install 'pyros1[web]'") from None
     from pyros1.launch.running.logs import ros_home  # noqa: PLC0415 - after the command line proved right
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
+    from pyros1.net.reach import is_loopback  # noqa: PLC0415
     from pyros1.web.links import note_file, noted, panel_link, running_link  # noqa: PLC0415
 
     uri = master_uri(os.environ, invocation.special)
@@ -54,7 +56,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
             stack.enter_context(noted(note, link))
             shown = panel_link(link, panel, settings)
             print(f"the robot at {uri} in a browser: {shown}", flush=True)
-            if not _is_loopback(options.host):
+            if not is_loopback(options.host):
                 print("other machines can reach this page; whoever has the link can do what it can", file=sys.stderr)
             if options.open or panel:
                 _show(shown, uri, told=True)
@@ -64,21 +66,26 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def _serve(invocation: Invocation, options: Any, uri: str, started: Callable[[str], object]) -> None:
+    from pyros1.net.guests import guests_of  # noqa: PLC0415
+    from pyros1.net.hosts import host_from_environment  # noqa: PLC0415
     from pyros1.web.robot import Robot  # noqa: PLC0415
     from pyros1.web.run import run_server  # noqa: PLC0415
     from pyros1.web.server.access import Access  # noqa: PLC0415
 
+    environ = with_options(os.environ, options)
+    address = host_from_environment(environ, invocation.special)
     more = {} if options.token is None else {"token": options.token}
     access = Access(
         names=_names(options.host, options.names),
         any_address=options.host in _EVERYWHERE,
         read_only=options.read_only,
         topics=tuple(options.topics),
+        guests=guests_of(address.allowed),
         origins=frozenset(origin.lower().rstrip("/") for origin in options.origins),
         bags=(*(options.bags or [os.getcwd()]), *options.files),
         **more,
     )
-    robot = Robot(uri, access, _node_maker(invocation, uri))
+    robot = Robot(uri, access, _node_maker(invocation, uri, environ))
     try:
         was_killed = run_server(
             robot, access, options.host, options.port, lambda port: started(_link(options.host, port, access.token))
@@ -136,10 +143,12 @@ COMMAND = Command(
         Option("--port", type="int", default=PORT, metavar="PORT", help=f"port of the page ({PORT}); 0: any"),
         Option(
             "--host",
+            "--bind",
             default="localhost",
             metavar="ADDRESS",
             help="interface to listen on (localhost); 0.0.0.0: all, so that other machines can see the page",
         ),
+        ALLOW,
         Option(
             "--name",
             dest="names",
@@ -227,7 +236,7 @@ COMMAND = Command(
 )
 
 
-def _node_maker(invocation: Invocation, uri: str) -> Callable[[], Node]:
+def _node_maker(invocation: Invocation, uri: str, environ: Mapping[str, str]) -> Callable[[], Node]:
     def make() -> Node:
         from pyros1.node import Node  # noqa: PLC0415 - in the thread that looks for the master
 
@@ -236,6 +245,7 @@ def _node_maker(invocation: Invocation, uri: str) -> Callable[[], Node]:
             anonymous=True,
             argv=invocation.remapping_args,
             master_uri=uri,
+            environ=environ,
             handle_signals=False,
             rosout=False,
             wait_for_master=0.0,
@@ -248,10 +258,6 @@ def _node_maker(invocation: Invocation, uri: str) -> Callable[[], Node]:
 def _names(host: str, more: list[str]) -> frozenset[str]:
     own = {socket.gethostname()} if host in _EVERYWHERE else {host}
     return frozenset(name.lower() for name in {*own, *more} if name)
-
-
-def _is_loopback(host: str) -> bool:
-    return host in ("localhost", "::1") or host.startswith("127.")
 
 
 def _link(host: str, port: int, token: str) -> str:

@@ -27,6 +27,7 @@ from pyros1.launch.running.options import Options
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.starting import Run, Starter
 from pyros1.launch.running.supervisor import Supervisor
+from pyros1.net.guests import guests_of
 from pyros1.net.hosts import host_from_environment, master_uri
 from pyros1.net.master_client import MasterClient, unpack
 from pyros1.net.xmlrpc_client import XmlRpcClient
@@ -115,7 +116,8 @@ class _ChildServer(LaunchServer):
 
     def __init__(self, child: Child, supervisor: Supervisor, environ: Mapping[str, str]) -> None:
         self._child = child
-        super().__init__(supervisor, host_from_environment(environ, {}), f"part {child.name} of another launch")
+        address = host_from_environment(environ, {})
+        super().__init__(supervisor, address, f"part {child.name} of another launch", guests=guests_of(address.allowed))
 
     def dispatch(self, method: str, params: Sequence[Any]) -> Triple:
         if method == "launch":

@@ -18,6 +18,7 @@ from pyros1.launch.running.callers import why_refused
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.supervisor import Supervisor
 from pyros1.launch.running.usage import Usage, group_usages
+from pyros1.net.guests import Guests
 from pyros1.net.hosts import LocalAddress
 from pyros1.net.loop import Loop
 from pyros1.net.xmlrpc_server import XmlRpcServer, unknown_method
@@ -33,6 +34,7 @@ class LaunchServer:
         address: addresses to listen on and to advertise.
         title: what is launched, for people: names of files.
         refuse: returns why a caller may not control the launch; empty if it may.
+        guests: decides who may connect; None lets everybody in.
     """
 
     def __init__(
@@ -41,6 +43,7 @@ class LaunchServer:
         address: LocalAddress,
         title: str = "roslaunch",
         refuse: Callable[[socket.socket], str] = why_refused,
+        guests: Guests | None = None,
     ) -> None:
         self._supervisor = supervisor
         self._title = title
@@ -48,7 +51,12 @@ class LaunchServer:
         self._started = time.monotonic()
         self._loop = Loop("roslaunch")
         self._server = XmlRpcServer(
-            self._loop, self.dispatch, bind_host=address.bind, advertised_host=address.advertised
+            self._loop,
+            self.dispatch,
+            bind_host=address.bind,
+            advertised_host=address.advertised,
+            ports=address.ports,
+            guests=guests,
         )
         self._loop.start()
 

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING
 
 from pyros1.ground import shown
 from pyros1.ground.errors import Error, LaunchError
-from pyros1.net.background import Background, GiveUp, Item
+from pyros1.net.background import Background, GiveUp, Item, write_to_terminal
 from pyros1.net.hosts import LocalAddress
 from pyros1.net.log_file import LogFile
 
 if TYPE_CHECKING:
     from pyros1.launch.running.continued import Continued
+    from pyros1.net.guests import Guests
     from pyros1.node.node import Node
 
 LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
@@ -44,6 +45,7 @@ class Core:
         on_shutdown: called with the reason when a client tells the master to shut down.
         notify_timeout: seconds to wait for the answer of a node to a notification, None for the default.
         log_level: lowest level in master.log: debug (with each call of the master), info, warn, error or fatal.
+        guests: decides who may connect to the master; None lets everybody in.
         continued: the journal, and what is continued; None: neither.
     """
 
@@ -59,12 +61,14 @@ class Core:
         notify_timeout: float | None = None,
         log_level: str = "info",
         continued: Continued | None = None,
+        guests: Guests | None = None,
     ) -> None:
         from pyros1.master.server import NOTIFY_TIMEOUT_S, Master  # noqa: PLC0415 - only if no master runs yet
 
         self._log_folder = log_folder
         self._log = LogFile(str(log_folder / "master.log"), MASTER_LOG_SIZE, MASTER_LOG_PARTS)
         self._log_thread = Background("master:log", self._write_items)  # the master's loop must not wait for a disk
+        self._screen = Background("master:screen", write_to_terminal)
         self._master = Master(
             port=port,
             bind_host=address.bind,
@@ -76,6 +80,8 @@ class Core:
             journal=None if continued is None else continued.journal,
             found=None if continued is None else continued.found,
             on_continued=None if continued is None else continued.report,
+            guests=guests,
+            tell=lambda text: self._screen.write("stderr", f"WARNING: {text}\n"),
         )
         self._logged = LOG_LEVELS[LOG_LEVELS.index(log_level) :]
         self._environ = {**environ, "ROS_MASTER_URI": uri}
@@ -153,6 +159,7 @@ class Core:
     def stop_master(self) -> None:
         """End the master."""
         self._master.stop()
+        self._screen.close()
         self._log_thread.close()
         self._log.close()
 

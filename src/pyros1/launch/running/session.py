@@ -41,7 +41,17 @@ from pyros1.launch.running.process import Process
 from pyros1.launch.running.screen import Screen
 from pyros1.launch.running.starting import Run, Starter
 from pyros1.launch.running.supervisor import Supervisor
-from pyros1.net.hosts import LocalAddress, host_from_environment, is_local, master_uri, parse_uri
+from pyros1.net.guests import guests_of
+from pyros1.net.hosts import (
+    DEFAULT_MASTER_URI,
+    EVERYWHERE,
+    LocalAddress,
+    host_from_environment,
+    is_local,
+    make_uri,
+    master_uri,
+    parse_uri,
+)
 from pyros1.net.master_client import MasterClient
 
 _CALLER = "/roslaunch"
@@ -98,6 +108,7 @@ class Session:
 
     def __post_init__(self) -> None:
         self._address: LocalAddress = host_from_environment(self.environ, {})
+        self._guests = guests_of(self._address.allowed)
         self._uri = self._master_uri()
         self._master = MasterClient(_CALLER, self._uri)
         self._screen = Screen(sys.stdout, sys.stderr) if self.options.prefix else None
@@ -111,8 +122,11 @@ class Session:
         )
 
     def _master_uri(self) -> str:
-        if self.options.port is not None:
-            return f"http://{self._address.advertised}:{self.options.port}/"
+        port = self.options.port
+        if port is None and not self.environ.get("ROS_MASTER_URI") and self._address.bind not in EVERYWHERE:
+            port = parse_uri(DEFAULT_MASTER_URI)[1]  # a master that listens at one address is reached only there
+        if port is not None:
+            return make_uri(self._address.advertised, port)
         return master_uri(self.environ, {})
 
     @property
@@ -266,7 +280,7 @@ class Session:
 
     def _start(self, running: bool, run_id: str, folder: Path) -> None:
         self.console.title(self.options.title)
-        self._server = LaunchServer(self._supervisor, self._address, self.options.title)
+        self._server = LaunchServer(self._supervisor, self._address, self.options.title, guests=self._guests)
         self.console.bold(f"started roslaunch server {self._server.uri}")
         if self.options.core:
             self.console.line(f"ros_comm version {ROSVERSION.strip()}")
@@ -324,6 +338,7 @@ class Session:
             notify_timeout=self.options.notify_timeout,
             log_level=self.options.master_log_level,
             continued=self._continued,
+            guests=self._guests,
         )
         try:
             self._core.start_master()

@@ -282,7 +282,8 @@ class Publication:
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         greeting = encode_header(answer)
         link_class: Any = WaitingLink if self.queue_size is None else TcpLink
-        self._add(link_class(self.context.loop, self.lane, sock, header, greeting, self.queue_size, self._remove))
+        link = link_class(self.context.loop, self.lane, sock, header, greeting, self.queue_size, self._remove)
+        self.lane.do(self._add, link)
 
     def accept_datagrams(self, header: dict[str, str], place: tuple[str, int], size: int) -> UdpLink:
         """Link a subscriber that wants datagrams. On the loop.
@@ -303,7 +304,7 @@ class Publication:
         link = UdpLink(self.context.loop, self.lane, header, answer, place, size, number, self._remove)
         if not link.connected:
             raise Refusal(f"cannot send datagrams to {place[0]}:{place[1]}")
-        self._add(link)
+        self.lane.do(self._add, link)
         return link
 
     def connect_local(
@@ -327,7 +328,7 @@ class Publication:
             raise
         _ = self.message_class._copy  # as in __init__
         link = LocalLink(self.lane, receiver, uri, header, answer, self.queue_size, self._remove, on_closed)
-        self._add(link)
+        self.lane.do(self._add, link)
         return link
 
     def _check_room(self) -> None:
@@ -340,16 +341,10 @@ class Publication:
         return answer_subscriber(header, self.context.name, self.topic, self.type, self.latch, self.headers)
 
     def _add(self, link: Link) -> None:
-        if self._closed:
-            link.close()
-            raise self._gone()
-        self.lane.do(self._add_now, link)
-
-    def _add_now(self, link: Link) -> None:
-        if self._closed:
+        self._set_links((*self.links, link))
+        if self._closed:  # asked last: `close` ends the links that it finds
             link.close()
             return
-        self._set_links((*self.links, link))
         link.start()
         for frame in self._latched.values():
             link.send(frame)

@@ -297,13 +297,21 @@ class TcpLink:
             until: the deadline, as `perf_counter` time; the rest is then dropped.
         """
         while not self._lane.mine:
-            if self._closed or not (self._queue or self._lane.jobs) or perf_counter() > until:
+            if perf_counter() > until:
                 self.close()
+                return
+            # In the lane: a thread that works there may have a frame in its hands, or half of it on the wire.
+            self._lane.do(self._close_if_sent)
+            if self._closed:
                 return
             self._push_on()
         # A signal handler ends the node on top of a function that is sending here, which goes on afterwards.
         self._lane.do(self._flush_open)
         self._lane.do(self._fail)
+
+    def _close_if_sent(self) -> None:
+        if not self._queue:
+            self._fail()
 
     def wait(self) -> None:
         """Do nothing: publishers do not wait for this link."""

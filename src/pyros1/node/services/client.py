@@ -27,6 +27,7 @@ from pyros1.ground.errors import (
 from pyros1.ground.shown import one_line
 from pyros1.msgs import Message, Service
 from pyros1.net.hosts import parse_uri
+from pyros1.net.reach import how_to_reach
 from pyros1.net.timeouts import WaitOver, bound_waits
 from pyros1.node.checks import check_timeout
 from pyros1.node.services.server import service_type
@@ -58,7 +59,8 @@ class _Call:
         except (OSError, UnicodeError) as error:
             reason = UnknownHostError(host, error) if isinstance(error, socket.gaierror) else error
             raise ServiceUnavailableError(
-                f"service [{service}] is registered at {uri}, but cannot be reached: {reason}"
+                f"service [{service}] is registered at {uri}, but cannot be reached: {reason}. "
+                f"{how_to_reach(host, reason)}"
             ) from error
         self.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._bound = 0.0

@@ -207,7 +207,9 @@ class Connector:
                 try:
                     self._offered = self._subscription.offer_datagrams(self.uri)
                 except OSError as error:
-                    self._context.log.error("no socket for datagrams of %s: %s", self._subscription.topic, error)
+                    self._context.log.error(
+                        "no socket for datagrams of %s: %s", self._subscription.topic, error.strerror or error
+                    )
                 else:
                     protocols.append(self._offered.offer())
         return protocols

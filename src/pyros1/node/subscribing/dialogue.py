@@ -27,14 +27,16 @@ from enum import Enum
 from typing import Any, NamedTuple
 
 from pyros1.ground.errors import ConnectionRefusedByPeerError, ProtocolError, UnknownHostError, XmlRpcFault
+from pyros1.net.hosts import parse_uri
+from pyros1.net.reach import how_to_reach
 from pyros1.wire.handshake import TopicType, check_publisher_answer
 from pyros1.wire.header import HeaderReader
 
 FIRST_REST = 0.1
 """Seconds before the second attempt."""
 LONGEST_REST = 20.0
-LATE = 3.0
-"""Seconds: before a longer rest than this it is told why there is no link. A node that ends needs no word."""
+TOLD_REST = 3.0
+"""A rest in seconds that is so long that the failures before it are logged: a publisher that has just ended is not."""
 
 
 class State(Enum):
@@ -140,9 +142,9 @@ class TellHost(NamedTuple):
 
 Action = Ask | Connect | Greet | Link | LinkDatagrams | Rest | Drop | EndDatagrams | Forget | Tell | TellHost
 
-_FAILS = "no messages of %s from the publisher at %s: %s"
+_SILENT = "no messages of %s from the publisher at %s yet: %s does not answer. Is it stopped? Else: %s"
+_UNREACHED = "no messages of %s from the publisher at %s: %s. %s"
 _TAKEN = "Has another program taken the port of a node that has ended?"
-_SILENT = "no messages of %s from the publisher at %s yet: it does not answer. Is it stopped, or unreachable?"
 
 
 class Dialogue:
@@ -168,7 +170,8 @@ class Dialogue:
         self._takes_tcp = takes_tcp
         self._datagrams = False  # the link is over UDP
         self._again = False  # announced again during an attempt, whose answer may come from the old publisher
-        self._told = ""  # why it refused, or cannot be reached
+        self._told = ""  # why it refused
+        self._connecting: tuple[str, int] | None = None
         self._named = False  # logged as one that does not answer
         self._rest = FIRST_REST
         self._sent: Mapping[str, str] = {}
@@ -229,10 +232,11 @@ class Dialogue:
                 return self.refused(f"{self._uri} does not send {self._topic} over UDP: {reason}")
             case [1, str(), ["TCPROS", str(host), int(port), *_]] if 0 < port < 65536:
                 self.state = State.CONNECTING
+                self._connecting = (host, port)
                 return [Connect(host, port)]
             case [int(), str(reason), *_]:  # it is not a publisher, not yet or no longer
-                return self._retry(f"it answers: {reason}. {_TAKEN}")
-        return self._retry(f"it does not answer as a node. {_TAKEN}")
+                return self._no_publisher(f"it answers: {reason}")
+        return self._no_publisher("it does not answer as a node")
 
     def connected(self, header: Mapping[str, str]) -> list[Action]:
         """Take the event that the connection is open.
@@ -248,7 +252,7 @@ class Dialogue:
     def received(self, data: bytes) -> list[Action]:
         """Take bytes from the connection; no bytes mean its end."""
         if not data:
-            return self._retry("it closes the connection at once")
+            return self._retry()
         try:
             header = self._header.feed(data)
         except ProtocolError as error:
@@ -267,8 +271,10 @@ class Dialogue:
         if isinstance(error, UnknownHostError) and self.listed:
             return [TellHost(error), *self._retry()]
         if isinstance(error, (ProtocolError, XmlRpcFault)):
-            return self._retry(f"{error}. {_TAKEN}", at_once=True)
-        return self._retry(str(error or ""))
+            return self._fail(str(error), _TAKEN)
+        if error is not None and self._rest >= TOLD_REST:
+            return self._fail(str(error), how_to_reach(self._place()[0], error))
+        return self._retry()
 
     def refused(self, reason: str) -> list[Action]:
         """Take the event that the publisher refused, or does not suit the subscription."""
@@ -285,7 +291,17 @@ class Dialogue:
         """Take the event that there is no link after a while, and have it logged, once until there is one: otherwise a
         subscriber would wait in silence for a stopped process or an unreachable host."""
         self._named = True
-        return [Tell(False, _SILENT, (self._topic, self._uri))]
+        host, port = self._place()
+        return [Tell(False, _SILENT, (self._topic, self._uri, f"{host}:{port}", how_to_reach(host, None)))]
+
+    def _place(self) -> tuple[str, int | str]:
+        """Return host and port of what the dialogue is with: the node's API, or the port of its topics."""
+        if self.state is not State.ASKING and self._connecting is not None:
+            return self._connecting
+        try:
+            return parse_uri(self._uri)
+        except ProtocolError:
+            return (self._uri, "?")
 
     def lost(self, reason: str | None) -> list[Action]:
         """Take the event that the link has ended; without a reason if the publisher closed it."""
@@ -317,24 +333,24 @@ class Dialogue:
     def _succeed(self, *, datagrams: bool = False) -> None:
         self.state = State.LINKED
         self._datagrams = datagrams
-        self._told = ""
         self._named = False
         self._rest = FIRST_REST
 
-    def _retry(self, why: str = "", *, at_once: bool = False) -> list[Action]:
-        """Rest.
+    def _no_publisher(self, answer: str) -> list[Action]:
+        """Rest, and tell the answer if it has lasted."""
+        return self._fail(answer, _TAKEN) if self._rest >= TOLD_REST else self._retry()
 
-        Args:
-            why: what to tell, once until there is a link or news.
-            at_once: whether to tell it now, not only when it has lasted.
-        """
+    def _fail(self, why: str, cure: str) -> list[Action]:
+        """Rest, and tell why, once until there is a link or news."""
+        if not self.listed or self._named:
+            return self._retry()
+        self._named = True
+        return [Tell(False, _UNREACHED, (self._topic, self._uri, why, cure)), *self._retry()]
+
+    def _retry(self) -> list[Action]:
         if not self.listed:
             self.state = State.GONE
             return [Drop(), Forget()]
-        told: list[Action] = []
-        if why and not self._told and (at_once or self._rest > LATE):
-            self._told = why
-            told = [Tell(False, _FAILS, (self._topic, self._uri, why))]
         self.state = State.RESTING
         seconds, self._rest = self._rest, min(2 * self._rest, LONGEST_REST)
-        return [*told, Drop(), Rest(seconds)]
+        return [Drop(), Rest(seconds)]

@@ -24,14 +24,20 @@ class SpinQueue(Generic[S, T]):
         self._inbox: Inbox[S, T] = Inbox(source)
         self._deliver = deliver
         self._calls: deque[None] = deque()  # one for each call of `deliver_next` that has not begun
+        self._taking: deque[None] = deque()  # one for each call that takes its message now
 
     def __len__(self) -> int:
         return len(self._inbox)
 
     @property
     def dropped(self) -> int:
-        """Number of messages lost so far."""
+        """Number of messages lost so far; may be off by one while a message is taken."""
         return self._inbox.dropped
+
+    @property
+    def over(self) -> bool:
+        """Whether all messages have been taken, so that `dropped` is right."""
+        return not (self._calls or self._taking)
 
     def put(self, item: T, limit: int) -> bool:
         """Add a message. One thread at a time.
@@ -47,8 +53,10 @@ class SpinQueue(Generic[S, T]):
 
     def deliver_next(self) -> None:
         """Deliver the oldest message, in the thread that spins."""
+        self._taking.append(None)
         self._calls.popleft()
         item = self._inbox.take()
+        self._taking.pop()
         if item is not None:
             self._deliver(self._inbox.source, item)
 
@@ -63,15 +71,16 @@ class Spinning(Generic[S, T]):
     def __init__(self, deliver: Callable[[S, T], None]) -> None:
         self._deliver = deliver
         self._queues: dict[S, SpinQueue[S, T]] = {}
-        self._dropped = 0  # in queues that are forgotten
+        self._ended: list[SpinQueue[S, T]] = []  # of sources that are forgotten: their last messages wait
+        self._dropped = 0  # in queues that are over
 
     def __len__(self) -> int:
-        return sum(map(len, list(self._queues.values())))
+        return sum(map(len, [*self._queues.values(), *self._ended]))
 
     @property
     def dropped(self) -> int:
         """Number of messages lost so far."""
-        return self._dropped + sum(queue.dropped for queue in list(self._queues.values()))
+        return self._dropped + sum(queue.dropped for queue in [*self._queues.values(), *self._ended])
 
     def put(self, source: S, item: T, limit: int) -> Callable[[], None] | None:
         """Add a message. One thread at a time.
@@ -91,4 +100,7 @@ class Spinning(Generic[S, T]):
         """Forget a source that has ended. Its waiting messages are still delivered by the calls that are queued."""
         queue = self._queues.pop(source, None)
         if queue is not None:
+            self._ended.append(queue)
+        for queue in [each for each in self._ended if each.over]:
+            self._ended.remove(queue)
             self._dropped += queue.dropped

@@ -223,7 +223,9 @@ class Subscription:
 
         context, header, size = self.context, self.request_header(), self.hints.max_datagram_size
         assert context.address is not None
-        return UdpSource(context.loop, self.delivery, header, uri, context.address, size, self._local_closed)
+        return UdpSource(
+            context.loop, self.delivery, header, uri, context.address, context.guests, size, self._local_closed
+        )
 
     def add_local(self, link: HandingSource) -> None:
         """Take a link that puts messages into an inbox. On the loop."""

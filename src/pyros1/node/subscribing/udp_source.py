@@ -10,13 +10,16 @@ import socket
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from pyros1.net.hosts import is_own_address
 from pyros1.net.loop import READ
+from pyros1.net.ports import datagram_socket
 from pyros1.node.subscribing.inbox import Inbox
 from pyros1.node.subscribing.sources import UNBOUNDED_LIMIT
 from pyros1.wire.datagram import LARGEST_SIZE, Assembler
 from pyros1.wire.header import encode_header
 
 if TYPE_CHECKING:
+    from pyros1.net.guests import Guests
     from pyros1.net.hosts import LocalAddress
     from pyros1.net.loop import Loop
     from pyros1.node.subscribing.sources import Item, Receiver, Source
@@ -25,6 +28,7 @@ _AT_ONCE = 256
 """Most datagrams that are received before the loop does other work."""
 _BUFFER = 4 << 20
 """Wanted size of the receive buffer in bytes; the system may allow less."""
+_MOST_SENDERS = 1000
 _LENGTH = 4
 
 
@@ -37,6 +41,7 @@ class UdpSource:
         header: the subscriber's connection header.
         uri: the publisher's slave API.
         address: address to listen on.
+        guests: decides whose datagrams are taken; None takes all.
         size: bytes of the largest datagram.
         on_closed: called once, when the link is gone.
 
@@ -57,6 +62,7 @@ class UdpSource:
         header: dict[str, str],
         uri: str,
         address: LocalAddress,
+        guests: Guests | None,
         size: int,
         on_closed: Callable[[UdpSource], None],
     ) -> None:
@@ -74,14 +80,12 @@ class UdpSource:
         self._open = False
         self._inbox: Inbox[Source, Item] = Inbox(self)
         self._assembler = Assembler(0)
-        self._sock = socket.socket(address.family, socket.SOCK_DGRAM)
-        try:
-            self._sock.bind((address.bind, 0))
-            self._sock.setblocking(False)
+        self._guests = guests
+        self._known: dict[str, bool] = {}  # senders, and whether their datagrams are taken
+        self._sock = datagram_socket(address.bind, address.ports)
+        self._take = self._sock.recv if guests is None else self._take_from_guests
+        with contextlib.suppress(OSError):
             self._sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER)
-        except OSError:
-            self._sock.close()
-            raise
 
     @property
     def connected(self) -> bool:
@@ -112,7 +116,7 @@ class UdpSource:
     def _receive(self, _mask: int) -> None:
         for _ in range(_AT_ONCE):
             try:
-                datagram = self._sock.recv(LARGEST_SIZE)
+                datagram = self._take(LARGEST_SIZE)
             except BlockingIOError:
                 return
             except OSError:
@@ -126,6 +130,17 @@ class UdpSource:
                 self._receiver.push(self._inbox, body, UNBOUNDED_LIMIT)  # the loop must not wait for callbacks
             if not self._open:
                 return
+
+    def _take_from_guests(self, size: int) -> bytes:
+        """Return a datagram, an empty one in the place of one that is not taken."""
+        datagram, (sender, *_) = self._sock.recvfrom(size)
+        taken = self._known.get(sender)
+        if taken is None:
+            if len(self._known) >= _MOST_SENDERS:
+                self._known.clear()
+            here = sender if is_own_address(sender) else ""
+            taken = self._known[sender] = self._guests is None or self._guests.may_come(sender, here)
+        return datagram if taken else b""
 
     def close(self) -> None:
         """End the link, or withdraw the offer. Any thread."""

@@ -1,4 +1,4 @@
-"""Who may come in: the token in the link, Host and Origin, topics that may be seen, and what may be changed.
+"""Who may come in: machines, the token in the link, Host and Origin, topics that may be seen, and what may be changed.
 
 Pure. A page of another site that is open in the same browser can send requests here, and by DNS rebinding even under a
 name of its own. It knows neither the token, nor can it give one of our names as Host.
@@ -13,7 +13,11 @@ import secrets
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING
 from urllib.parse import parse_qs, urlsplit
+
+if TYPE_CHECKING:
+    from pyros1.net.guests import Guests
 
 LOOPBACK = frozenset({"localhost", "127.0.0.1", "::1"})
 _HOST = re.compile(r"(?:\[(?P<six>[0-9A-Fa-f:.]+)\]|(?P<name>[A-Za-z0-9._-]+))(?::(?P<port>\d{1,5}))?\Z", re.ASCII)
@@ -30,6 +34,7 @@ class Access:
         read_only: whether pages may not change anything.
         origins: other sites whose pages may come in, such as ``http://localhost:8000``, with the token if there is one.
         topics: patterns such as ``/camera/*`` of topics, services and parameters that pages may see; empty for all.
+        guests: decides from which machines one may connect at all; None: from all that reach the interface.
         bags: folders whose bags pages may see, and into which they may record; and single bags.
     """
 
@@ -39,6 +44,7 @@ class Access:
     read_only: bool = False
     topics: tuple[str, ...] = ()
     origins: Collection[str] = ()
+    guests: Guests | None = None
     bags: tuple[str, ...] = ()
 
     def is_our_name(self, host: str | None) -> bool:

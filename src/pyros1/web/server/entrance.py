@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from asyncio import BaseTransport
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from websockets.asyncio.server import ServerConnection
+
+if TYPE_CHECKING:
+    from pyros1.net.guests import Guests
 
 MOST = 128
 """Most connections that have not come in. The oldest make room, as those of pages come in within moments."""
@@ -15,10 +18,12 @@ class Entrance:
     """The connections that have not come in.
 
     Args:
+        guests: decides from which machines one may connect; None: from all.
         most: how many.
     """
 
-    def __init__(self, most: int = MOST) -> None:
+    def __init__(self, guests: Guests | None = None, most: int = MOST) -> None:
+        self._guests = guests
         self._most = most
         self._transports: dict[_Connection, BaseTransport] = {}
 
@@ -27,7 +32,11 @@ class Entrance:
         return _Connection(self, *args, **options)
 
     def add(self, connection: _Connection, transport: BaseTransport) -> None:
-        """Take a new connection."""
+        """Take a new connection, or end it before anything is read."""
+        peer, here = transport.get_extra_info("peername"), transport.get_extra_info("sockname")
+        if self._guests is not None and not (peer and here and self._guests.may_come(peer[0], here[0])):
+            transport.abort()  # type: ignore[attr-defined]
+            return
         self._transports[connection] = transport
         while len(self._transports) > self._most:
             self._transports.pop(next(iter(self._transports))).abort()  # type: ignore[attr-defined]

@@ -99,7 +99,7 @@ class WebServer:
         self._services = Threads(MOST_PAGES * AT_ONCE, "web: services")
         self._bridge = Bridge(robot, self._services)
         self._viewers = Shared(robot)
-        self._entrance = Entrance()
+        self._entrance = Entrance(access.guests)
         self._pages = 0
 
     @contextlib.asynccontextmanager

@@ -11,6 +11,8 @@ from pyros1.cli.records import Argument, Flag, Verb
 from pyros1.cli.shared.printing import print_json
 from pyros1.graph import UNKNOWN_TYPE, Connection, Graph, SystemState
 from pyros1.ground.errors import DeadlineError, UnreachableError
+from pyros1.net.hosts import parse_uri
+from pyros1.net.reach import how_to_reach
 
 _RULE = "-" * 80
 
@@ -100,8 +102,9 @@ def _contact(graph: Graph, state: SystemState, uri: str) -> None:
     node = graph.node(uri)
     try:
         pid, connections = node.pid(), node.connections()
-    except (UnreachableError, DeadlineError):
-        raise CommandError(f"Communication with node[{uri}] failed!") from None
+    except (UnreachableError, DeadlineError) as error:
+        cure = how_to_reach(parse_uri(uri)[0], error)
+        raise CommandError(f"Communication with node[{uri}] failed!\n{error}. {cure}") from None
     finally:
         node.close()
     print(f"Pid: {pid}")

@@ -15,14 +15,17 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
     Arguments are launch files, and ``name:=value`` for them.
     """
-    from pyros1.cli.commands.wtf._examine import examine  # noqa: PLC0415 - help needs none of it
+    from pyros1.cli.commands.wtf._examine import examine, report_of  # noqa: PLC0415 - help needs none of it
     from pyros1.doctor.finding import ERROR  # noqa: PLC0415
 
     files = [word for word in args if ":=" not in word]
-    findings = examine(options.everything, options.offline, options.json, files, args)
+    examined = examine(options.everything, options.offline, options.json or options.report, files, args)
+    if options.report:
+        print(report_of(examined), end="")
+        return 0
     if options.json:
-        print_json([finding.as_json() for finding in findings])
-    return 1 if not invocation.as_stock and any(finding.severity == ERROR for finding in findings) else 0
+        print_json([finding.as_json() for finding in examined.findings])
+    return 1 if not invocation.as_stock and any(each.severity == ERROR for each in examined.findings) else 0
 
 
 COMMAND = Command(
@@ -35,6 +38,7 @@ COMMAND = Command(
         Flag("--no-plugins", help="accepted for compatibility; there are no plugins"),
         Flag("--offline", help="do not check the running system"),
         Flag("--json", help="print findings as JSON", own=True),
+        Flag("--report", help="print a report for those who help you, as Markdown, without secrets", own=True),
         Argument("launch file", "launch_file", many=True, optional=True),
         usage="[launch file]\n\n%prog checks a ROS installation and a running system, and launch files if they are "
         "given.\nIt prints each problem with its cure.",
@@ -42,6 +46,7 @@ COMMAND = Command(
             ("", "check this machine and the running system"),
             ("--offline robot.launch", "check a launch file, without a master"),
             ("--json", "for programs"),
+            ("--report > report.md", "what a question or an issue should bring"),
         ],
         parse=parse_all_words,
         run=run,

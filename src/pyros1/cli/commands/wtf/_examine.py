@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
+import platform
 import sys
 from collections.abc import Iterable
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from pyros1 import __version__
 from pyros1.cli.shared.printing import use_colour
-from pyros1.doctor.facts import Machine
+from pyros1.doctor.facts import Machine, System
 from pyros1.doctor.finding import ERROR, WARNING, Finding
 from pyros1.doctor.here import check_packages, collect_machine
 from pyros1.doctor.machine_checks import check_machine
@@ -26,7 +28,17 @@ MASTER_TIMEOUT = 3.0
 """Timeout for the master's first answer in seconds."""
 
 
-def examine(everything: bool, offline: bool, quiet: bool, files: list[str], words: list[str]) -> list[Finding]:
+@dataclass
+class Examined:
+    """What was found, and what it was found in; see `pyros1.doctor`."""
+
+    machine: Machine
+    findings: list[Finding]
+    system: System | None = None
+    types: dict[str, str] = field(default_factory=dict)
+
+
+def examine(everything: bool, offline: bool, quiet: bool, files: list[str], words: list[str]) -> Examined:
     """Collect, check and print.
 
     Args:
@@ -35,9 +47,6 @@ def examine(everything: bool, offline: bool, quiet: bool, files: list[str], word
         quiet: print nothing.
         files: launch files.
         words: the command line's words, with ``name:=value`` for the files.
-
-    Returns:
-        All findings.
     """
 
     def say(text: str) -> None:
@@ -58,7 +67,7 @@ def examine(everything: bool, offline: bool, quiet: bool, files: list[str], word
     say(_RULE)
     if offline:
         say("\nOnline graph checks will not be run.")
-        return static
+        return Examined(machine, static)
     master, silent = _master()
     if master is None:
         state = "does not answer" if silent else "does not appear to be running"
@@ -67,10 +76,12 @@ def examine(everything: bool, offline: bool, quiet: bool, files: list[str], word
         missing = _silent_master() if silent else _no_master(machine)
         if not quiet:
             print(f"  cure: {missing.cure}")
-        return [*static, missing]
+        return Examined(machine, [*static, missing])
+    system, types = None, {}
     try:
         say("Beginning tests of your ROS graph. These may take a while...\nanalyzing graph...")
         system = collect_system(master)
+        types = {str(topic): str(name) for topic, name in master.get_topic_types()}
         say("... done analyzing graph\nrunning graph rules...")
         online = [*check_reach(system, machine), *check_topics(system)]
         say("... done running graph rules\n")
@@ -86,7 +97,22 @@ def examine(everything: bool, offline: bool, quiet: bool, files: list[str], word
     finally:
         master.close()
     summary("Online checks summary:", online)
-    return [*static, *online]
+    return Examined(machine, [*static, *online], system, types)
+
+
+def report_of(examined: Examined) -> str:
+    """Return a report for those who help, as Markdown."""
+    from pyros1.doctor.report import report, versions  # noqa: PLC0415 - only who reports needs it
+
+    place = "a virtual environment" if sys.prefix != sys.base_prefix else "the system's Python"
+    about = {
+        "pyros1": f"{__version__}, in {Path(__file__).parents[3]}",
+        "Python": f"{sys.version.split()[0]} ({platform.python_implementation()}), {place}, {sys.executable}",
+        "system": f"{platform.platform()}, {platform.machine()}",
+        "stock ROS": ", ".join(str(each) for each in sorted(Path("/opt/ros").glob("*"))) or "not in /opt/ros",
+        "libraries": ", ".join(f"{name} {version}" for name, version in versions().items()),
+    }
+    return report(about, examined.machine, examined.system, examined.types, examined.findings)
 
 
 def _introduction(everything: bool, files: Iterable[str]) -> str:

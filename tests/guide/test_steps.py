@@ -1,8 +1,6 @@
-"""The README's tour is run as it stands there: each command, and what it printed, but for numbers and times.
+"""The guide is run as it stands there: each file, each command, and what it printed, but for numbers and times.
 
-In its ``console`` blocks a line with ``$`` is a command; what follows is what it prints. ``...`` stands for lines that
-are left out, ``^C`` for the key pressed when all before it was printed; ``&`` lets a command run on in the background,
-``kill %N`` ends the N-th of those.
+``&`` lets a command run on in the background, ``kill %N`` ends the N-th of those; `pyros1.guide.text` says the rest.
 """
 
 from __future__ import annotations
@@ -23,16 +21,16 @@ import pytest
 
 from pyros1.graph import Graph
 from pyros1.ground.errors import MasterUnreachableError
+from pyros1.guide.text import steps
 from pyros1.net.master_client import MasterClient
 
-README = Path(__file__).resolve().parent.parent / "README.md"
 DEADLINE = 40.0
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32" or shutil.which("bash") is None, reason="a tour for shells")
+pytestmark = pytest.mark.skipif(sys.platform == "win32" or shutil.which("bash") is None, reason="a guide for shells")
 
 
-class Step(NamedTuple):
-    """One command of the tour."""
+class Typed(NamedTuple):
+    """One command of the guide."""
 
     command: str
     output: list[str]
@@ -48,13 +46,13 @@ class Step(NamedTuple):
         return self.command.endswith(" &")
 
 
-def steps(text: str) -> list[Step]:
+def commands(text: str) -> list[Typed]:
     """The commands in the blocks of a text."""
-    found: list[Step] = []
+    found: list[Typed] = []
     for block in re.findall(r"^```console\n(.*?)^```", text, re.M | re.S):
         for line in block.splitlines():
             if line.startswith("$ "):
-                found.append(Step(line[2:], []))
+                found.append(Typed(line[2:], []))
             else:
                 found[-1].output.append(line)
     return found
@@ -82,7 +80,7 @@ def pattern(lines: list[str]) -> re.Pattern[str]:
 
 
 class Running:
-    """A command of the tour and what it has printed so far."""
+    """A command of the guide and what it has printed so far."""
 
     def __init__(self, command: str, folder: Path, environ: dict[str, str]) -> None:
         self.command = command
@@ -130,7 +128,7 @@ def environ(tmp_path: Path, free_port: int) -> dict[str, str]:
     """A home of its own, a master of its own, and nothing of a stock ROS."""
     programs = tmp_path / "bin"
     programs.mkdir()
-    source = Path(__file__).resolve().parent.parent / "src"
+    source = Path(__file__).resolve().parents[2] / "src"
     for name, module in (("pyros1", "pyros1"), ("python", None), ("python3", None)):
         start = f'exec "{sys.executable}" -m {module} "$@"' if module else f'exec "{sys.executable}" "$@"'
         (programs / name).write_text(f"#!/bin/sh\n{start}\n")
@@ -158,16 +156,18 @@ def jobs() -> Iterator[list[Running]]:
 
 
 def busy_nodes(environ: dict[str, str]) -> set[str]:
-    """The nodes that have topics of their own."""
-    client = MasterClient("/tour", environ["ROS_MASTER_URI"])
+    """The nodes that have topics or services of their own."""
+    client = MasterClient("/reader", environ["ROS_MASTER_URI"])
     try:
         state = Graph(client).state()
     except MasterUnreachableError:
         return set()
     finally:
         client.close()
-    tables = (state.publishers, state.subscribers)
-    return {node for table in tables for topic, nodes in table.items() if "rosout" not in topic for node in nodes}
+    tables = (state.publishers, state.subscribers, state.services)
+    all_have = ("rosout", "/get_loggers", "/set_logger_level")
+    named = (item for table in tables for item in table.items())
+    return {node for name, nodes in named if not any(each in name for each in all_have) for node in nodes}
 
 
 def wait_for(done: Callable[[], object], what: str) -> None:
@@ -178,14 +178,21 @@ def wait_for(done: Callable[[], object], what: str) -> None:
         time.sleep(0.02)
 
 
-def test_the_tour(tmp_path: Path, environ: dict[str, str], jobs: list[Running]) -> None:
-    text = README.read_text(encoding="utf-8")
-    tour = re.search(r"^## The tour\n(.*?)^## ", text, re.M | re.S)
-    assert tour is not None
+def test_all_steps(tmp_path: Path, environ: dict[str, str], jobs: list[Running]) -> None:
     folder = tmp_path / "work"
     folder.mkdir()
     ran = 0
-    for step in steps(tour[1]):
+    for guide_step in steps():
+        for name, content in guide_step.files.items():
+            (folder / name).write_text(content)
+        ran += run_commands(guide_step.text, folder, environ, jobs)
+    assert ran >= 40
+
+
+def run_commands(text: str, folder: Path, environ: dict[str, str], jobs: list[Running]) -> int:
+    """Type the commands of a text; return how many there were."""
+    ran = 0
+    for step in commands(text):
         ran += 1
         if step.command.startswith("cd "):
             folder = (folder / step.command[3:].strip()).resolve()
@@ -205,10 +212,10 @@ def test_the_tour(tmp_path: Path, environ: dict[str, str], jobs: list[Running]) 
                 command.expect(step.output, whole=not step.interrupted)
             finally:
                 command.end()
-    assert ran >= 20
+    return ran
 
 
-def test_numbers_of_the_tour_may_differ_and_nothing_else() -> None:
+def test_numbers_of_the_guide_may_differ_and_nothing_else() -> None:
     assert pattern(["average rate: 10.001", "\tmin: 0.100s max: 0.1s"]).match(
         "average rate: 9.9\n\tmin: 1s max: -2.5s\n"
     )

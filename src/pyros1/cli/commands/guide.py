@@ -1,0 +1,88 @@
+"""``pyros1 guide``: an introduction, step by step, in the terminal."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pyros1.cli.failures import UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Argument, Command, Flag, Verb
+from pyros1.cli.shared.printing import use_colour
+
+if TYPE_CHECKING:
+    from pyros1.guide.text import GuideStep
+
+_WIDEST = 100
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """List the steps, show one, or check its exercise. Return 1 if something is missing."""
+    from pyros1.guide.text import for_terminal, steps  # noqa: PLC0415 - help needs none of it
+
+    known = steps()
+    if not args:
+        print("The guide: ROS 1 in steps that you type. pyros1 guide 1 shows the first.\n")
+        print("\n".join(f"{step.number:3}. {step.title}" for step in known))
+        print("\nEach ends with an exercise; pyros1 guide check 1 looks whether it is done.")
+        return 0
+    checking = args[0] == "check"
+    words = args[1:] if checking else args
+    if len(words) != 1 or not words[0].isdigit() or not 1 <= int(words[0]) <= len(known):
+        raise UsageError(f"say which step: pyros1 guide {'check ' * checking}1 ... {len(known)}")
+    step = known[int(words[0]) - 1]
+    if options.write:
+        return _write(step)
+    if not checking:
+        width = min(shutil.get_terminal_size().columns, _WIDEST)
+        print(for_terminal(step, width, use_colour(sys.stdout)), end="")
+        return 0
+    from pyros1.guide.checks import check  # noqa: PLC0415 - only checks need nodes
+
+    missing = check(step.number)
+    if missing:
+        print(f"{step.number}. {step.title}: not yet. {missing}")
+        return 1
+    after = f" Next: pyros1 guide {step.number + 1}" if step.number < len(known) else " That was the last step."
+    print(f"{step.number}. {step.title}: done.{after}")
+    return 0
+
+
+def _write(step: GuideStep) -> int:
+    """Write the step's files into this folder. Return 1 if one of them is there with other content."""
+    for name, content in step.files.items():
+        path = Path(name)
+        if path.exists() and path.read_text(encoding="utf-8") != content:
+            print(f"{name} is there already, with other content: rename it, and type this again", file=sys.stderr)
+            return 1
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(content, encoding="utf-8")
+        if content.startswith("#!"):
+            path.chmod(0o755)
+        print(f"wrote {name}")
+    if not step.files:
+        print("this step has no files")
+    return 0
+
+
+COMMAND = Command(
+    "guide",
+    "learn ROS 1 step by step: a package, topics, launch files, bags, a simulator ...",
+    Verb(
+        "",
+        "",
+        Flag("-w", "--write", help="write the files of a step into this folder, so that you need not type them"),
+        Argument("step", optional=True),
+        usage="[STEP | -w STEP | check STEP]\n\nAn introduction that you type along. Without arguments: the steps.",
+        examples=[
+            ("", "the steps"),
+            ("3", "the third step"),
+            ("-w 2", "write its files"),
+            ("check 3", "whether its exercise is done, and what is missing"),
+        ],
+        run=run,
+    ),
+    group="develop",
+)

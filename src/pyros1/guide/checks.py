@@ -1,0 +1,206 @@
+"""The exercises of the guide: each check looks at the folder and at the running system, and says what is missing."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from pyros1.bag.api import bag_topics
+from pyros1.finding.library import Library
+from pyros1.graph import Graph, SystemState
+from pyros1.ground.errors import Error
+from pyros1.node import Node
+from pyros1.observe.statistics import RateMeter
+
+FLOAT = "std_msgs/Float64"
+PATIENCE = 5.0
+"""Seconds that a check waits for messages."""
+
+
+class Looking:
+    """What a check looks at. The node is made when it is needed, so that checks of files need no master.
+
+    Args:
+        environ: environment variables.
+        folder: the reader's folder.
+    """
+
+    def __init__(self, environ: Mapping[str, str], folder: Path) -> None:
+        self.environ = environ
+        self.folder = folder
+        self._node: Node | None = None
+
+    def __enter__(self) -> Looking:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._node is not None:
+            self._node.shutdown()
+
+    @property
+    def node(self) -> Node:
+        """A node of the check's own."""
+        if self._node is None:
+            self._node = Node(
+                "guide", anonymous=True, argv=[], environ=self.environ, rosout=False, wait_for_master=PATIENCE
+            )
+        return self._node
+
+    def state(self) -> SystemState:
+        """Return who publishes, listens and serves, without the check itself."""
+        return Graph(self.node.master).state()
+
+    def message(self, topic: str, fits: Callable[[Any], bool] = lambda _: True) -> Any:
+        """Return the first message of a topic of numbers that fits; None if none comes in time."""
+        until = time.monotonic() + PATIENCE
+        while (left := until - time.monotonic()) > 0:
+            try:
+                message: Any = self.node.wait_for_message(topic, FLOAT, left)
+            except Error:
+                return None
+            if fits(message):
+                return message
+        return None
+
+    def rate(self, topic: str, seconds: float = 2.0) -> float:
+        """Return how many messages a second come on a topic of numbers; 0: fewer than two came."""
+        meter = RateMeter()
+        subscriber: Any = self.node.subscribe(topic, FLOAT, lambda _: meter.arrived(time.monotonic()))
+        self.node.sleep(seconds)
+        subscriber.unregister()
+        figures = meter.figures()
+        return figures[0] if figures else 0.0
+
+
+Check = Callable[[Looking], str]
+"""Returns what is missing, and what to do; empty if the exercise is done."""
+
+
+def package(looking: Looking) -> str:
+    library = Library(looking.environ)
+    if not library.has_package("my_messages"):
+        return "there is no package my_messages here: pyros1 pkg create my_messages std_msgs"
+    if "Pair" not in library.messages("my_messages"):
+        return "the package has no message type Pair: make the file my_messages/msg/Pair.msg"
+    fields = [(field.type, field.name) for field in library.message("my_messages/Pair").fields]
+    if sorted(fields) != [("float64", "a"), ("float64", "b")]:
+        return f"Pair should have the fields float64 a and float64 b, and has {_listed(fields)}"
+    return ""
+
+
+def publisher(looking: Looking) -> str:
+    missing = _published(looking, "/topic2")
+    if missing:
+        return missing
+    rate = looking.rate("/topic2")
+    return "" if 8.0 < rate < 12.0 else f"/topic2 should come 10 times per second, and comes {rate:.1f} times"
+
+
+def by_hand(looking: Looking) -> str:
+    missing = _published(looking, "/topic1")
+    if missing:
+        return missing
+    if "/minimal_subscriber" not in looking.state().subscribers.get("/topic1", []):
+        return "the minimal_subscriber does not run: pyros1 run minimal_nodes minimal_subscriber"
+    found = looking.message("/topic1", lambda message: message.data == 3.5)
+    return "" if found else "nobody sends 3.5 on /topic1: pyros1 topic pub -r 1 topic1 std_msgs/Float64 3.5"
+
+
+def launched(looking: Looking) -> str:
+    nodes = looking.state().publishers.get("/left/topic1", [])
+    if "/left/second" in nodes:
+        return ""
+    if nodes:
+        return f"/left/topic1 is published by {', '.join(nodes)}; the node should be named second, in the group"
+    return 'nobody publishes /left/topic1: <group ns="left"> around a <node name="second" ...>, and launch the file'
+
+
+def silent(looking: Looking) -> str:
+    if "/minimal_subscriber" not in looking.state().nodes():
+        return "the minimal_subscriber does not run: pyros1 run minimal_nodes minimal_subscriber"
+    answer = looking.node.service("/minimal_subscriber/get_loggers", "roscpp/GetLoggers")()
+    level = {logger.name: logger.level.lower() for logger in answer.loggers}.get("rosout", "unknown")
+    return "" if level == "error" else f"its level is {level}: pyros1 log set /minimal_subscriber rosout error"
+
+
+def recorded(looking: Looking) -> str:
+    path = looking.folder / "both.bag"
+    if not path.exists():
+        other = " It is still being recorded: end that with Ctrl-C." if path.with_suffix(".bag.active").exists() else ""
+        return f"there is no both.bag in this folder.{other}"
+    topics = bag_topics(path)
+    for topic in ("/topic1", "/rosout"):
+        if not topics.get(topic, ("", 0, 0))[1]:
+            return f"{topic} is not in both.bag: pyros1 bag record -O both topic1 /rosout, while a publisher runs"
+    return ""
+
+
+def halted(looking: Looking) -> str:
+    missing = _published(looking, "/velocity")
+    if missing:
+        return f"{missing}: pyros1 launch minimal_simulator.launch"
+    command = looking.message("/vel_cmd")
+    if command is None:
+        return "nobody sends a velocity: pyros1 topic pub -r 10 vel_cmd std_msgs/Float64 0.0"
+    if command.data != 0.0:
+        return f"the velocity that is sent is {command.data:g}; end that program, and send 0.0"
+    if looking.message("/velocity", lambda message: abs(message.data) < 0.05):
+        return ""
+    return "the mass still moves: is the old command still sent? pyros1 topic info vel_cmd"
+
+
+def parameter(looking: Looking) -> str:
+    rate = looking.node.params.get("/minimal_publisher/rate", None)
+    if rate != 5:
+        return f"/minimal_publisher/rate is {rate}: pyros1 run minimal_nodes minimal_publisher _rate:=5"
+    missing = _published(looking, "/topic1")
+    if missing:
+        return missing
+    measured = looking.rate("/topic1")
+    return "" if 4.0 < measured < 6.0 else f"/topic1 comes {measured:.1f} times per second: start the publisher again"
+
+
+def service(looking: Looking) -> str:
+    services = looking.state().services
+    for name in ("/stopwatch/read", "/stopwatch/reset"):
+        if name not in services:
+            return f"there is no service {name}: does my_robot/scripts/stopwatch advertise it, and does it run?"
+    looking.node.service("/stopwatch/reset", "std_srvs/Empty")()
+    answer = looking.node.service("/stopwatch/read", "std_srvs/Trigger")()
+    return "" if answer.message.startswith("0") else f"after a reset it says {answer.message!r}, and should say 0"
+
+
+CHECKS: tuple[Check, ...] = (
+    package, publisher, by_hand, launched, silent, recorded, halted, parameter, service,
+)  # fmt: skip
+"""The check of each step."""
+
+
+def check(number: int, environ: Mapping[str, str] = os.environ, folder: Path | None = None) -> str:
+    """Return what is missing in the exercise of a step, and what to do; empty: nothing.
+
+    Args:
+        number: of the step, from 1.
+        environ: environment variables.
+        folder: the reader's folder; None: the current one.
+    """
+    with Looking(environ, folder or Path.cwd()) as looking:
+        return CHECKS[number - 1](looking)
+
+
+def _published(looking: Looking, topic: str) -> str:
+    """What is missing for messages of a topic of numbers."""
+    if not looking.state().publishers.get(topic):
+        return f"nobody publishes {topic}"
+    kind = Graph(looking.node.master).topic_types().get(topic, FLOAT)
+    return "" if kind == FLOAT else f"{topic} has the type {kind}, and should have {FLOAT}"
+
+
+def _listed(fields: list[tuple[str, str]]) -> str:
+    return ", ".join(f"{kind} {name}" for kind, name in fields) or "none"

@@ -1,0 +1,47 @@
+"""What to do when a node cannot be reached at the address under which it is known (https://wiki.ros.org/ROS/NetworkSetup).
+
+Pure.
+"""
+
+from __future__ import annotations
+
+from pyros1.ground.errors import UnknownHostError
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether a host name or address means whatever machine asks."""
+    return host in ("localhost", "::1") or host.startswith("127.")
+
+
+def how_to_reach(host: str, error: BaseException | None) -> str:
+    """Return what to do, as a sentence or two for the end of an error's text.
+
+    Args:
+        host: the name or address that the node gave as its own.
+        error: why it cannot be reached; causes count, too.
+    """
+    causes = []
+    while error is not None:
+        causes.append(error)
+        error = error.__cause__
+    if any(isinstance(cause, UnknownHostError) for cause in causes):
+        return (
+            "On its machine export ROS_IP=<its address> and restart it, "
+            f"or add a line 'ADDRESS {host}' to /etc/hosts here"
+        )
+    if is_loopback(host):
+        return (
+            f"Is it on another machine? Its address there, {host}, means this machine here: on its machine unset "
+            "ROS_HOSTNAME, export ROS_IP=<its address> and restart it. Has it ended? pyros1 node cleanup"
+        )
+    if any(isinstance(cause, ConnectionResetError) for cause in causes):
+        return f"Does PYROS1_ALLOW (or --allow) on [{host}] let this machine in?"
+    if any(isinstance(cause, ConnectionRefusedError) for cause in causes):
+        return (
+            f"Has it ended? pyros1 node cleanup. Else its machine is not [{host}] (export ROS_IP=<its address> there "
+            "and restart it), or a firewall refuses the port (PYROS1_PORTS)"
+        )
+    return (
+        f"Is [{host}] on, and the machine of this node? If not: export ROS_IP=<its address> there and restart it. "
+        "A firewall must let the node's ports through (PYROS1_PORTS)"
+    )

@@ -1,0 +1,34 @@
+"""All scenes, and how large a part of many schedules each gets: those that take little time get more."""
+
+from __future__ import annotations
+
+from ..stage import Scenario
+from . import lanes, nodes, publishing, subscribing, threads
+
+SHARES: dict[type[Scenario], int] = {
+    lanes.Lanes: 150,
+    lanes.RaisingLanes: 150,
+    threads.Working: 150,
+    threads.Calling: 100,
+    threads.Writing: 60,
+    threads.Watching: 20,
+    threads.Serving: 30,
+    publishing.Publishing: 30,
+    publishing.Dropping: 30,
+    publishing.Waiting: 30,
+    publishing.Latching: 30,
+    publishing.Numbered: 20,
+    publishing.Closing: 40,
+    subscribing.Subscribing: 30,
+    subscribing.Overloaded: 30,
+    subscribing.Spinning: 30,
+    subscribing.SpinningOverloaded: 30,
+    subscribing.Within: 30,
+    subscribing.WithinDropping: 30,
+    subscribing.WithinWaiting: 30,
+    nodes.Meeting: 3,
+    nodes.MeetingOverTcp: 3,
+    nodes.Changing: 3,
+    nodes.Succeeding: 2,
+    nodes.Restarting: 3,
+}
