@@ -170,6 +170,8 @@ class Peer:
                 raise Handled("no luck")
             if mode == "die":
                 os._exit(9)
+            if mode == "hang":
+                threading.Event().wait()
             return reply(type_name, request, self.backend.new_response(type_name))
 
         self.servers[name] = self.backend.serve(name, type_name, handle)

@@ -208,6 +208,54 @@ def test_views_and_a_frame_that_is_followed(browser: Browser, web: Web, robot: A
     browser.wait(f"{SCENE}?.stage?.camera.isOrthographicCamera && Math.abs({target} - 9) < 1e-6")
 
 
+def test_one_walks_through_the_scene(browser: Browser, web: Web, robot: Any) -> None:
+    browser.open(panel_link(web.link, "scene", {"fixed": "map"}))
+    browser.wait(f"{SCENE}?.frames?.poses.size === 2")
+    eye = f"const {{camera, controls}} = {SCENE}.stage; return [camera.position.toArray(), controls.target.toArray()]"
+    before, _ = browser.run(eye)
+    browser.choose("select[aria-label=view]", "walk")
+    assert browser.run(eye) == [before, [0, 0, 0]]  # where one was
+    walk = f"""
+        const {{canvas}} = {SCENE}.stage;
+        canvas.setPointerCapture = canvas.releasePointerCapture = () => {{}};
+        const fire = (kind, x, y, button) => canvas.dispatchEvent(new PointerEvent(kind, {{
+            bubbles: true, pointerId: 1, button, clientX: 500 + x, clientY: 400 + y}}));
+        for (const [kind, ...place] of arguments[0]) fire(kind, ...place);
+        for (const key of arguments[1]) canvas.dispatchEvent(new KeyboardEvent('keydown', {{key, bubbles: true}}));
+        canvas.dispatchEvent(new WheelEvent('wheel', {{deltaY: arguments[2], bubbles: true, cancelable: true}}));
+    """
+    browser.run(walk, [], "wws", -100)  # two steps ahead, and one back; one more by the wheel
+    here, ahead = browser.run(eye)
+    step = np.subtract(here, before)
+    assert abs(np.linalg.norm(step) - 0.6) < 1e-6
+    assert np.allclose(np.cross(step, before), 0, atol=1e-6)  # towards the middle, at which one looked
+    browser.run(walk, [["pointerdown", 0, 0, 0], ["pointermove", 100, 0, 0], ["pointerup", 100, 0, 0]], "", 0)
+    same, aside = browser.run(eye)
+    assert np.allclose(same, here)
+    way, turned = np.subtract(ahead, here), np.subtract(aside, here)
+    angle = np.arctan2(turned[1], turned[0]) - np.arctan2(way[1], way[0])
+    assert abs(angle + 0.5) < 1e-6  # to the right
+    browser.run(walk, [["pointerdown", 0, 0, 2], ["pointermove", 100, 0, 2], ["pointerup", 100, 0, 2]], "", 0)
+    there, _ = browser.run(eye)
+    assert abs(np.linalg.norm(np.subtract(there, here)) - 1) < 1e-6
+    browser.driver.refresh()  # it is kept
+    browser.wait(f"{SCENE}?.stage?.name === 'walk'")
+    assert np.allclose(browser.run(eye)[0], there, atol=0.01)
+
+
+def test_one_stays_behind_a_frame_that_turns(browser: Browser, web: Web, robot: Any) -> None:
+    browser.open(panel_link(web.link, "scene", {"fixed": "map", "target": "base"}))
+    browser.wait(f"{SCENE}?.frames?.poses.size === 2")
+    browser.choose("select[aria-label=view]", "third")
+    link = TransformStamped(child_frame_id="base")
+    link.header.frame_id, link.transform.rotation.z, link.transform.rotation.w = "map", 0.5**0.5, 0.5**0.5
+    for x in (4.0, 9.0):
+        link.transform.translation.x = x
+        StaticTransformBroadcaster(robot).send_transform([link])
+        place = f"{SCENE}.stage.camera.position"
+        browser.wait(f"Math.abs({place}.x - {x}) < 1e-3 && Math.abs({place}.y + 5) < 1e-3")
+
+
 def test_places_are_measured_and_published(browser: Browser, web: Web, robot: Any) -> None:
     box = Marker(type=Marker.CUBE)
     box.header.frame_id = "map"

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from programs import run
+from smach_modules import imported
 
 GENPY = """
 import io, genpy, genpy.message as gm, genpy.dynamic, roslib.message
@@ -313,3 +314,16 @@ def test_packages(tmp_path: Path) -> None:
     script.write_text("#!/bin/sh\n")
     script.chmod(0o755)
     assert run(PACKAGES, {"ROS_PACKAGE_PATH": str(tmp_path)}, str(tmp_path)) == "done\n"
+
+
+def test_manifests_in_an_unknown_encoding(tmp_path: Path) -> None:
+    text = b"<?xml version='1.0' encoding='klingon'?><package><name>p</name></package>"
+    with imported("rospkg.manifest") as module:
+        for name in (module.MANIFEST_FILE, module.STACK_FILE):
+            with pytest.raises(module.InvalidManifest, match="invalid XML"):
+                module.parse_manifest(name, text)
+        (tmp_path / "package.xml").write_bytes(text)
+        with pytest.raises(module.InvalidManifest, match="invalid XML"):
+            module.parse_manifest_file(str(tmp_path), "package.xml")
+    with imported("roslib.manifestlib") as module, pytest.raises(module.ManifestException, match="invalid XML"):
+        module.parse(None, text)

@@ -306,6 +306,16 @@ def test_client_errors() -> None:
             client.close()
 
 
+@pytest.mark.parametrize(
+    "host", ["a" * 70_000, ".".join(["a" * 63] * 100), "a" * 64, "1" * 70_000, "[" + ":" * 70_000 + "]"]
+)
+def test_the_longest_host_names_are_errors(host: str) -> None:
+    """CVE-2019-13566."""
+    with pytest.raises((ProtocolError, UnreachableError)) as caught:
+        XmlRpcClient(f"http://{host}:1/", timeout=5).call("m")
+    assert len(str(caught.value)) < 100_000
+
+
 def test_close_interrupts_a_pending_call() -> None:
     arrived = threading.Event()
 

@@ -96,7 +96,7 @@ def test_a_master_whose_host_is_unknown_is_said_to_be_that(
 
     stderr = Output()
     monkeypatch.setattr("sys.stderr", stderr)
-    monkeypatch.setattr("pyros1.net.xmlrpc_client.look_up", look_up)
+    monkeypatch.setattr("pyros1.net.resolve.look_up", look_up)
     environ = {**environ, "ROS_MASTER_URI": "http://nowhere.invalid:11311"}
     with pytest.raises(MasterUnreachableError, match=r"add a line .ADDRESS nowhere\.invalid. to /etc/hosts"):
         make_node("early", environ=environ, wait_for_master=0.05)
@@ -229,6 +229,22 @@ def test_shutdown_while_the_master_is_away(make_node: Any, late_master: Any, in_
     node.shutdown()
     with pytest.raises(NodeShutdownError):
         advertising.join()
+
+
+def test_shutdown_while_the_master_is_silent(
+    make_node: Any, late_master: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch, free_port: int
+) -> None:
+    """A call of the master that is under way is given up, and no other is made."""
+    monkeypatch.setattr("pyros1.node.registrar.FAREWELL_TIMEOUT", 0.05)
+    late_master()
+    node = make_node("node")
+    node.advertise("t", Float64)
+    late_master.stop()
+    with socket.create_server(("127.0.0.1", free_port)) as silent:
+        silent.settimeout(10)
+        with silent.accept()[0]:  # a check whether the master still knows the node
+            ended = in_thread(node.shutdown)
+            ended.join(timeout=5)
 
 
 def test_a_clean_end_leaves_nothing_registered_t55(make_node: Any, late_master: Any) -> None:

@@ -80,3 +80,13 @@ def test_a_type_with_another_definition_is_another_type(node: Any, clock: Clock)
     definition = "int32 two"
     publishing.publish("/a", "nowhere_msgs/Thing", {"two": 1})
     publishing.close()
+
+
+def test_the_first_message_reaches_all_who_are_there(make_node: Callable[..., Any], node: Any) -> None:
+    listeners = [make_node(f"listener{number}") for number in range(3)]
+    publishing = Publishing(lambda: node)
+    for number in range(5):
+        for listener in listeners:
+            listener.subscribe(f"/first{number}", FLOAT, lambda message: None)
+    assert [publishing.publish(f"/first{number}", FLOAT, {"data": 1.0}) for number in range(5)] == [3] * 5
+    publishing.close()

@@ -169,7 +169,7 @@ def check_packages(environ: Mapping[str, str]) -> list[str]:
             continue
         try:
             root = parse(file).getroot()
-        except (ParseError, ValueError, OSError) as error:
+        except (ParseError, ValueError, LookupError, OSError) as error:  # LookupError: an unknown encoding
             problems.append(f"{name} ({file}): {error}")
             continue
         lacking = [tag for tag in ("name", "version", "description") if root.find(tag) is None]

@@ -86,7 +86,7 @@ def read_manifest(path: Path, name: str = "") -> Manifest:
         root = fromstring(path.read_bytes())
     except OSError as error:
         raise ManifestError(f"cannot read {path}: {error.strerror}") from error
-    except (ParseError, DefusedXmlException, ValueError) as error:
+    except (ParseError, DefusedXmlException, ValueError, LookupError) as error:  # LookupError: an unknown encoding
         raise ManifestError(f"{path} is not valid XML: {error}") from error
     if root.tag not in ("package", "stack"):
         raise ManifestError(f"{path}: the root element is <{root.tag}>, not <package>")

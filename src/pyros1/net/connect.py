@@ -1,4 +1,8 @@
-"""Connects to TCP ports without blocking the loop."""
+"""Connects to TCP ports without blocking the loop.
+
+A name may have several addresses, and some of them, often those of IPv6, may lead nowhere: each gets its share of the
+time.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +10,7 @@ import errno
 import os
 import socket
 from collections.abc import Callable
+from time import monotonic
 from typing import TYPE_CHECKING
 
 from pyros1.ground.errors import DeadlineError, TransportError, UnknownHostError, UnreachableError
@@ -16,7 +21,7 @@ if TYPE_CHECKING:
 
 OnConnected = Callable[["socket.socket | None", "TransportError | None"], object]
 
-_IN_PROGRESS = {
+IN_PROGRESS = {
     errno.EINPROGRESS,
     errno.EWOULDBLOCK,
     errno.EALREADY,
@@ -36,6 +41,8 @@ class ConnectHandle:
         self._sock: socket.socket | None = None
         self._timeout_s = timeout_s
         self._timer: TimerHandle | None = None
+        self._next: TimerHandle | None = None  # the end of an address's share of the time
+        self._until = 0.0
 
     @property
     def pending(self) -> bool:
@@ -53,6 +60,7 @@ class ConnectHandle:
     def _start(self) -> None:
         if self._on_done is None:
             return
+        self._until = monotonic() + self._timeout_s
         self._timer = self._loop.call_later(self._timeout_s, self._timed_out)
         self._loop.resolver.resolve(self._host, self._resolved)
 
@@ -80,18 +88,25 @@ class ConnectHandle:
                 code = sock.connect_ex((address, self._port))
             except (OSError, OverflowError, UnicodeError) as error:
                 code = getattr(error, "errno", None) or errno.EINVAL
-            if code == 0 or code in _IN_PROGRESS:
+            if code == 0 or code in IN_PROGRESS:
                 self._sock = sock
                 if code == 0:
                     self._connected()
                 else:
                     self._loop.register(sock, WRITE, self._writable)
+                    if self._addresses:
+                        share = (self._until - monotonic()) / (len(self._addresses) + 1)
+                        self._next = self._loop.call_later(share, self._give_up_address)
                 return
             sock.close()
             last_error = code
         failure = UnreachableError(f"cannot connect to {self._host}:{self._port}: {os.strerror(last_error)}")
         failure.__cause__ = OSError(last_error, os.strerror(last_error))
         self._fail(failure)
+
+    def _give_up_address(self) -> None:
+        self._close_socket()
+        self._try_next(errno.ETIMEDOUT)
 
     def _writable(self, mask: int) -> None:
         sock = self._sock
@@ -100,8 +115,7 @@ class ConnectHandle:
         code = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
         self._loop.unregister(sock)
         if code:
-            sock.close()
-            self._sock = None
+            self._close_socket()
             self._try_next(code)
         else:
             self._connected()
@@ -140,6 +154,9 @@ class ConnectHandle:
             on_done(None, error)
 
     def _close_socket(self) -> None:
+        if self._next is not None:
+            self._next.cancel()
+            self._next = None
         if self._sock is not None:
             self._loop.unregister(self._sock)
             self._sock.close()

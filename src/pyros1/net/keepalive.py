@@ -1,15 +1,46 @@
-"""TCP keep-alive, which ends links to a machine that was switched off."""
+"""Links to a machine that was switched off, or that the network no longer reaches, end after some minutes."""
 
 from __future__ import annotations
 
 import contextlib
 import socket
+import struct
+from typing import Final
+
+IDLE: Final = 60
+"""Seconds of silence after which the system asks the other machine whether it is there, as stock does (T37)."""
+INTERVAL: Final = 10
+"""Seconds between such questions."""
+COUNT: Final = 9
+"""Questions without an answer after which the link ends."""
+
+_UNANSWERED: Final = 3
+_ACKNOWLEDGED = struct.Struct("@2x2B52xI")  # of struct tcp_info: retransmits, probes, last_ack_recv in ms
 
 
 def keep_alive(sock: socket.socket) -> None:
     """Let a socket notice within some minutes that the other machine is gone (T37)."""
     with contextlib.suppress(OSError):
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-        for option, value in (("TCP_KEEPIDLE", 60), ("TCP_KEEPINTVL", 10), ("TCP_KEEPCNT", 9)):
+        for option, value in (("TCP_KEEPIDLE", IDLE), ("TCP_KEEPINTVL", INTERVAL), ("TCP_KEEPCNT", COUNT)):
             if hasattr(socket, option):  # not available on every system
                 sock.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), value)
+
+
+def is_gone(sock: socket.socket) -> bool:
+    """Return whether the other machine has been silent for so long, although it has something to acknowledge.
+
+    While data are under way there is no keep-alive: the system repeats them for a quarter of an hour. A program that
+    does not read is no reason: its machine acknowledges each question whether there is room again. (The option
+    TCP_USER_TIMEOUT would end that link, too.)
+    """
+    if not hasattr(socket, "TCP_INFO"):
+        return False
+    try:
+        info = sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _ACKNOWLEDGED.size)
+    except OSError:
+        return False
+    if len(info) < _ACKNOWLEDGED.size:
+        return False
+    retransmits, probes, silent_ms = _ACKNOWLEDGED.unpack(info)
+    return bool(max(retransmits, probes) >= _UNANSWERED and silent_ms >= 1000 * (IDLE + INTERVAL * COUNT))

@@ -1,7 +1,7 @@
-"""Host names to addresses for a loop, without making the loop wait.
+"""Host names to addresses, without making a loop wait, and threads no longer than they want to.
 
-The system's look-up blocks, for many seconds if a name server is silent, so it runs on short-lived threads: at most
-``MAX_THREADS``, one per distinct name. Answers are remembered for a while.
+The system's look-up blocks, for many seconds if a name server is silent, so it runs on short-lived threads: for a loop
+at most ``MAX_THREADS``, one per distinct name. Answers are remembered for a while.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ from collections import deque
 from collections.abc import Callable
 from time import monotonic
 from typing import Any, Final, Protocol
+
+from pyros1.net.bell import Event
 
 MAX_THREADS: Final = 8
 MAX_REMEMBERED: Final = 1000
@@ -47,6 +49,54 @@ def look_up(host: str) -> list[str]:
     except UnicodeError as error:
         raise OSError(f"{host[:60]!r} is not a host name") from error
     return list(dict.fromkeys(str(entry[4][0]) for entry in found))
+
+
+class LookUp:
+    """A look-up that its caller need not wait for: it goes on in a thread, as the system's cannot be interrupted.
+
+    Args:
+        host: a host name, or an address.
+    """
+
+    def __init__(self, host: str) -> None:
+        self._host = host
+        self._done = Event()
+        self._addresses = direct_addresses(host) or []
+        self._error: OSError | None = None
+        if self._addresses:
+            self._done.set()
+        else:
+            threading.Thread(target=self._run, name=f"look-up of {host[:60]}", daemon=True).start()
+
+    def _run(self) -> None:
+        try:
+            addresses = look_up(self._host)
+        except OSError as error:
+            self._error = self._error or error
+        else:
+            self._addresses = addresses
+        self._done.set()
+
+    def wait(self, seconds: float) -> list[str]:
+        """Return the addresses.
+
+        Args:
+            seconds: longest wait. Another call waits on.
+
+        Raises:
+            TimeoutError: there is no answer yet.
+            OSError: there is no such host, the look-up failed, or it was given up.
+        """
+        if not self._done.wait(seconds):
+            raise TimeoutError("no answer from the name server")
+        if self._error is not None:
+            raise self._error
+        return self._addresses
+
+    def give_up(self) -> None:
+        """End all waits with an OSError."""
+        self._error = OSError("given up")
+        self._done.set()
 
 
 class Answered(Protocol):

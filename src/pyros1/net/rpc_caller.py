@@ -16,6 +16,7 @@ from pyros1.net.acceptor import PAUSE, lacks_files
 from pyros1.net.connect import ConnectHandle, connect
 from pyros1.net.hosts import parse_uri
 from pyros1.net.loop import READ, WRITE
+from pyros1.net.timeouts import Patience, show_progress
 from pyros1.wire.http import HttpLimits, Response, ResponseParser, build_request
 from pyros1.wire.xmlrpc import dumps_call, loads_response
 
@@ -55,6 +56,7 @@ class _Peer:
         self.connecting: ConnectHandle | TimerHandle | None = None  # a timer: no file can be opened just now
         self.lack: Error | None = None  # why there is no connection, if no file can be opened
         self.deadline: TimerHandle | None = None
+        self.patience = Patience(0.0)  # with the call that is under way
         self.idle: TimerHandle | None = None
 
     def add(self, job: _Job) -> None:
@@ -87,6 +89,7 @@ class _Peer:
                 self.idle = self.loop.call_later(_IDLE_S, self.drop_idle)
             return
         job = self.job = self.queue.popleft()
+        self.patience = Patience(job.timeout_s)
         self.deadline = self.loop.call_later(job.timeout_s, self._too_late, job)
         if self.sock is not None:
             self.fresh = False
@@ -115,6 +118,7 @@ class _Peer:
             self._finish(None, error)
             return
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        show_progress(sock)
         self.sock, self.lack = sock, None
         self.parser = ResponseParser(self.caller.limits)
         self.loop.register(sock, READ, self._ready)
@@ -139,6 +143,7 @@ class _Peer:
             self._lost(error.strerror or str(error))
             return
         self.out = self.out[sent:]
+        self.patience.moved(sent)
         if bool(self.out) is not self.writing:
             self.writing = not self.writing
             self.loop.modify(sock, READ | WRITE if self.writing else READ, self._ready)
@@ -164,6 +169,7 @@ class _Peer:
             self._drop()
             self.caller.forget(self)
             return
+        self.patience.moved(len(data))
         try:
             if data:
                 self.parser.feed(data)
@@ -205,7 +211,12 @@ class _Peer:
             self._connect()
 
     def _too_late(self, job: _Job) -> None:
-        if job is self.job:
+        if job is not self.job:
+            return
+        left = self.patience.left()
+        if left > 0:
+            self.deadline = self.loop.call_later(left, self._too_late, job)
+        else:
             self._drop()
             self._finish(None, self.lack or DeadlineError(f"{self.uri} did not answer within {job.timeout_s:g} s"))
 
@@ -248,7 +259,8 @@ class RpcCaller:
 
     Args:
         loop: the loop on which everything runs.
-        timeout: seconds that one call may take from the moment its turn comes, connecting included.
+        timeout: seconds that one call may take from the moment its turn comes, connecting included; longer while much
+            data move (`Patience`).
         limits: largest sizes of an answer.
 
     Attributes:

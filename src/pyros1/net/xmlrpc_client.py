@@ -7,12 +7,12 @@ import os
 import select
 import socket
 import threading
-from time import monotonic
 from typing import Any
 
 from pyros1.ground.errors import DeadlineError, ProtocolError, UnknownHostError, UnreachableError
 from pyros1.net.hosts import parse_uri
-from pyros1.net.resolve import direct_addresses, look_up
+from pyros1.net.resolve import LookUp
+from pyros1.net.timeouts import Patience, show_progress
 from pyros1.wire.http import Response, ResponseParser, build_request
 from pyros1.wire.xmlrpc import dumps_call, loads_response
 
@@ -29,7 +29,7 @@ class XmlRpcClient:
 
     Args:
         uri: ``http://host:port/``.
-        timeout: seconds that a call may take, connecting included.
+        timeout: seconds that a call may take, connecting included; longer while much data move (`Patience`).
 
     Raises:
         ProtocolError: the URI is not valid.
@@ -42,6 +42,7 @@ class XmlRpcClient:
         self._path = "/" + uri.partition("://")[2].partition("/")[2]
         self._closed = False
         self._sock: socket.socket | None = None
+        self._look_up: LookUp | None = None  # under way
         self._begin()
 
     def _begin(self) -> None:
@@ -66,9 +67,10 @@ class XmlRpcClient:
         """
         body = dumps_call(method, params)
         seconds = self.timeout if timeout is None else timeout
-        deadline = monotonic() + seconds
+        patience = Patience(seconds)
         if self._pid != os.getpid():
-            self._drop()  # the connection, and who holds the lock, are the other process's
+            self._drop()  # the connection, the thread of a look-up, and who holds the lock, are the other process's
+            self._look_up = None
             self._begin()
         if not self._lock.acquire(timeout=max(0.0, seconds)):
             raise self._too_late(seconds)
@@ -76,7 +78,7 @@ class XmlRpcClient:
             return self._call_aside(method, params, seconds)
         try:
             self._busy = True
-            response = self._exchange(build_request(f"{self._host}:{self._port}", self._path, body), deadline)
+            response = self._exchange(build_request(f"{self._host}:{self._port}", self._path, body), patience)
         except TimeoutError as error:
             self._drop()
             raise self._too_late(seconds) from error
@@ -117,6 +119,8 @@ class XmlRpcClient:
         if sock is not None:
             with contextlib.suppress(OSError):
                 sock.shutdown(socket.SHUT_RDWR)  # wakes the other thread; close() alone would not
+        if (look_up := self._look_up) is not None:
+            look_up.give_up()
         self._drop_if_free()
 
     def _drop_if_free(self) -> None:
@@ -135,12 +139,12 @@ class XmlRpcClient:
         if sock is not None:
             sock.close()
 
-    def _exchange(self, request: bytes, deadline: float) -> Response:
+    def _exchange(self, request: bytes, patience: Patience) -> Response:
         """Send a request and read the answer, on a fresh connection if the kept one turns out to be closed."""
         if self._sock is not None:
             if not _readable_now(self._sock):
                 try:
-                    return self._once(self._sock, request, deadline)
+                    return self._once(self._sock, request, patience)
                 except TimeoutError:
                     raise
                 except (OSError, _LostError):
@@ -148,28 +152,24 @@ class XmlRpcClient:
                         raise
             # It was closed by the other side, or has unexpected bytes.
             self._drop()
-        return self._once(self._connect(deadline), request, deadline)
+        return self._once(self._connect(patience), request, patience)
 
-    def _connect(self, deadline: float) -> socket.socket:
+    def _connect(self, patience: Patience) -> socket.socket:
         last: OSError = OSError("no address")
-        try:
-            addresses = direct_addresses(self._host) or look_up(self._host)
-        except OSError as error:
-            raise UnknownHostError(self._host, error) from error
-        for address in addresses:
+        addresses = self._addresses(patience)
+        for number, address in enumerate(addresses):
             sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
             self._sock = sock  # so that close() can interrupt
             self._parser = ResponseParser()
             if self._closed:
                 raise OSError("closed")
             try:
-                sock.settimeout(_left(deadline))
+                sock.settimeout(_left(patience) / (len(addresses) - number))
                 sock.connect((address, self._port))
                 if sock.getsockname() == sock.getpeername():  # see net.connect
                     raise ConnectionRefusedError(os.strerror(111))
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            except TimeoutError:
-                raise
+                show_progress(sock)
             except OSError as error:
                 last = error
                 self._drop()
@@ -177,13 +177,35 @@ class XmlRpcClient:
             return sock
         raise last
 
-    def _once(self, sock: socket.socket, request: bytes, deadline: float) -> Response:
-        sock.settimeout(_left(deadline))
-        sock.sendall(request)
+    def _addresses(self, patience: Patience) -> list[str]:
+        if self._look_up is None:  # or one that took too long for an earlier call
+            self._look_up = LookUp(self._host)
+        if self._closed:
+            raise OSError("closed")
+        try:
+            addresses = self._look_up.wait(_left(patience))
+        except TimeoutError as error:
+            raise UnknownHostError(self._host, error) from error
+        except OSError as error:
+            self._look_up = None
+            if self._closed:
+                raise
+            raise UnknownHostError(self._host, error) from error
+        self._look_up = None
+        return addresses
+
+    def _once(self, sock: socket.socket, request: bytes, patience: Patience) -> Response:
+        rest = memoryview(request)
+        while rest:
+            sock.settimeout(_left(patience))
+            sent = sock.send(rest)
+            patience.moved(sent)
+            rest = rest[sent:]
         parser = self._parser
         while True:
-            sock.settimeout(_left(deadline))
+            sock.settimeout(_left(patience))
             data = sock.recv(256 * 1024)
+            patience.moved(len(data))
             if not data:
                 response = parser.eof()
                 if response is None:
@@ -198,8 +220,8 @@ class XmlRpcClient:
         return response
 
 
-def _left(deadline: float) -> float:
-    left = deadline - monotonic()
+def _left(patience: Patience) -> float:
+    left = patience.left()
     if left <= 0:
         raise TimeoutError
     return left

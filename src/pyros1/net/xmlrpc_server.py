@@ -20,6 +20,7 @@ from pyros1.net.acceptor import Acceptor
 from pyros1.net.hosts import make_uri
 from pyros1.net.loop import READ, WRITE
 from pyros1.net.ports import listening_socket
+from pyros1.net.timeouts import SLOWEST
 from pyros1.wire.http import HttpError, HttpLimits, Request, RequestParser, build_response
 from pyros1.wire.http_head import date_field
 from pyros1.wire.xmlrpc import dumps_fault, dumps_response, loads_call
@@ -43,7 +44,8 @@ class ServerLimits(NamedTuple):
         http: largest sizes of one request.
         max_connections: connections open at the same time.
         max_buffered: bytes of incomplete requests, of all connections together.
-        request_timeout_s: seconds in which a request that has begun must be complete, and a peer must read on.
+        request_timeout_s: longest pause, in seconds, in a request that has begun, or of a peer that must read on. A
+            request may take longer in all if it is not slower than SLOWEST.
         idle_timeout_s: seconds after which a connection without a request is closed.
     """
 
@@ -113,7 +115,8 @@ class _Connection:
         if self.out:
             return now - self.active > limits.request_timeout_s
         if self.parser.in_message:
-            return now - self.began > limits.request_timeout_s
+            late = max(now - self.active, now - self.began - self.parser.buffered / SLOWEST)
+            return late > limits.request_timeout_s
         return now - self.active > limits.idle_timeout_s
 
     def _readable(self, mask: int) -> None:

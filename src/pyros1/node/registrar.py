@@ -133,7 +133,10 @@ class Registrar:
         self._closed = True
         self._changed.ring()
         if self._thread.ident is not None:
-            self._thread.join(FAREWELL_TIMEOUT + 8.0)
+            self._thread.join(FAREWELL_TIMEOUT)
+            if self._thread.is_alive():  # the master is silent: give up the call that is under way
+                self._master.close()
+                self._thread.join(FAREWELL_TIMEOUT)
         if self._entries and not self._away:
             farewell = MasterClient(self._context.name, self._uri, timeout=FAREWELL_TIMEOUT)
             try:

@@ -7,13 +7,14 @@ from collections.abc import Callable, Iterable
 from time import monotonic
 from typing import Any, NamedTuple
 
+from pyros1.graph import Graph
 from pyros1.msgs import Message, load_message
 from pyros1.msgs.json_form import from_json
 from pyros1.node import Node
 from pyros1.web.server.wire import RequestError
 
-_CONNECT = 0.5
-"""Seconds that subscribers of a topic have to connect before its first message."""
+_CONNECT = 2.0
+"""Seconds that the subscribers of a topic have to connect before its first message."""
 IDLE, IDLE_LATCHED = 120.0, 3600.0
 """Seconds after its last message until a publisher ends. What is latched is for those who come later."""
 MOST = 100
@@ -104,7 +105,8 @@ class Publishing:
         if known is not publisher:
             publisher.unregister()  # another page was quicker
             return known
-        publisher.wait_for_subscribers(timeout=_CONNECT)
+        # All of them: else only the quickest would get the first message.
+        publisher.wait_for_subscribers(len(Graph(node.master).state().subscribers.get(topic, ())), _CONNECT)
         return publisher
 
     def end(self, topic: str) -> None:

@@ -105,6 +105,14 @@ class Robot:
         _ = self.node
         return self._hub.listen(topic, listener, ready)
 
+    def why_no_master(self) -> str:
+        """Return why the master does not answer; "" if it does."""
+        try:
+            self.graph.topic_types()
+        except Error as error:
+            return str(error)
+        return ""
+
     def check_running(self) -> None:
         """Check that the server goes on.
 

@@ -228,7 +228,7 @@ class _Parser(Generic[MessageT]):
         buffer = self._buffer
         start = max(0, self._searched - 3)
         end = buffer.find(b"\n\r\n", start)
-        lax = buffer.find(b"\n\n", start) if end < 0 else buffer.find(b"\n\n", start, end)
+        lax = buffer.find(b"\n\n", start) if end < 0 else buffer.find(b"\n\n", start, end + 1)  # it may end there
         if lax >= 0:
             return lax
         return end if end >= 0 else None

@@ -60,7 +60,7 @@ def link_in(line: str) -> str:
 
 
 def settings_in(link: str) -> object:
-    text = link.partition("=")[2].partition("#plot=")[2]
+    text = link.partition("#")[2].partition("=")[2]
     return json.loads(base64.urlsafe_b64decode(text + "=" * (-len(text) % 4)))
 
 
@@ -99,10 +99,13 @@ def test_a_panel_of_a_server_that_runs(start: Start, environ: dict[str, str]) ->
         shown = link_in(first_line(start(panel, word))).partition(f"#{panel}=")[2]
         settings = json.loads(base64.urlsafe_b64decode(shown + "=" * (-len(shown) % 4)))["settings"]
         assert settings == {setting: "/" + word.lstrip("/")}
-    for words, node in (([], ""), (["arm"], "/arm")):
-        shown = link_in(first_line(start("reconfigure", *words))).partition("#params=")[2]
-        settings = json.loads(base64.urlsafe_b64decode(shown + "=" * (-len(shown) % 4)))["settings"]
-        assert settings == {"reconfigure": node}
+    for words, panel, settings in (
+        (["reconfigure"], "params", {"reconfigure": ""}),
+        (["reconfigure", "arm"], "params", {"reconfigure": "/arm"}),
+        (["publisher"], "topics", {"publish": ""}),
+        (["publisher", "vel_cmd"], "topics", {"publish": "/vel_cmd"}),
+    ):
+        assert settings_in(link_in(first_line(start(*words)))) == {"panel": panel, "settings": settings}
     other = start("console")
     assert link_in(first_line(other)) == f"{link}#console"
     server.terminate()
@@ -194,4 +197,5 @@ def test_names_of_the_stock_programs() -> None:
     assert names["rqt_console"] == names["rxconsole"] == ("web", "console")
     assert names["rqt_graph"] == names["rxgraph"] == ("web", "graph")
     assert names["rqt_reconfigure"] == ("web", "reconfigure")
+    assert names["rqt_publisher"] == ("web", "publisher")
     assert names["rqt_launch"] == ("web", "launches")

@@ -11,7 +11,7 @@ import pytest
 
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64, Float64MultiArray
-from pyros1.net.loop import WRITE, Loop
+from pyros1.net.loop import WRITE, Loop, TimerHandle
 from pyros1.node.lane import Lane
 from pyros1.node.publishing import tcp_link
 from pyros1.node.publishing.tcp_link import TcpLink, WaitingLink, wait_writable
@@ -55,6 +55,26 @@ def test_a_stuck_subscriber_delays_nobody_and_loses_the_oldest(make_node: Any, r
     heights = [decode(Image, body).height for body in read_until(stuck, lambda h: h == 30)]
     assert heights == sorted(heights) and heights[-3:] == [28, 29, 30]
     assert len(heights) + link.dropped == 30
+
+
+@pytest.mark.parametrize("queue_size", [10, None])
+def test_a_subscriber_whose_machine_is_gone(
+    make_node: Any, raw_peer: Any, in_thread: Any, until: Any, monkeypatch: pytest.MonkeyPatch, queue_size: int | None
+) -> None:
+    """Its link ends, and whoever waits for it goes on; see `is_gone`."""
+    gone = threading.Event()
+    monkeypatch.setattr(tcp_link, "LOOK", 0.01)
+    monkeypatch.setattr(tcp_link, "is_gone", lambda sock: gone.is_set())
+    talker = make_node("talker")
+    publisher = talker.advertise("t", Image, queue_size=queue_size)
+    greet(raw_peer(talker, receive_buffer=4096), Image)
+    assert publisher.wait_for_subscribers(timeout=5)
+    (link,) = publication_of(talker).links
+    publishing = in_thread(publisher.publish, Image(data=bytes(20 * IMAGE_SIZE)))
+    until(lambda: link.waiting)
+    gone.set()
+    publishing.join()
+    until(lambda: not publisher.num_connections)
 
 
 def read_until(peer: Any, done: Any) -> Any:
@@ -313,6 +333,10 @@ class ByHand:
 
     def call_soon(self, function: Any, *args: Any) -> None:
         self._soon.append((function, args))
+
+    def call_later(self, _seconds: float, function: Any, *args: Any) -> Any:
+        """Later than any test."""
+        return TimerHandle(0.0, function, args)
 
     def register(self, _sock: Any, events: int, callback: Any) -> None:
         self.events, self.event = events, callback

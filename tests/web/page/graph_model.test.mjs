@@ -156,3 +156,16 @@ test("dot has the form of `pyros1 graph --dot`", () => {
   const grouped = dot(build(ROBOTS, { ...NOTHING, mode: "active", depth: 1 }));
   assert.ok(grouped.includes('  subgraph "cluster /a" {\n    label="/a";\n    "/a/one";\n    "/a/two";\n    "t:/a/inner" [label="/a/inner", shape=box];\n  }\n'));
 });
+
+test("a tool that publishes to a node is no debug node, and is shown without what it hears", () => {
+  const tool = "/rostopic_78_1700000000000";
+  const system = {
+    ...SYSTEM, nodes: { ...SYSTEM.nodes, [tool]: "http://a:6/" },
+    topics: { ...SYSTEM.topics, "/goal": topic([tool], ["/listener"]), "/chat": topic(["/talker"], ["/listener", tool]) },
+    edges: [["/goal", tool, "/listener", 10], ["/chat", "/talker", tool, 10]],
+  };
+  const { boxes, edges } = build(system, { ...NOTHING, mode: "active", hide: ["debug"] });
+  const ids = boxes.map(({ id }) => id);
+  assert.ok(ids.includes(`n:${tool}`) && ids.includes("t:/goal") && !ids.includes("n:/rostopic_77_1700000000000"));
+  assert.deepEqual(edges.filter(({ from, to }) => [from, to].includes(`n:${tool}`)).map(({ to }) => to), ["t:/goal"]);
+});

@@ -70,3 +70,18 @@ test("no more than some are kept", () => {
   scene.move("n:/b", 1, 1);
   assert.equal(scene.put.size, 500);
 });
+
+test("a link keeps where boxes were put, also of those that come later", () => {
+  const scene = arranged();
+  scene.move("n:/b", 10, 20);
+  assert.deepEqual(scene.offsets, [["n:/b", 10, 20]]);
+  const other = new Scene();
+  other.offsets = [["n:/b", 10, 20], ["n:/later", 1, 2], ["n:/c", "x", 0], null, ["n:/c", 1e999, 0], 7];
+  const shifted = Object.fromEntries(Object.entries(FOUND.boxes).map(([id, [x, y]]) => [id, [x + 5, y]]));
+  arranged(other, { ...FOUND, boxes: shifted });
+  assert.deepEqual(other.items.get("n:/b").at, [115, 20]);
+  assert.deepEqual(other.items.get("n:/c").at, [205, 0]);
+  assert.deepEqual(other.offsets, [["n:/later", 1, 2], ["n:/b", 10, 20]]);
+  other.release(0);
+  assert.deepEqual(other.offsets, []);
+});

@@ -1,9 +1,14 @@
-// The 3D scene's parts that need no browser: names of files beside others, points, levels.
+// The 3D scene's parts that need no browser: names of files beside others, points, levels, kinds of displays, what a camera
+// sees, what is under the mouse.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import { sight } from "../../../src/pyros1/web/page/lib/scene/camera_view.js";
+import { Density } from "../../../src/pyros1/web/page/lib/scene/density.js";
+import { offersOf, readKey } from "../../../src/pyros1/web/page/lib/scene/kinds.js";
 import { beside } from "../../../src/pyros1/web/page/lib/scene/meshes.js";
+import { pointsIn, reaches } from "../../../src/pyros1/web/page/lib/scene/picking.js";
 import { levels, scanPoints } from "../../../src/pyros1/web/page/lib/scene/points.js";
 
 test("files that a mesh names are beside it, in its package", () => {
@@ -18,9 +23,10 @@ test("files that a mesh names are beside it, in its package", () => {
 
 test("ranges become points, but not those that are none", () => {
   const facts = { start: 0, step: Math.PI / 2, least: 0.5, most: 5, count: 4, intensities: true };
-  const [positions, values] = scanPoints(facts, Float32Array.of(1, 0.1, NaN, 2, 10, 20, 30, 40));
+  const [positions, values, indices] = scanPoints(facts, Float32Array.of(1, 0.1, NaN, 2, 10, 20, 30, 40));
   assert.deepEqual([...positions].map((value) => Math.round(value * 1000) / 1000 + 0), [1, 0, 0, 0, -2, 0]);
   assert.deepEqual([...values], [10, 40]);
+  assert.deepEqual([...indices], [0, 3]);
 });
 
 test("levels go from the least to the greatest number", () => {
@@ -28,4 +34,79 @@ test("levels go from the least to the greatest number", () => {
   assert.deepEqual([...levels(Float32Array.of(5, 5))], [0, 0]);
   assert.deepEqual([...levels(Float32Array.of(NaN, 0, Infinity, 10))], [0, 0, 255, 255]);
   assert.deepEqual([...levels(new Float32Array())], []);
+});
+
+const TYPES = {
+  "/cam/depth": "sensor_msgs/Image", "/cam/rgb/compressed": "sensor_msgs/CompressedImage", "/alone": "sensor_msgs/Image",
+  "/cam/camera_info": "sensor_msgs/CameraInfo", "/map": "nav_msgs/OccupancyGrid", "/words": "std_msgs/String",
+};
+
+test("keys say which display of a topic it is", () => {
+  assert.deepEqual(readKey("/map", TYPES), { topic: "/map", kind: "Map", view: "scene_topic" });
+  assert.deepEqual(readKey("/alone", TYPES), { topic: "/alone", kind: "Image", view: "image" });
+  assert.deepEqual(readKey("camera:/alone", TYPES), { topic: "/alone", kind: "Camera", view: "scene_camera" });
+  assert.deepEqual(readKey("depth:/cam/depth", TYPES), { topic: "/cam/depth", kind: "DepthCloud", view: "scene_depth" });
+  for (const key of ["camera:/map", "depth:/nothing", "/words", "constructor:/map", ""]) assert.equal(readKey(key, TYPES).kind, "");
+});
+
+test("cameras are offered where there is a CameraInfo, and depths where a name says so", () => {
+  const keys = (shown) => offersOf(TYPES, shown, ["/robot_description"]).map(({ key }) => key);
+  const all = ["/alone", "/cam/depth", "camera:/cam/depth", "depth:/cam/depth", "/cam/rgb/compressed", "camera:/cam/rgb/compressed", "/map", "depth:", "robot:"];
+  assert.deepEqual(keys([]), all);
+  assert.deepEqual(keys(all.slice(0, 3)), all.slice(3));
+  const others = offersOf({ ...TYPES, "/cam/camera_info": "std_msgs/String" }, [], []).map(({ kind }) => kind);
+  assert.deepEqual(others, ["RobotModel", "Image", "Image", "Image", "Map", "RobotModel"]);
+});
+
+test("a camera sees from the edge of its first pixel to that of its last one", () => {
+  const camera = { fx: 2, fy: 4, cx: 1.5, cy: 0.5, width: 4, height: 4 };
+  assert.deepEqual(sight(camera), [-1, 1, 0.25, -0.75]);
+  assert.deepEqual(sight(camera, 2), [-0.5, 0.5, 0, -0.5]);
+});
+
+const EYE = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, -1, 0, 0, -0.2, 0]; // looks along -z, from 0.1 m to far away
+
+test("of points in a part of the picture, the one in front", () => {
+  const positions = Float32Array.of(0, 0, -2, 0, 0, -1, 0, 0, 1, 0.5, 0, -1, 0, NaN, -1, 0, 0, -0.01);
+  const found = pointsIn(positions, 6, EYE, [-0.1, -0.1, 0.1, 0.1], 10);
+  assert.deepEqual([found.total, found.nearest, found.indices], [2, 1, [0, 1]]); // the others are beside, behind, nowhere, too near
+  assert.deepEqual(pointsIn(positions, 6, EYE, [-1, -1, 1, 1], 2).indices, [0, 1]);
+  assert.equal(pointsIn(positions, 6, EYE, [-1, -1, 1, 1], 2).total, 3);
+  assert.equal(pointsIn(positions, 6, EYE, [0.9, 0.9, 1, 1], 2).nearest, -1);
+});
+
+test("what reaches into a part of the picture", () => {
+  const corners = [[-1, -1, -2], [1, 1, -2]];
+  assert.ok(reaches(corners, EYE, [0.4, 0.4, 0.9, 0.9]));
+  assert.ok(!reaches(corners, EYE, [0.6, 0.4, 0.9, 0.9]));
+  assert.ok(!reaches([[0, 0, 5]], EYE, [-1, -1, 1, 1])); // behind the eye
+  assert.ok(!reaches([], EYE, [-1, -1, 1, 1]));
+});
+
+test("a browser that draws slowly gets fewer points, and more again when it does not", () => {
+  const density = new Density();
+  const told = (lag, count, more = {}) => density.told(lag, { count, all: false, fresh: true, ...more });
+  assert.deepEqual([1, 2, 3].map(() => told(500, 1e6)), [false, false, true]);
+  assert.equal(density.enough, 210000);
+  for (let time = 0; time < 50; time += 1) assert.ok(!told(110, 200000)); // that is as many as it can
+  for (let time = 0; time < 4; time += 1) assert.ok(!told(20, 200000));
+  assert.ok(told(20, 200000));
+  assert.equal(density.enough, 800000);
+  for (let time = 0; time < 50; time += 1) assert.ok(!told(20, 700000, { all: true })); // there are no more
+  for (let time = 0; time < 3; time += 1) told(600, 700000);
+  assert.equal(density.enough, 122500);
+  for (let time = 0; time < 9; time += 1) assert.ok(!told(20, 100000), String(time)); // it was too much: it waits longer
+  assert.ok(told(20, 100000));
+});
+
+test("to turn the view is no reason for fewer points, but may be one for more", () => {
+  const density = new Density();
+  const turned = (lag) => density.told(lag, { count: 1e6, all: false, fresh: false });
+  for (let time = 0; time < 20; time += 1) assert.ok(!turned(500));
+  for (let time = 0; time < 3; time += 1) density.told(1000, { count: 1e6, all: false, fresh: true });
+  assert.equal(density.enough, 105000);
+  for (let time = 0; time < 5; time += 1) density.told(10, { count: 1e5, all: false, fresh: false });
+  assert.equal(density.enough, 400000);
+  density.forget();
+  assert.equal(density.enough, Infinity);
 });

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import struct
 
 import pytest
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 
 from pyros1.msgs.geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped, WrenchStamped
 from pyros1.msgs.nav_msgs.msg import GridCells, OccupancyGrid, Path
-from pyros1.msgs.sensor_msgs.msg import LaserScan, Temperature
+from pyros1.msgs.sensor_msgs.msg import JointState, LaserScan, Temperature
 from pyros1.web.scene import shapes
 from pyros1.web.scene.shapes import SHAPES, ShapeError
 
@@ -92,3 +93,13 @@ def test_of_too_many_cells_some_are_left_out(monkeypatch: pytest.MonkeyPatch) ->
     facts, blob = shapes.grid_cells(GridCells(cell_width=0.5, cell_height=0.25, cells=[Point(1.0, 2.0, 0.0)] * 5))
     assert (facts["count"], facts["more"], facts["size"]) == (2, 3, [0.5, 0.25])
     assert struct.unpack("<6f", blob) == (1.0, 2.0, 0.0) * 2
+
+
+def test_efforts_that_are_known() -> None:
+    message = JointState(name=["a", "b", "c", "without"], effort=[1.5, math.nan, -2.0])
+    assert SHAPES["sensor_msgs/JointState"](message) == (
+        {"kind": "efforts", "names": ["a", "c"], "efforts": [1.5, -2]},
+        b"",
+    )
+    many = JointState(name=["j"] * 1500, effort=[1.0] * 1500)
+    assert len(SHAPES["sensor_msgs/JointState"](many)[0]["names"]) == 1000

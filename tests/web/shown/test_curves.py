@@ -10,7 +10,7 @@ import pytest
 from pyros1 import Duration, Time
 from pyros1.msgs.geometry_msgs.msg import PointStamped
 from pyros1.msgs.sensor_msgs.msg import JointState
-from pyros1.msgs.std_msgs.msg import Bool, String
+from pyros1.msgs.std_msgs.msg import Bool, Float64, String
 from pyros1.msgs.std_msgs.msg import Duration as DurationMessage
 from pyros1.web.shown.curves import MOST_POINTS, Curve, CurveError
 
@@ -50,6 +50,10 @@ def test_an_expression() -> None:
     message = PointStamped()
     message.point.x, message.point.y = 3.0, 4.0
     assert points("/topic: hypot(m.point.x, m.point.y) * 2", message) == {-1: ([0.0], [10.0])}
+
+
+def test_a_message_with_one_number_is_that_number() -> None:
+    assert points("/topic", Float64(2.5)) == {-1: ([0.0], [2.5])}
 
 
 def test_the_time_of_the_header() -> None:

@@ -15,6 +15,7 @@ from pyros1.msgs.visualization_msgs.msg import InteractiveMarker, InteractiveMar
 from pyros1.tf import StaticTransformBroadcaster
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
+from pyros1.web.views.scene.frames import root_of_most
 
 PATIENCE = 20.0
 Make = Callable[..., Any]
@@ -53,6 +54,21 @@ def test_a_message_comes_again_when_there_is_a_way_to_its_frame(make_node: Make,
     StaticTransformBroadcaster(node).send_transform([link])
     assert watched.until(lambda data: data["pose"] is not None)["pose"][0] == 2.0
     assert not watched.view.polled
+
+
+@pytest.mark.parametrize(
+    ("parents", "root"),
+    [
+        ({}, ""),
+        ({"head": "", "camera": "head", "map": "", "odom": "map", "base": "odom"}, "map"),
+        ({"one": "", "two": ""}, "one"),
+        ({"a": "b", "b": "c", "c": "a", "map": "", "odom": "map", "lost": "a"}, "map"),
+        ({"odom": "map", "base": "odom"}, "map"),
+        ({"a": "b", "b": "a"}, ""),
+    ],
+)
+def test_the_root_of_the_largest_tree(parents: dict[str, str], root: str) -> None:
+    assert root_of_most(parents) == root
 
 
 def test_a_map_and_what_changes_in_it(make_node: Make, watch: Make) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from pyros1.actions import SimpleServer
 from pyros1.msgs.actionlib_tutorials.msg import FibonacciAction, FibonacciFeedback, FibonacciResult
-from pyros1.msgs.dynamic_reconfigure.msg import ConfigDescription, Group, ParamDescription
+from pyros1.msgs.dynamic_reconfigure.msg import Config, ConfigDescription, Group, GroupState, ParamDescription
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.reconfigure import Parameters, Server
 from pyros1.web import calls
@@ -124,6 +124,16 @@ def test_groups_of_dynamic_reconfigure(make_node: Make, watch: Make) -> None:
     shown = watch("reconfigure", node="/motor").until(lambda data: True)
     groups = {each["name"]: each["groups"] for each in shown["parameters"]}
     assert groups == {"top": [], "first": ["outer"], "second": ["outer", "inner"]}
+
+
+def test_groups_that_the_node_closes_and_hides() -> None:
+    kinds = {1: "collapse", 2: "hide", 3: "collapse", 4: ""}
+    groups = [Group(name=f"g{number}", id=number, parent=1 if number == 2 else 0, type=kinds[number]) for number in kinds]
+    states = [GroupState(id=number, state=number == 3) for number in kinds]
+    both = ConfigDescription(groups=groups), Config(groups=states)
+    assert reconfigure.off(*both, "collapse") == [["g1"]]
+    assert reconfigure.off(*both, "hide") == [["g1", "g2"]]
+    assert reconfigure.off(both[0], Config(), "hide") == []
 
 
 def test_groups_that_go_round_in_circles() -> None:

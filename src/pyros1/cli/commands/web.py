@@ -109,6 +109,8 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
     panels = Assets().panels
     if panel == "reconfigure" and len(words) < 2:  # a part of the panel of parameters
         return "params", {"reconfigure": invocation.resolve(words[0]) if words else ""}
+    if panel == "publisher" and len(words) < 2:  # a part of the panel of topics
+        return "topics", {"publish": invocation.resolve(words[0]) if words else ""}
     if panel not in panels:
         raise UsageError(f"there is no panel {panel!r}; there are {', '.join(panels)}")
     if panel == "bag":
@@ -221,7 +223,7 @@ COMMAND = Command(
         "rqt_launch": ("launches",),
         "rqt_logger_level": ("nodes",),
         "rqt_plot": ("plot",),
-        "rqt_publisher": ("topics",),
+        "rqt_publisher": ("publisher",),
         "rqt_reconfigure": ("reconfigure",),
         "rqt_service_caller": ("services",),
         "rqt_tf_tree": ("frames",),

@@ -93,7 +93,7 @@ def declared_depends(folder: Path, *, test_depends: bool = False) -> list[str]:
         return []
     try:
         root = fromstring(path.read_bytes())
-    except (OSError, ValueError, ParseError) as error:
+    except (OSError, ValueError, LookupError, ParseError) as error:  # LookupError: an unknown encoding
         raise LaunchError(f"cannot read {path}: {error}") from error
     tags = [*_DECLARING, *(["test_depend"] if test_depends else [])]
     names = [child.get("package") or child.text or "" for tag in tags for child in root.findall(tag)]

@@ -14,6 +14,10 @@ from pyros1.ground.errors import LaunchError
 from pyros1.ground.suggest import did_you_mean
 from pyros1.launch.reading.convert import convert_value
 
+MAX_GROWTH = 1 << 18
+"""Most characters that substitutions add to a text: an argument that holds another one ten times, which holds another
+one ten times and so on, would fill any memory. A program's argument has at most half of that."""
+
 _COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
 
 
@@ -66,6 +70,7 @@ def substitute(text: str, source: Substituter) -> str:
 def _replace(text: str, source: Substituter, *, finding: bool) -> str:
     parts: list[str] = []
     position = 0
+    room = len(text) + MAX_GROWTH
     while True:
         start = text.find("$(", position)
         if start < 0:
@@ -95,6 +100,9 @@ def _replace(text: str, source: Substituter, *, finding: bool) -> str:
             text, position = source.find(words[1], path) + space + rest, 0
         else:
             parts.append(_value(command, words, source))
+            room -= len(parts[-1])
+            if room < 0:
+                raise LaunchError(f"the substitutions add more than {MAX_GROWTH} characters")
 
 
 def _unknown(inner: str) -> str:

@@ -7,6 +7,9 @@ import socket
 from collections.abc import Mapping
 from pathlib import Path
 
+from pyros1.ground.errors import LaunchError
+from pyros1.ground.shown import one_line
+
 
 def ros_home(environ: Mapping[str, str]) -> Path:
     """Return ``$ROS_HOME`` or ``~/.ros``."""
@@ -23,9 +26,16 @@ def log_folder(environ: Mapping[str, str]) -> Path:
 def make_run_folder(environ: Mapping[str, str], run_id: str) -> Path:
     """Create the log folder of a run, and the link ``latest`` to it.
 
+    Args:
+        environ: environment variables.
+        run_id: name of the folder. It comes from the master, where anybody can set it.
+
     Raises:
+        LaunchError: the name would lead to another place.
         OSError: the folder cannot be created.
     """
+    if "/" in run_id or run_id.startswith(".") or "\0" in run_id or not run_id:
+        raise LaunchError(f"not a valid run id: {one_line(repr(run_id))}")
     folder = log_folder(environ) / run_id
     folder.mkdir(parents=True, exist_ok=True)
     _point(log_folder(environ) / "latest", folder)

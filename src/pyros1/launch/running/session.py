@@ -264,8 +264,6 @@ class Session:
         elif self._continued is not None:
             run_id = run_id or self._continued.run_id
         run_id = run_id or str(uuid.uuid1())
-        if "/" in run_id or run_id.startswith("."):
-            raise LaunchError(f"not a valid run id: {run_id!r}")
         try:
             folder = make_run_folder(self.environ, run_id)
             log = run_log(folder)

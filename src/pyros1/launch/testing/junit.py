@@ -79,7 +79,7 @@ def read_results(path: Path, suite: str) -> Results:
                 for element in root.iter("testcase")
             ]
         )
-    except (OSError, ValueError, ParseError) as error:
+    except (OSError, ValueError, LookupError, ParseError) as error:  # LookupError: an unknown encoding
         why = f"{path} is not a file with test results: {error}"
         return Results([Case(f"{suite}/results", errors=[("", why)])], unreadable=str(error))
 

@@ -24,7 +24,8 @@ import time
 from collections.abc import Callable
 from time import perf_counter
 
-from pyros1.net.loop import Loop
+from pyros1.net.keepalive import is_gone
+from pyros1.net.loop import Loop, TimerHandle
 from pyros1.node.lane import Lane
 from pyros1.wire.outqueue import Frame, OutQueue, frame_size
 
@@ -36,6 +37,8 @@ TURN = 4 << 20
 """Most bytes that are sent in one go; the rest is sent in the loop's next round, after the turns of others."""
 LINGER = 0.0005
 """Seconds after which the loop sends what the publisher has left in the queue."""
+LOOK = 15.0
+"""Seconds between looks whether the subscriber's machine is gone."""
 SMALL = 4096
 PAUSE = 0.0001
 
@@ -92,6 +95,7 @@ class TcpLink:
         sock.setblocking(False)
         self.address = _address_text(sock)
         self._greeting = greeting
+        self._look_timer: TimerHandle | None = None
         loop.call_soon(self._watch)
 
     def start(self) -> None:
@@ -244,6 +248,14 @@ class TcpLink:
     def _watch(self) -> None:
         if not self._closed:
             self._loop.register(self._sock, selectors.EVENT_READ, self._on_event)
+            self._look_timer = self._loop.call_later(LOOK, self._look)
+
+    def _look(self) -> None:
+        """End the link if the subscriber's machine is gone: queues would fill, and publishers without one wait."""
+        if is_gone(self._sock):
+            self.close()
+        elif not self._closed:
+            self._look_timer = self._loop.call_later(LOOK, self._look)
 
     def _want_writable(self) -> None:
         if not self._closed:
@@ -329,6 +341,8 @@ class TcpLink:
             self._flush()
 
     def _dispose(self) -> None:
+        if self._look_timer is not None:
+            self._look_timer.cancel()
         with contextlib.suppress(KeyError, ValueError, OSError):
             self._loop.unregister(self._sock)
         self._sock.close()

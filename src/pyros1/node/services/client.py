@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import socket
 import threading
@@ -26,7 +27,9 @@ from pyros1.ground.errors import (
 )
 from pyros1.ground.shown import one_line
 from pyros1.msgs import Message, Service
+from pyros1.net.dial import dial
 from pyros1.net.hosts import parse_uri
+from pyros1.net.keepalive import is_gone, keep_alive
 from pyros1.net.reach import how_to_reach
 from pyros1.net.timeouts import WaitOver, bound_waits
 from pyros1.node.checks import check_timeout
@@ -55,13 +58,14 @@ class _Call:
         host, port = parse_uri(uri, "rosrpc")
         self.data = b""
         try:
-            self.sock = socket.create_connection((host, port), self._left(CONNECT_TIMEOUT))
-        except (OSError, UnicodeError) as error:
-            reason = UnknownHostError(host, error) if isinstance(error, socket.gaierror) else error
+            self.sock = dial(host, port, CONNECT_TIMEOUT, lambda: self._left(STEP))
+        except WaitTimeoutError:
+            raise
+        except (OSError, UnknownHostError) as error:
             raise ServiceUnavailableError(
-                f"service [{service}] is registered at {uri}, but cannot be reached: {reason}. "
-                f"{how_to_reach(host, reason)}"
+                f"service [{service}] is registered at {uri}, but cannot be reached: {error}. {how_to_reach(host, error)}"
             ) from error
+        keep_alive(self.sock)
         self.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._bound = 0.0
 
@@ -82,6 +86,11 @@ class _Call:
             raise WaitTimeoutError(f"service [{self.service}] did not answer in time")
         return min(most, left)
 
+    def _check_peer(self, error: OSError) -> None:
+        """Raise a ConnectionError if the wait is over since the system has given up the connection, or should have."""
+        if error.errno == errno.ETIMEDOUT or is_gone(self.sock):
+            raise ConnectionError("the provider's machine does not answer any more")
+
     def send(self, data: bytes) -> None:
         """Send all bytes."""
         rest: bytes | memoryview = data
@@ -90,8 +99,8 @@ class _Call:
             try:
                 sent = self.sock.send(rest)
                 rest = b"" if sent == len(rest) else memoryview(rest)[sent:]
-            except WaitOver:
-                continue  # _left raises at the deadline
+            except WaitOver as error:
+                self._check_peer(error)  # and _left raises at the deadline
 
     def receive(self) -> bytes:
         """Receive some bytes.
@@ -103,8 +112,9 @@ class _Call:
             self._bound_wait()
             try:
                 data = self.sock.recv(65536)
-            except WaitOver:
-                continue  # _left raises at the deadline
+            except WaitOver as error:
+                self._check_peer(error)  # and _left raises at the deadline
+                continue
             if not data:
                 self._context.check_running()
                 raise ConnectionError("the provider closed the connection")

@@ -7,7 +7,8 @@ States::
       └─────────────────────────┘   persistent
 
 * *waiting*: on the loop, for a whole request. A client that sends nothing, or one byte at a time, costs no thread. A
-  request must be complete some time after its first byte; a client that is not persistent must begin it in that time.
+  request must go on once it has begun, and not slower than SLOWEST in the long run; a client that is not persistent
+  must begin it.
 * *answering*: in a worker's thread, until the response is sent. If a persistent client calls again at once, the same
   thread answers, without a detour over the loop.
 """
@@ -21,7 +22,7 @@ from typing import TYPE_CHECKING
 
 from pyros1.ground.errors import ProtocolError
 from pyros1.net.loop import READ
-from pyros1.net.timeouts import WaitOver, bound_waits
+from pyros1.net.timeouts import Patience, WaitOver, bound_waits
 from pyros1.wire.framing import FrameBuffer
 from pyros1.wire.handshake import is_true
 from pyros1.wire.service import encode_failure
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from pyros1.net.loop import Loop, TimerHandle
 
 REQUEST_TIMEOUT = 30.0
-"""Seconds that a client has to send a request once it has begun, and to take the response."""
+"""Longest pause, in seconds, of a client that sends a request, or takes the response."""
 LINGER = 0.05
 """Seconds that a worker waits for the next request of a persistent client."""
 
@@ -72,6 +73,7 @@ class ServiceLink:
         self._persistent = is_true(header.get("persistent"))
         self._buffer = FrameBuffer(4096, first=first)
         self._timer: TimerHandle | None = None
+        self._patience = Patience(REQUEST_TIMEOUT)  # while there is a timer
         self._ending = False
 
     def begin(self, greeting: bytes) -> None:
@@ -103,12 +105,20 @@ class ServiceLink:
         self._sock.setblocking(False)
         self._loop.register(self._sock, READ, self._readable)
         if self._buffer.partial or not self._persistent:
-            self._timer = self._loop.call_later(REQUEST_TIMEOUT, self._late)
+            self._be_patient()
+
+    def _be_patient(self) -> None:
+        self._patience = Patience(REQUEST_TIMEOUT)
+        self._timer = self._loop.call_later(REQUEST_TIMEOUT, self._late)
 
     def _late(self) -> None:
+        left = self._patience.left()
+        if left > 0:
+            self._timer = self._loop.call_later(left, self._late)
+            return
         self._loop.unregister(self._sock)
         begun = self._buffer.partial
-        self._close(ProtocolError(f"its request was not complete after {REQUEST_TIMEOUT:g} s") if begun else None)
+        self._close(ProtocolError(f"no more of its request came for {REQUEST_TIMEOUT:g} s") if begun else None)
 
     def _readable(self, _mask: int) -> None:
         fresh = not self._buffer.partial
@@ -119,6 +129,7 @@ class ServiceLink:
                 self._close(None)
                 return
             frames = self._buffer.received(count)
+            self._patience.moved(count)
         except BlockingIOError:
             return
         except (OSError, ProtocolError) as error:
@@ -129,7 +140,7 @@ class ServiceLink:
             self._stop_waiting()
             self._hand_over(frames)
         elif fresh and self._timer is None:
-            self._timer = self._loop.call_later(REQUEST_TIMEOUT, self._late)
+            self._be_patient()
 
     def _stop_waiting(self) -> None:
         self._loop.unregister(self._sock)

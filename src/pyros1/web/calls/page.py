@@ -10,11 +10,11 @@ from pyros1.web.robot import Robot
 
 
 def about(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what the page is connected to."""
+    """Return what the page is connected to. Pages ask this again and again."""
     return {
         "version": pyros1.__version__,
         "master": robot.master_uri,
-        "trouble": robot.trouble,
+        "trouble": robot.trouble or robot.why_no_master(),
         "read_only": robot.access.read_only,
     }
 

@@ -14,7 +14,6 @@ const bar = document.getElementById("bar");
 const state = h("span.state", { role: "status" });
 const tabs = h("nav", { "aria-label": "views" });
 const workspace = new Workspace(document.getElementById("workspace"), panels, robot, changed);
-let layouts = load("layouts") || {};
 let current = "";
 
 fill(bar,
@@ -44,6 +43,7 @@ function seeTab() {
 
 // Show a tab, or a layout that has a name. Each tab is a layout that begins as one panel, or as the panel says.
 function choose(name, tree) {
+  const layouts = load("layouts") || {}; // another page of this browser may have changed them
   const known = tree || layouts[name] || panels.some((panel) => panel.name === name);
   current = known ? name : panels[0].name;
   const begun = panels.find((panel) => panel.name === current)?.layout;
@@ -54,8 +54,7 @@ function choose(name, tree) {
 }
 
 function changed(tree) {
-  layouts[current] = tree;
-  store("layouts", layouts);
+  store("layouts", { ...load("layouts"), [current]: tree });
 }
 
 async function share() {
@@ -81,16 +80,18 @@ function theme() {
 }
 
 function drawState() {
-  state.className = `state ${robot.state}`;
-  const text = { connecting: "connecting …", connected: robot.about.master.replace(/^http:\/\/|\/$/g, ""), refused: "refused" };
+  const lost = robot.state === "connected" && robot.lost;
+  state.className = `state ${lost ? "lost" : robot.state}`;
+  const text = lost ? { connected: "no master" } : { connecting: "connecting …", connected: h("span.master", {}, robot.about.master.replace(/^http:\/\/|\/$/g, "")), refused: "refused" };
   fill(state, h("i.lamp"), text[robot.state], robot.about.read_only && h("span.badge", {}, "read-only"));
-  state.title = robot.trouble || "the master";
+  state.title = robot.trouble || lost || "the master";
   workspace.trouble(robot.state === "connected" ? "" : robot.trouble);
   seeTab(); // the bar has another width now
 }
 
 robot.addEventListener("state", drawState);
 robot.addEventListener("about", drawState);
+robot.addEventListener("master", drawState);
 const theme0 = load("theme");
 if (theme0) document.documentElement.dataset.theme = theme0;
 

@@ -17,13 +17,14 @@ _PACKED = ("rgb", "rgba")
 _Floats = NDArray[np.float32]
 
 
-def point_cloud2(cloud: Any, by: str = "", most: int = MOST_POINTS) -> Shape:
+def point_cloud2(cloud: Any, by: str = "", most: int = MOST_POINTS, numbers: bool = False) -> Shape:
     """Return a sensor_msgs/PointCloud2.
 
     Args:
         cloud: the message.
         by: the field that colours the points; empty for "rgb", "intensity" or "z", the first that there is.
         most: the number of points that are sent at most; of larger clouds every second, third ... point.
+        numbers: whether to send the points' places in the message and their values, too.
 
     Returns:
         "count", "every" (one of how many points is sent), "fields" (those that can colour), "by", and "colour":
@@ -32,7 +33,8 @@ def point_cloud2(cloud: Any, by: str = "", most: int = MOST_POINTS) -> Shape:
         - "value": for each point one byte, from the field's "least" (0) to its "most" (255)
         - "z": nothing; the height is between "least" and "most"
 
-        with the places as float32 x, y, z, and then the colours. Points without a place are left out.
+        with the places as float32 x, y, z, and then the colours. Points without a place are left out. If "numbers" are
+        sent, the index of each point in the message as uint32, and for "value" its float32, are before the colours.
 
     Raises:
         ShapeError: the sizes in the message contradict each other, or it has no x, y and z.
@@ -48,16 +50,18 @@ def point_cloud2(cloud: Any, by: str = "", most: int = MOST_POINTS) -> Shape:
     if by not in fields:
         by = next((name for name in (*_PACKED, "intensity") if name in fields), "z")
     colours = points[by].copy()
+    indices = np.arange(len(points), dtype=np.uint32) * np.uint32(every) if numbers else None
     with np.errstate(all="ignore"):
         whole = np.isfinite(places.sum())  # most clouds; to look at each point takes five times as long
     if not whole:
         there = np.isfinite(places).all(axis=1)
         places, colours = places[there], colours[there]
+        indices = None if indices is None else indices[there]
     facts = {"kind": "cloud", "count": len(places), "every": every, "fields": fields}
-    return _coloured(facts, places, colours, by, bool(cloud.is_bigendian))
+    return _coloured(facts, places, colours, by, bool(cloud.is_bigendian), indices)
 
 
-def point_cloud(cloud: Any, by: str = "", most: int = MOST_POINTS) -> Shape:
+def point_cloud(cloud: Any, by: str = "", most: int = MOST_POINTS, numbers: bool = False) -> Shape:
     """Return a sensor_msgs/PointCloud; as `point_cloud2`. Its channels are fields."""
     every = -(-len(cloud.points) // most) or 1
     channels = {each.name: each.values for each in cloud.channels if len(each.values) == len(cloud.points)}
@@ -69,7 +73,8 @@ def point_cloud(cloud: Any, by: str = "", most: int = MOST_POINTS) -> Shape:
         values = np.asarray(channels[by], np.float32)[::every] if by in channels else places[:, "xyz".index(by)]
     there = np.isfinite(places).all(axis=1)
     facts = {"kind": "cloud", "count": int(there.sum()), "every": every, "fields": fields}
-    return _coloured(facts, places[there], values[there], by, False)
+    indices = (np.flatnonzero(there) * every).astype(np.uint32) if numbers else None
+    return _coloured(facts, places[there], values[there], by, False, indices)
 
 
 def _points(cloud: Any) -> NDArray[Any]:
@@ -105,20 +110,33 @@ def _good(field: Any) -> bool:
     return field.datatype in _KINDS and bool(field.name)
 
 
-def _coloured(facts: dict[str, Any], places: _Floats, values: NDArray[Any], by: str, swapped: bool) -> Shape:
+def _coloured(
+    facts: dict[str, Any],
+    places: _Floats,
+    values: NDArray[Any],
+    by: str,
+    swapped: bool,
+    indices: NDArray[np.uint32] | None,
+) -> Shape:
+    facts["by"] = by
+    blob = places.tobytes()
+    if indices is not None:
+        facts["numbers"] = True
+        blob += indices.tobytes()
     if by in _PACKED and values.dtype.itemsize == 4:
         packed = np.ascontiguousarray(values)
-        facts |= {"by": by, "colour": "rgb"}
-        return facts, places.tobytes() + (packed.byteswap() if swapped else packed).tobytes()
+        return {**facts, "colour": "rgb"}, blob + (packed.byteswap() if swapped else packed).tobytes()
     with np.errstate(all="ignore"):
-        numbers = values.astype(np.float32)
-        finite = numbers if by in ("x", "y", "z") else numbers[np.isfinite(numbers)]
+        floats = values.astype(np.float32)
+        finite = floats if by in ("x", "y", "z") else floats[np.isfinite(floats)]
         least, most = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
-        facts |= {"by": by, "least": least, "most": most}
+        facts |= {"least": least, "most": most}
         if by == "z":
-            return {**facts, "colour": "z"}, places.tobytes()
-        share = (numbers - least) * np.float32(255 / (most - least) if most > least else 0)
-        if len(finite) < len(numbers):
+            return {**facts, "colour": "z"}, blob
+        share = (floats - least) * np.float32(255 / (most - least) if most > least else 0)
+        if len(finite) < len(floats):
             share = np.nan_to_num(share, nan=0.0, posinf=255.0, neginf=0.0)
         levels = share.clip(0, 255).astype(np.uint8)
-    return {**facts, "colour": "value"}, places.tobytes() + levels.tobytes()
+    if indices is not None:
+        blob += floats.tobytes()
+    return {**facts, "colour": "value"}, blob + levels.tobytes()

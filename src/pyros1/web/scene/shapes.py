@@ -16,6 +16,7 @@ from pyros1.web.scene.shape import Shape, ShapeError
 
 MOST_POSES = 20_000
 MOST_CELLS = 64 << 20
+MOST_JOINTS = 1_000
 
 
 def laser_scan(scan: Any) -> Shape:
@@ -135,6 +136,14 @@ def accel(message: Any) -> Shape:
     return _screw(message.accel.linear, message.accel.angular, "m/s\u00b2", "rad/s\u00b2")
 
 
+def joint_efforts(message: Any) -> Shape:
+    """Return "names" of joints and their "efforts" in newtons or newton metres; only of joints with an effort."""
+    pairs = [(name, _finite(value)) for name, value in zip(message.name, message.effort, strict=False)][:MOST_JOINTS]
+    known = [(name[:200], value) for name, value in pairs if value is not None]
+    facts = {"kind": "efforts", "names": [name for name, _ in known], "efforts": [value for _, value in known]}
+    return facts, b""
+
+
 def _screw(straight: Any, around: Any, unit: str, unit_around: str) -> Shape:
     facts = {
         "kind": "screw",
@@ -171,6 +180,7 @@ SHAPES: dict[str, Callable[[Any], Shape]] = {
     "sensor_msgs/FluidPressure": _measured("fluid_pressure", "Pa", 98_000.0, 105_000.0),
     "sensor_msgs/Illuminance": _measured("illuminance", "lx", 0.0, 1_000.0),
     "sensor_msgs/Imu": imu,
+    "sensor_msgs/JointState": joint_efforts,
     "sensor_msgs/LaserScan": laser_scan,
     "sensor_msgs/PointCloud": point_cloud,
     "sensor_msgs/PointCloud2": point_cloud2,
@@ -179,7 +189,9 @@ SHAPES: dict[str, Callable[[Any], Shape]] = {
     "sensor_msgs/Temperature": _measured("temperature", "\u00b0C", 0.0, 100.0),
 }
 """Types that can be drawn from their newest message alone."""
-CLOUDS: dict[str, Callable[[Any, str, int], Shape]] = {
+PLACELESS = frozenset({"sensor_msgs/JointState"})
+"""Those of them that have no place in the scene: their headers mostly name no frame."""
+CLOUDS: dict[str, Callable[[Any, str, int, bool], Shape]] = {
     "sensor_msgs/PointCloud": point_cloud,
     "sensor_msgs/PointCloud2": point_cloud2,
 }

@@ -10,6 +10,7 @@ from typing import Any
 
 from pyros1.ground.errors import Error, MessageError
 from pyros1.ground.timing import TVal
+from pyros1.msgs import Message
 from pyros1.observe.expression import Expression, ExpressionError
 from pyros1.observe.fields import FieldPath, FieldPathError
 from pyros1.web.shown.decimation import decimate
@@ -32,7 +33,7 @@ class Curve:
     """Values of a topic's messages over time.
 
     Args:
-        text: ``/topic/field``, ``/topic/array[2]``, ``/topic/array[0:3]``, or ``/topic: EXPRESSION`` where ``m`` is the
+        text: ``/topic/field``, ``/topic`` if it has one field, ``/topic/array[2]``, ``/topic/array[0:3]``, or ``/topic: EXPRESSION`` where ``m`` is the
             message, as ``/odom: hypot(m.twist.twist.linear.x, m.twist.twist.linear.y)``.
         stamped: whether the time of a point is that of the message's header, not that of its arrival.
 
@@ -125,6 +126,8 @@ def _numbers(value: Any) -> list[tuple[int, float]]:
 
 
 def _number(value: Any) -> float:
+    if isinstance(value, Message) and len(value.__slots__) == 1:  # the number in a std_msgs/Float64
+        value = getattr(value, value.__slots__[0])
     if isinstance(value, TVal):
         return float(value.to_sec())
     if not isinstance(value, (int, float)):

@@ -25,6 +25,8 @@ _HOMES = {
     "bag_play": "bag.play.BagPlayView",
     "bag_recording": "bag.recording.BagRecordingView",
     "frames": "frames.FramesView",
+    "scene_camera": "scene.camera.SceneCameraView",
+    "scene_depth": "scene.depth.SceneDepthView",
     "scene_frames": "scene.frames.SceneFramesView",
     "scene_interactive": "scene.interactive.SceneInteractiveView",
     "scene_topic": "scene.topic.SceneTopicView",

@@ -17,9 +17,55 @@ if TYPE_CHECKING:
 
 MOST_BYTES = 64 << 20
 """Largest picture that is sent to a page."""
+COMPRESSED = "sensor_msgs/CompressedImage"
 _TIMES = 60
 _DEPTH_HEAD = 12
 """Bytes before the PNG file in messages of compressed_depth_image_transport."""
+
+
+def check_picture(arrival: Arrival) -> str:
+    """Return the type of a message that is a picture.
+
+    Raises:
+        RequestError: it is none, or too large.
+    """
+    kind: str = (arrival.raw._connection_header or {}).get("type", "")
+    if kind not in ("sensor_msgs/Image", COMPRESSED):
+        raise RequestError(f"not a topic of pictures, but of {kind}")
+    if len(arrival.raw._buff) > MOST_BYTES:
+        raise RequestError(f"a picture of {len(arrival.raw._buff) >> 20} MB; {MOST_BYTES >> 20} MB can be shown")
+    return kind
+
+
+def picture(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
+    """Return a picture as pages draw it.
+
+    Returns:
+        ``{"type", "encoding" or "format", "width", "height", "step", "bigendian", "frame", "stamp"}``, and the data of
+        the message.
+
+    Raises:
+        RequestError: see `check_picture`; or it would unpack to more than a page can hold.
+        MessageError: see `Arrival.message`.
+    """
+    kind = check_picture(arrival)
+    message: Any = arrival.message
+    data = bytes(message.data)
+    facts = {"type": kind, "frame": message.header.frame_id, "stamp": message.header.stamp.to_sec()}
+    if kind == COMPRESSED:
+        facts["format"] = message.format
+        width, height = picture_size(data) or picture_size(data[_DEPTH_HEAD:]) or (0, 0)
+        if width * height > MOST_PIXELS:
+            raise RequestError(f"a picture of {width} x {height} pixels is too large to be shown")
+    else:
+        facts |= {
+            "encoding": message.encoding,
+            "width": message.width,
+            "height": message.height,
+            "step": message.step,
+            "bigendian": bool(message.is_bigendian),
+        }
+    return facts, data
 
 
 class ImageView(View):
@@ -28,8 +74,7 @@ class ImageView(View):
     Args (of the page):
         topic: the topic's full name.
 
-    Pushes ``{"type", "encoding" or "format", "width", "height", "step", "bigendian", "frame", "stamp", "count", "hz"}``
-    with the data of the message.
+    Pushes what `picture` says, with "count" and "hz", and the data of the message.
     """
 
     period = 1 / 30
@@ -49,35 +94,9 @@ class ImageView(View):
         if arrival is None or arrival is self._shown:
             return None
         self._shown = arrival
-        kind = (arrival.raw._connection_header or {}).get("type", "")
-        if kind not in ("sensor_msgs/Image", "sensor_msgs/CompressedImage"):
-            raise RequestError(f"not a topic of pictures, but of {kind}")
-        if len(arrival.raw._buff) > MOST_BYTES:
-            raise RequestError(f"a picture of {len(arrival.raw._buff) >> 20} MB; {MOST_BYTES >> 20} MB can be shown")
-        message: Any = arrival.message
-        data = bytes(message.data)
+        facts, data = picture(arrival)
         rate = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 and times[-1] > times[0] else None
-        facts = {
-            "type": kind,
-            "frame": message.header.frame_id,
-            "stamp": message.header.stamp.to_sec(),
-            "count": count,
-            "hz": rate,
-        }
-        if kind == "sensor_msgs/CompressedImage":
-            facts["format"] = message.format
-            width, height = picture_size(data) or picture_size(data[_DEPTH_HEAD:]) or (0, 0)
-            if width * height > MOST_PIXELS:
-                raise RequestError(f"a picture of {width} x {height} pixels is too large to be shown")
-        else:
-            facts |= {
-                "encoding": message.encoding,
-                "width": message.width,
-                "height": message.height,
-                "step": message.step,
-                "bigendian": bool(message.is_bigendian),
-            }
-        return Push(facts, data)
+        return Push({**facts, "count": count, "hz": rate}, data)
 
     def close(self) -> None:
         self._end()

@@ -31,8 +31,9 @@ class ReconfigureView(View):
         node: the node's name, or the namespace of its parameters.
 
     Pushes ``{"parameters": [{"name", "type", "groups", "description", "min", "max", "default", "choices"}, ...],
-    "values": {name: value}}``; groups are the names of the groups that it is in, from the outermost, without the one
-    that all are in; choices are a list of name and value.
+    "values": {name: value}, "closed": [groups, ...], "hidden": [groups, ...]}``; groups are the names of the groups that
+    it is in, from the outermost, without the one that all are in; choices are a list of name and value. Closed and
+    hidden are groups of the types collapse and hide whose state is false.
     """
 
     period = 1 / 15
@@ -57,7 +58,15 @@ class ReconfigureView(View):
         if description is None or config is None:
             return None
         try:
-            return Push({"parameters": parameters(description.message), "values": values(config.message)})
+            closed, hidden = (off(description.message, config.message, kind) for kind in ("collapse", "hide"))
+            return Push(
+                {
+                    "parameters": parameters(description.message),
+                    "values": values(config.message),
+                    "closed": closed,
+                    "hidden": hidden,
+                }
+            )
         except (MessageError, AttributeError, TypeError) as error:  # another type under these names
             raise RequestError(f"this is no server of dynamic_reconfigure: {error}") from None
 
@@ -94,6 +103,18 @@ def parameters(description: Any) -> list[dict[str, Any]]:
         for group in description.groups
         for each in group.parameters
     ]
+
+
+def off(description: Any, config: Any, kind: str) -> list[list[str]]:
+    """Return the groups of a type whose state is false, each with the names of those that it is in.
+
+    Args:
+        description: a dynamic_reconfigure/ConfigDescription. config: a dynamic_reconfigure/Config.
+        kind: "collapse" or "hide".
+    """
+    paths = _paths(description.groups)
+    states = {group.id: group.state for group in config.groups}
+    return [paths[each.id] for each in description.groups if each.type == kind and not states.get(each.id, True)]
 
 
 def _paths(groups: Any) -> dict[int, list[str]]:

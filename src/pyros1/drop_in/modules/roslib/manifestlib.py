@@ -97,7 +97,7 @@ def parse(m: Any, string: str | bytes, filename: str = "string") -> Any:
 
     try:
         root = parseString(string).documentElement
-    except (ExpatError, DefusedXmlException, ValueError, TypeError) as error:
+    except (ExpatError, DefusedXmlException, ValueError, TypeError, LookupError) as error:
         raise ManifestException(f"invalid XML: {error}") from error
     if root.tagName != "package":
         raise ManifestException("manifest must have a single 'package' element")

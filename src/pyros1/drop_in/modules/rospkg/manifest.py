@@ -182,7 +182,9 @@ def parse_manifest_file(dirpath: str, manifest_name: str, rospack: Any = None) -
     with open(source, "rb") as file:
         content = file.read()
     if source == modern:
-        return _modern(content, os.path.join(dirpath, MANIFEST_FILE), rospack)
+        filename = os.path.join(dirpath, MANIFEST_FILE)
+        with _complaints(f"[{filename}]"):
+            return _modern(content, filename, rospack)
     return parse_manifest(manifest_name, content, path)
 
 
@@ -192,7 +194,7 @@ def parse_manifest(manifest_name: str, string: str | bytes, filename: str = "str
 
     with _complaints(f"[{filename}]"):
         document = parseString(string)
-    return _old(document.documentElement, "stack" if manifest_name == STACK_FILE else "package", filename)
+        return _old(document.documentElement, "stack" if manifest_name == STACK_FILE else "package", filename)
 
 
 @contextmanager
@@ -202,8 +204,10 @@ def _complaints(where: str) -> Iterator[None]:
 
     try:
         yield
-    except (ParseError, ExpatError, DefusedXmlException, ValueError, TypeError) as error:
+    except (ParseError, ExpatError, DefusedXmlException, ValueError, TypeError, LookupError) as error:
         raise InvalidManifest(f"{where} invalid XML: {error}") from error
+    except RecursionError as error:
+        raise InvalidManifest(f"{where} invalid XML: elements are nested too deeply") from error
 
 
 # package.xml ----------------------------------------------------------------------------------------------------------
@@ -227,8 +231,7 @@ def _person(element: Element) -> str:
 def _modern(content: bytes, filename: str, rospack: Any) -> Manifest:
     from defusedxml.ElementTree import fromstring  # type: ignore[import-untyped]
 
-    with _complaints(f"[{filename}]"):
-        root: Element = fromstring(content)
+    root: Element = fromstring(content)
     result = Manifest(filename=filename, is_catkin=True)
     result.description = _inner(root.find("description"))
     people = [f"Maintainer: {_person(each)}" for each in root.findall("maintainer")]

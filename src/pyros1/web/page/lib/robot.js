@@ -1,6 +1,8 @@
 // The one object that knows the wire; see pyros1/web/server/wire.py. It connects again by itself.
 
 const LONGEST_PAUSE = 4000;
+const PULSE = 4000; // milliseconds between two questions how the server is
+const PATIENCE = 12000; // without a word from the server
 
 export class Robot extends EventTarget {
   constructor(token) {
@@ -8,7 +10,8 @@ export class Robot extends EventTarget {
     this.token = token;
     this.state = "connecting"; // or "connected", "refused"
     this.trouble = "";
-    this.about = { panels: [], version: "", master: "", read_only: false };
+    this.about = { version: "", master: "", read_only: false };
+    this.lost = ""; // why the master does not answer
     this._calls = new Map();
     this._streams = new Map();
     this._count = 0;
@@ -56,18 +59,27 @@ export class Robot extends EventTarget {
     socket.binaryType = "arraybuffer";
     this._socket = socket;
     let opened = false;
+    let heard = performance.now();
+    // A connection may be dead without a word: the server stands still, or this computer is elsewhere now.
+    const pulse = setInterval(() => {
+      if (performance.now() - heard > PATIENCE) socket.onclose?.();
+      else if (opened) this._askAbout(false);
+    }, PULSE);
     socket.onopen = () => {
       opened = true;
       this._pause = 500;
       this._became("connected");
       for (const [id, stream] of this._streams) this._open(id, stream);
-      this.call("page.about").then((about) => {
-        this.about = about;
-        this.dispatchEvent(new Event("about"));
-      }, () => {});
+      this._askAbout(true);
     };
-    socket.onmessage = (event) => this._take(event.data);
+    socket.onmessage = (event) => {
+      heard = performance.now();
+      this._take(event.data);
+    };
     socket.onclose = () => {
+      clearInterval(pulse);
+      socket.onclose = socket.onmessage = null;
+      socket.close();
       for (const { reject } of this._calls.values()) reject(new Error("the connection to the server was lost"));
       this._calls.clear();
       if (opened) this._became("connecting", "the server does not answer; is pyros1 web running?");
@@ -77,10 +89,25 @@ export class Robot extends EventTarget {
     };
   }
 
+  async _askAbout(anew) {
+    let told;
+    try {
+      told = await this.call("page.about");
+    } catch {
+      return; // the next connection asks again
+    }
+    const { trouble, ...about } = told;
+    this.about = about;
+    if (anew) this.dispatchEvent(new Event("about"));
+    if (trouble === this.lost) return;
+    this.lost = trouble;
+    this.dispatchEvent(new Event("master"));
+  }
+
   // A WebSocket does not tell why it was refused; a plain request does.
   async _ask() {
     try {
-      const answer = await fetch(`/ws?token=${encodeURIComponent(this.token)}`);
+      const answer = await fetch(`/ws?token=${encodeURIComponent(this.token)}`, { signal: AbortSignal.timeout(PATIENCE) });
       const text = await answer.text();
       if (answer.status === 401 || answer.status === 403 || answer.status === 503) this._became("refused", text.trim());
     } catch {

@@ -1,20 +1,22 @@
 // What the browser keeps, and links that say what is shown.
 
 const PREFIX = "pyros1.";
+const kept = new Map(); // in this page only, if the browser keeps nothing: private windows
 
 export function load(key) {
   try {
-    return JSON.parse(localStorage.getItem(PREFIX + key));
+    return JSON.parse(kept.get(key) ?? localStorage.getItem(PREFIX + key));
   } catch {
     return null;
   }
 }
 
 export function store(key, value) {
+  const text = JSON.stringify(value);
   try {
-    localStorage.setItem(PREFIX + key, JSON.stringify(value));
+    localStorage.setItem(PREFIX + key, text);
   } catch {
-    // private windows may keep nothing
+    kept.set(key, text);
   }
 }
 

@@ -8,6 +8,7 @@ const NAME = new Map(LEVELS);
 const KEPT = 50000;
 const ROW = 24; // pixels
 const MORE = 12; // rows above and below what is seen
+const STILL = 5; // pixels that a pointer may move in a click
 
 export default {
   title: "Console",
@@ -23,6 +24,8 @@ class Console {
     this.shown = [];
     this.paused = false;
     this.selected = null;
+    this.drawn = new Map(); // entry -> its row, of those that are seen
+    this.wanted = null; // index of a row that shall be seen
     this.last = 0; // number of the last message at the server, in one run of it
     this.count = 0; // and here
     this.dropped = 0;
@@ -78,11 +81,17 @@ class Console {
       h("button.quiet", { title: "load a saved log", onclick: () => file.click() }, "Load"), file,
       h("button.quiet", { title: "levels of loggers", onclick: () => this.place.open("nodes", {}) }, "Levels"));
     this.tall = h("div.tall");
-    this.list = h("div.log", { role: "log", tabIndex: 0, onscroll: () => this._scrolled() }, this.tall);
+    this.list = h("div.log", {
+      role: "log", tabIndex: 0, onscroll: () => this._scrolled(), onkeydown: (event) => this._key(event),
+      // The list may have moved on when the button is released: what was pressed is meant.
+      onpointerdown: (event) => { this.pressed = { entry: entryOf(event), x: event.clientX, y: event.clientY }; },
+      onpointerup: (event) => this._released(event),
+      onclick: (event) => { if (!event.detail && entryOf(event)) this._select(entryOf(event)); }, // without a pointer
+    }, this.tall);
     this.detail = h("div.detail", { hidden: true });
     this.newest = h("button.primary.newest", { hidden: true, onclick: () => this._toEnd() }, "↓ newest");
     body.classList.add("console");
-    body.append(this.list, this.newest, this.detail);
+    body.append(h("div.rest", {}, this.list, this.newest), this.detail);
     this.atEnd = true;
   }
 
@@ -150,39 +159,84 @@ class Console {
       fill(this.tall, this.entries.length
         ? empty("No message fits the filters", `${plural(this.entries.length, "message")} in all.`)
         : empty("No messages yet", "Nodes that run show their log here. Try, in a terminal:", command("pyros1 run minimal_nodes minimal_publisher")));
+      this.drawn.clear();
       this.tall.style.height = "100%";
       this.newest.hidden = true;
       return;
     }
     this.tall.style.height = `${count * ROW}px`;
     if (this.atEnd && !this.paused) this.list.scrollTop = this.list.scrollHeight;
+    if (this.wanted !== null) {
+      const { scrollTop, clientHeight } = this.list;
+      this.list.scrollTop = Math.min(this.wanted * ROW, Math.max(scrollTop, (this.wanted + 1) * ROW - clientHeight));
+      this.wanted = null;
+    }
     this.newest.hidden = this.atEnd;
     const first = Math.max(0, Math.floor(this.list.scrollTop / ROW) - MORE);
     const last = Math.min(count, Math.ceil((this.list.scrollTop + this.list.clientHeight) / ROW) + MORE);
-    fill(this.tall, this.shown.slice(first, last).map((entry, index) => this._row(entry, (first + index) * ROW)));
+    if (!this.drawn.size) fill(this.tall);
+    const gone = new Set(this.drawn.keys());
+    for (let index = first; index < last; index += 1) {
+      const entry = this.shown[index];
+      gone.delete(entry);
+      this._place(entry, index * ROW);
+    }
+    for (const entry of gone) {
+      this.drawn.get(entry).remove();
+      this.drawn.delete(entry);
+    }
   }
 
-  _row(entry, top) {
-    const [number, time, level, node, text] = entry;
-    const name = NAME.get(level) || "info";
-    return h(`div.entry.${name}`, {
-      style: { top: `${top}px` },
-      "aria-selected": this.selected === number ? "true" : null,
-      className: `entry ${name}${this.mark?.(text) ? " marked" : ""}`,
-      onclick: () => this._select(entry),
-    },
-    h("span.time", {}, clock(time)), h("span.severity", {}, name), h("span.of", { title: node }, node), h("span.text", {}, text.split("\n")[0]));
+  // A row stays as long as it is seen: its text can be marked and copied.
+  _place(entry, top) {
+    let row = this.drawn.get(entry);
+    if (!row) {
+      const [, time, level, node, text] = entry;
+      const name = NAME.get(level) || "info";
+      row = h(`div.entry.${name}`, {},
+        h("span.time", {}, clock(time)), h("span.severity", {}, name), h("span.of", { title: node }, node), h("span.text", {}, text.split("\n")[0]));
+      row.entry = entry;
+      this.drawn.set(entry, row);
+      this.tall.append(row);
+    }
+    row.style.top = `${top}px`;
+    row.classList.toggle("marked", Boolean(this.mark?.(entry[4])));
+    row.setAttribute("aria-selected", String(this.selected === entry[0]));
   }
 
+  _released({ clientX, clientY }) {
+    const { entry, x, y } = this.pressed || {};
+    this.pressed = null;
+    if (entry && Math.hypot(clientX - x, clientY - y) < STILL) this._select(entry);
+  }
+
+  _key(event) {
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    if (step && this.shown.length) {
+      const now = this.shown.findIndex((entry) => entry[0] === this.selected);
+      const next = now < 0 ? this.shown.length - 1 : Math.min(this.shown.length - 1, Math.max(0, now + step));
+      if (next !== now) this._select(this.shown[next]);
+      this.atEnd = false; // to be read
+      this.wanted = next;
+      this._draw();
+    } else if (event.key === "Escape" && this.selected !== null) this._select(null);
+    else return;
+    event.preventDefault();
+  }
+
+  // Show all of a message; no more, if it is shown already, or null.
   _select(entry) {
-    const [number, time, level, node, text, file, fn, line, topics, nanoseconds] = entry;
-    this.selected = this.selected === number ? null : number;
+    this.selected = !entry || this.selected === entry[0] ? null : entry[0];
     this.detail.hidden = this.selected === null;
+    this._draw();
+    if (this.selected !== null) this._describe(entry);
+  }
+
+  _describe([, time, level, node, text, file, fn, line, topics, nanoseconds]) {
     const row = (label, value) => value && [h("dt", {}, label), h("dd.mono", {}, value)];
     fill(this.detail, h("pre.mono", {}, text), h("dl", {},
       row("node", node), row("level", NAME.get(level)), row("time", `${clock(time)} (${exact(time, nanoseconds)})`),
       row("place", file && `${file}:${line}${fn ? ` in ${fn}` : ""}`), row("topics", topics.join(" "))));
-    this._draw();
   }
 
   _clear() {
@@ -215,6 +269,10 @@ class Console {
     this._drawNow();
     this.place.problem(`${plural(found.length, "message")} of ${file.name}; “Go on” shows the robot's again`);
   }
+}
+
+function entryOf(event) {
+  return event.target.closest(".entry")?.entry;
 }
 
 function matcher(text) {

@@ -18,6 +18,7 @@ class Frames {
     this.closed = new Set(place.settings.closed || []);
     this.selected = place.settings.selected || "";
     this.search = "";
+    this.drawn = null; // {shape, rows} of the table
     this.paused = false;
     place.tools.append(
       h("input", { placeholder: "find frames", "aria-label": "find frames", size: 14, oninput: (event) => { this.search = event.target.value.toLowerCase(); this._draw(); } }),
@@ -48,6 +49,7 @@ class Frames {
     this.place.problem(data.problem || (data.ignored ? "there are more frames than can be shown" : ""));
     fill(this.count, plural(data.frames.length + data.roots.length, "frame"));
     if (!data.frames.length) {
+      this.drawn = null;
       fill(this.table, empty("No frames yet", "Nobody publishes on /tf or /tf_static. Try, in a terminal:",
         command("pyros1 run tf2_ros static_transform_publisher 1 0 0 0 0 0 map base_link")));
       return;
@@ -60,10 +62,21 @@ class Frames {
     this.seen = new Set();
     const rows = data.roots.flatMap((name) => this._rows({ name, root: true }, children, 0));
     const left = data.frames.filter((frame) => !this.seen.has(frame.name)); // in a circle, below no root
-    fill(this.table, h("table.rows", {},
-      h("thead", {}, h("tr", {}, h("th", {}, "frame"), h("th.number", {}, "rate"), h("th.number", {}, "age"), h("th", {}, "published by"))),
-      h("tbody", {}, rows, left.map((frame) => this._row(frame, 0, false)))));
+    this._drawRows([...rows, ...left.map((frame) => ({ frame, depth: 0, parent: false }))]);
     this._drawDetail();
+  }
+
+  // Rows stay while their numbers change, so that a click never misses.
+  _drawRows(items) {
+    const shape = JSON.stringify(items.map(({ frame, depth, parent }) => [frame.name, depth, parent]));
+    if (shape !== this.drawn?.shape) {
+      const rows = items.map((item) => this._row(item));
+      this.drawn = { shape, rows };
+      fill(this.table, h("table.rows", {},
+        h("thead", {}, h("tr", {}, h("th", {}, "frame"), h("th.number", {}, "rate"), h("th.number", {}, "age"), h("th.who", {}, "published by"))),
+        h("tbody", {}, rows.map(({ element }) => element))));
+    }
+    items.forEach(({ frame }, index) => this.drawn.rows[index].update(frame));
   }
 
   _rows(frame, children, depth) {
@@ -73,26 +86,30 @@ class Frames {
     const open = !this.closed.has(frame.name) || this.search;
     const inner = below.flatMap((child) => this._rows(child, children, depth + 1));
     const fits = !this.search || frame.name.toLowerCase().includes(this.search);
-    return fits || inner.length ? [this._row(frame, depth, below.length > 0), ...(open ? inner : [])] : [];
+    return fits || inner.length ? [{ frame, depth, parent: below.length > 0 }, ...(open ? inner : [])] : [];
   }
 
-  _row(frame, depth, parent) {
-    const old = frame.age !== null && frame.age !== undefined && frame.age > OLD;
+  _row({ frame: { name }, depth, parent }) {
     const fold = parent && h("button.quiet.fold", { "aria-label": "fold", onclick: (event) => {
       event.stopPropagation();
-      if (!this.closed.delete(frame.name)) this.closed.add(frame.name);
+      if (!this.closed.delete(name)) this.closed.add(name);
       this._save();
       this._draw();
-    } }, this.closed.has(frame.name) ? "▸" : "▾");
-    return h("tr.link", {
-      "aria-selected": frame.name === this.selected ? "true" : null,
-      onclick: () => { this.selected = this.selected === frame.name ? "" : frame.name; this._save(); this._draw(); },
-    },
-    h("td.mono", { style: { paddingLeft: `${10 + depth * 18}px` } }, fold || h("span.fold"), frame.name,
-      frame.problem && h("div.wrong", {}, frame.problem)),
-    h("td.number", {}, frame.root ? "" : frame.static ? "static" : rate(frame.hz)),
-    h("td.number", { className: `number${old ? " wrong" : ""}` }, frame.root || frame.static ? "" : age(frame.age)),
-    h("td.mono.muted", {}, (frame.publishers || []).join(" ")));
+    } });
+    const problem = h("div.wrong");
+    const [hz, old, who] = [h("td.number"), h("td.number"), h("td.who.mono.muted")];
+    const element = h("tr.link", {
+      onclick: () => { this.selected = this.selected === name ? "" : name; this._save(); this._draw(); },
+    }, h("td.mono", { style: { paddingLeft: `${10 + depth * 18}px` } }, h("span.label", {}, fold || h("span.fold"), name), problem), hz, old, who);
+    return { element, update: (frame) => {
+      element.setAttribute("aria-selected", String(name === this.selected));
+      if (fold) put(fold, this.closed.has(name) ? "▸" : "▾");
+      put(problem, frame.problem || "");
+      put(hz, frame.root ? "" : frame.static ? "static" : rate(frame.hz));
+      put(old, frame.root || frame.static ? "" : age(frame.age));
+      old.classList.toggle("wrong", frame.age > OLD);
+      put(who, (frame.publishers || []).join(" "));
+    } };
   }
 
   _drawDetail() {
@@ -118,6 +135,10 @@ class Frames {
       `  ${quote(frame.parent)} -> ${quote(frame.name)} [label=${quote(`${frame.publishers.join(" ")}\n${frame.static ? "static" : rate(frame.hz)}`)}];`);
     return ["digraph frames {", ...edges, "}", ""].join("\n");
   }
+}
+
+function put(element, text) {
+  if (element.textContent !== text) element.textContent = text;
 }
 
 function age(seconds) {

@@ -34,8 +34,9 @@ class GraphPanel {
       choose: (found) => this._choose(found),
       fold: (group) => this._fold(group),
       arranged: () => this._arranged(),
-      moved: () => { this.back.hidden = !this.picture.scene.put.size; },
+      moved: () => this._moved(),
     });
+    this.picture.scene.offsets = settings.put;
     this.stream = place.robot.stream("system", {}, {
       data: (system) => this._take(system),
       problem: (text) => this._problem(text),
@@ -122,12 +123,19 @@ class GraphPanel {
   }
 
   _save() {
-    this.place.save({ mode: this.mode, hide: [...this.hide], depth: this.depth, toggled: [...this.toggled], rates: this.rates });
+    const put = this.picture.scene.offsets;
+    this.place.save({ mode: this.mode, hide: [...this.hide], depth: this.depth, toggled: [...this.toggled], rates: this.rates, ...(put.length ? { put } : {}) });
   }
 
   _changed() {
     this._save();
     this._update();
+  }
+
+  // Boxes have been put somewhere, or back.
+  _moved() {
+    this.back.hidden = !this.picture.scene.put.size;
+    this._save();
   }
 
   _take(system) {
@@ -170,6 +178,7 @@ class GraphPanel {
   _arranged() {
     if (this.pending) this.picture.centre(this.pending);
     this.pending = null;
+    this.back.hidden = !this.picture.scene.put.size;
   }
 
   _describe() {

@@ -33,7 +33,7 @@ class Picture {
     this.limits = [limit(0, "least"), limit(1, "greatest")];
     place.tools.append(this.choice, this.pause,
       h("button.quiet", { title: "turn by a quarter", onclick: () => { this.turned = (this.turned + 1) % 4; this._save(); this._fit(); } }, "Turn"),
-      h("button.quiet", { title: "save this picture", onclick: () => this._png() }, "PNG"), this.limits);
+      h("button.quiet", { title: "save this picture", onclick: () => this._png() }, "PNG"), ...this.limits);
     this.canvas = h("canvas", { onmousemove: (event) => this._point(event), onmouseleave: () => this._status() });
     this.frame = h("div.frame", {}, this.canvas);
     this.status = h("div.status.mono");

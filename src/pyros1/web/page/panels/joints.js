@@ -6,8 +6,8 @@ import { number, plural } from "../lib/format.js";
 const DEGREES = 180 / Math.PI;
 const STEPS = 500; // of a slider from end to end, at least
 const QUIET = 600; // milliseconds after a touch in which a slider does not follow the robot
-// The robot beside the sliders: seen from near, and without the names of its frames.
-const NEAR = { hidden: ["frames"], view: { name: "orbit", position: [1.5, -1.1, 0.9], target: [0, 0, 0.2], zoom: 1 } };
+// The robot beside the sliders: alone, so it fills the picture, and without the names of its frames.
+const NEAR = { hidden: ["frames"] };
 
 export default {
   title: "Joints",

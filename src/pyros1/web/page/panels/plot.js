@@ -133,7 +133,7 @@ class Plot {
   _submit(event) {
     event.preventDefault();
     // as rqt_plot: several with commas, and /topic/x:y:z for three fields of one message
-    const texts = expand(this.input.value);
+    const texts = expand(this.input.value).map((text) => (/^\s*[A-Za-z]/.test(text) ? `/${text.trim()}` : text));
     if (this.xy) this.pairs.add(texts);
     else for (const text of texts) this._add(text);
     this.input.value = "";

@@ -1,14 +1,13 @@
 // The robot and what it sees, in 3D, as rviz shows it.
 
 import { empty, fill, h, save } from "../lib/dom.js";
+import { DESCRIPTION, ROBOT, offersOf, picturesOf, readKey } from "../lib/scene/kinds.js";
 import { DisplayList } from "../lib/scene/list.js";
 
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9"];
-const PARTS = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay"];
-const DESCRIPTION = "/robot_description";
-const FRAMES = "frames"; // keys of displays: a topic, "robot:PARAMETER", or this
-const ROBOT = "robot:";
-const VIEWS = { orbit: "orbit", top: "top", side: "side", flat: "flat" };
+const PARTS = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay", "camera_view", "efforts", "select"];
+const FRAMES = "frames"; // keys of displays: those of kinds.js, or this
+const VIEWS = { orbit: "orbit", ground: "ground", third: "behind", walk: "walk", top: "top", side: "side", flat: "flat" };
 
 document.head.append(h("link", { rel: "stylesheet", href: "panels/scene.css" }));
 
@@ -24,7 +23,7 @@ class Scene {
     this.place = place;
     const { fixed, topics, robots, options, hidden, view, target } = place.settings; // a link may say anything
     this.fixed = String(fixed || "");
-    this.topics = texts(topics) || []; // shown topics
+    this.topics = texts(topics) || []; // keys of shown topics
     this.robots = texts(robots) || [DESCRIPTION]; // parameters with URDFs
     this.options = { ...options }; // key of a display -> what was chosen
     this.concealed = new Set(texts(hidden)); // keys
@@ -54,14 +53,14 @@ class Scene {
       this._save();
     };
     this.frames = new this.lib.FrameSet();
-    this.stage.before.push(() => this.frames.face(this.stage));
+    this.stage.before.push(() => this.frames.face(this.stage), () => this._ease());
     this.place.body.scene = this; // for tests, and the curious
     this.onTheme = () => this.stage.colours();
     addEventListener("themechange", this.onTheme);
     const { robot } = this.place;
     this._enter({ key: FRAMES, display: this.frames, title: "TF", kind: "TF", fixed: true });
     for (const name of this.robots) this._showRobot(name);
-    for (const topic of this.topics) this._show(topic);
+    for (const key of this.topics) this._show(key);
     this.mouse = new this.lib.Interaction(this.stage, {
       sets: () => [...this.displays.values()].map(({ display }) => display).filter((each) => each instanceof this.lib.InteractiveSet),
       fixed: () => this._fixedFrame(),
@@ -88,16 +87,16 @@ class Scene {
   }
 
   accept(settings) {
-    for (const topic of settings.topics || []) if (!this.topics.includes(topic)) this._add(topic);
+    for (const topic of settings.topics || []) this._add(topic);
   }
 
   _build() {
     const { body, tools } = this.place;
     this.fixedChoice = h("select.mono", { "aria-label": "fixed frame", title: "the frame that stands still", onchange: (event) => this._fix(event.target.value) });
     this.targetChoice = h("select.mono", { "aria-label": "followed frame", title: "the frame that the view goes along with", onchange: (event) => { this.target = event.target.value; this.stage.followed = null; this._save(); } });
-    this.viewChoice = h("select", { "aria-label": "view", title: "from where one looks; flat is from above and without perspective", onchange: (event) => { this.stage?.view(event.target.value, this.stage.controls.target.toArray()); this._save(); } },
+    this.viewChoice = h("select", { "aria-label": "view", title: "from where one looks; ground moves on the ground; behind turns with the followed frame; walk with the mouse, its wheel and W, A, S, D; flat is from above and without perspective", onchange: (event) => this._look(event.target.value) },
       Object.entries(VIEWS).map(([name, text]) => h("option", { value: name }, text)));
-    this.buttons = new Map([["measure", "Measure"], ["goal", "Nav goal"], ["estimate", "Pose estimate"], ["point", "Point"]].map(([name, text]) =>
+    this.buttons = new Map([["select", "Select"], ["measure", "Measure"], ["goal", "Nav goal"], ["estimate", "Pose estimate"], ["point", "Point"]].map(([name, text]) =>
       [name, h("button", { "aria-pressed": "false", onclick: () => this._use(name) }, text)]));
     tools.append(h("label.check", {}, "fixed", this.fixedChoice), h("label.check", {}, "view", this.viewChoice), h("label.check", {}, "follow", this.targetChoice),
       ...this.buttons.values(),
@@ -114,7 +113,7 @@ class Scene {
       show: (key, shown) => this._conceal(key, shown),
       remove: (key) => this._remove(key),
       option: (key, name, value) => this._option(key, name, value),
-      offers: () => this._offers(),
+      offers: () => offersOf(this.types, this.topics, this.robots),
       add: (key) => (key.startsWith(ROBOT) ? this._addRobot(key.slice(ROBOT.length)) : this._add(key)),
     });
     body.classList.add("scene");
@@ -129,25 +128,16 @@ class Scene {
 
   _system(data) {
     this.types = Object.fromEntries(Object.entries(data.topics).map(([name, { type }]) => [name, type]));
-    const key = JSON.stringify([this._offers(), this.topics.map((topic) => this.types[topic])]);
-    if (key === this.offered) return;
-    this.offered = key;
-    for (const topic of this.topics) { // its type is known now, or is another one
-      const kind = this.lib.TYPES[this.types[topic]];
-      const entry = this.displays.get(topic);
-      if (!kind || entry.kind === kind) continue;
-      this._hide(topic);
-      this._show(topic);
+    const offered = JSON.stringify([offersOf(this.types, this.topics, this.robots), this.topics.map((key) => readKey(key, this.types).kind)]);
+    if (offered === this.offered) return;
+    this.offered = offered;
+    for (const key of this.topics) { // its type is known now, or is another one
+      const { kind } = readKey(key, this.types);
+      if (!kind || this.displays.get(key).kind === kind) continue;
+      this._hide(key);
+      this._show(key);
     }
     this.list.draw();
-  }
-
-  _offers() {
-    const topics = Object.keys(this.types).filter((name) => this.lib.TYPES[this.types[name]] && !this.topics.includes(name)).sort();
-    const offers = topics.map((name) => ({ key: name, title: name, kind: this.lib.TYPES[this.types[name]], text: this.types[name] }));
-    if (!this.robots.includes(DESCRIPTION)) offers.unshift({ key: ROBOT + DESCRIPTION, title: DESCRIPTION, kind: "RobotModel", text: "the robot as its URDF describes it" });
-    offers.push({ key: ROBOT, title: "/other_description", kind: "RobotModel", text: "the parameter with another robot's URDF", field: true });
-    return offers;
   }
 
   _frames(data, blob) {
@@ -155,7 +145,8 @@ class Scene {
     const told = [...this.displays.values()].map(({ display }) => display.frame).filter(Boolean);
     const names = [...new Set([...data.names, ...data.lost, ...told, this.fixed, this.target])].filter(Boolean).sort();
     const key = JSON.stringify([names, data.fixed]);
-    if (key !== this.names) {
+    const others = key !== this.names;
+    if (others) {
       this.names = key;
       const option = (chosen) => (name) => h("option", { value: name, selected: name === chosen }, name);
       fill(this.fixedChoice, h("option", { value: "" }, data.names.length + data.lost.length ? `the root (${data.fixed})` : `no frames yet (${data.fixed})`), names.map(option(this.fixed)));
@@ -168,6 +159,7 @@ class Scene {
       entry.display.place?.(this.frames);
       this.list.tell(entry);
     }
+    if (others && !this.view0 && !this.topics.length) this._lookAtRobot(); // it may be elsewhere now
     const target = this.target && this.frames.pose(this.target);
     if (target) this.stage.follow(target);
     this.stage.draw();
@@ -186,6 +178,11 @@ class Scene {
     for (const entry of this.displays.values()) if (entry.topic) this._again(entry);
   }
 
+  // A browser that has been slow may draw more points again.
+  _ease() {
+    for (const entry of this.displays.values()) if (entry.topic && entry.display.hurry?.(this.stage.lag, false)) this._again(entry);
+  }
+
   _again({ stream, display, topic }) {
     stream.change({ topic, fixed: this._fixedFrame(), ...display.args });
   }
@@ -194,18 +191,18 @@ class Scene {
     return this.fixed || this.shownFixed || "";
   }
 
-  _add(topic) {
-    this.topics.push(topic);
+  _add(key) {
+    if (this.topics.includes(key)) return;
+    this.topics.push(key);
     if (!this.stage) return; // it comes with the others
-    this._show(topic);
+    this._show(key);
     this._changed();
   }
 
   _addRobot(name) {
-    const full = name.startsWith("/") ? name : `/${name}`;
-    if (this.robots.includes(full)) return;
-    this.robots.push(full);
-    this._showRobot(full);
+    if (this.robots.includes(name)) return;
+    this.robots.push(name);
+    this._showRobot(name);
     this._changed();
   }
 
@@ -248,33 +245,33 @@ class Scene {
     });
   }
 
-  _show(topic) {
-    const kind = this.lib.TYPES[this.types[topic]] || "";
-    const host = { token: this.place.robot.token, changed: (what) => this._touched(entry, what) };
-    const entry = { key: topic, title: topic, kind, stream: { close() {}, change() {} } };
-    let view = "scene_topic";
+  _show(key) {
+    const { topic, kind, view } = readKey(key, this.types);
+    const { stage, frames } = this;
+    const changed = (what) => this._touched(entry, what);
+    const { robot } = this.place;
+    const host = { robot, token: robot.token, stage, frames, changed, pictures: () => picturesOf(this.types) };
+    const entry = { key, title: key, kind, stream: { close() {}, change() {} } };
     if (kind === "InteractiveMarkers") {
       entry.display = new this.lib.InteractiveSet(topic, host);
-      view = "scene_interactive";
       const feedback = { topic: `${entry.display.topic}/feedback`, type: "visualization_msgs/InteractiveMarkerFeedback" };
-      this.place.robot.call("topics.advertise", feedback).catch(() => {}); // if it cannot be done, a drag says so
-    } else if (kind === "Image") {
-      entry.display = new this.lib.Overlay(this.pictures, topic, () => this._touched(entry));
-      view = "image";
-    } else {
-      entry.display = new this.lib.Display(COLOURS[this.displays.size % COLOURS.length], kind, host);
-    }
+      robot.call("topics.advertise", feedback).catch(() => {}); // if it cannot be done, a drag says so
+    } else if (kind === "Image") entry.display = new this.lib.Overlay(this.pictures, topic, changed);
+    else if (kind === "Effort") entry.display = new this.lib.EffortSet(host);
+    else if (kind === "Camera") entry.display = new this.lib.CameraView(this.pictures, topic, host);
+    else entry.display = new this.lib.Display(COLOURS[this.displays.size % COLOURS.length], kind, host);
+    entry.display.inspect?.(this.using === "select");
     this._enter(entry);
     if (!kind) { // what it is will be known when the graph is
       entry.display.word = "nobody publishes it yet";
       return;
     }
     entry.topic = topic;
-    entry.stream = this.place.robot.stream(view, { topic, fixed: this._fixedFrame(), ...entry.display.args }, {
+    entry.stream = robot.stream(view, { topic, fixed: this._fixedFrame(), ...entry.display.args }, {
       data: (data, blob) => {
         const shown = entry.display.take(data, blob);
         entry.display.place?.(this.frames);
-        if (entry.display.hurry?.(this.stage.lag)) this._again(entry);
+        if (entry.display.hurry?.(this.stage.lag, true)) this._again(entry);
         this._touched(entry);
         return shown;
       },
@@ -325,6 +322,14 @@ class Scene {
     this._save();
   }
 
+  _look(name) {
+    if (!this.stage) return;
+    const { camera, controls } = this.stage;
+    this.stage.view(name, controls.target.toArray(), camera.isPerspectiveCamera ? camera.position.toArray() : null);
+    this.stage.canvas.focus({ preventScroll: true });
+    this._save();
+  }
+
   // A robot alone fills the picture, as soon as its shapes are there.
   _lookAtRobot() {
     const robot = [...this.displays.values()].map(({ display }) => display).find((each) => each instanceof this.lib.RobotModel && each.links.size);
@@ -343,15 +348,26 @@ class Scene {
     this.word.hidden = true;
     if (name !== before && this.stage) {
       this.using = name;
-      const { ArrowTool, MeasureTool, PointTool } = this.lib;
-      if (name === "measure") this.tool = new MeasureTool(this.stage, (text) => this._say(text));
+      const { ArrowTool, MeasureTool, PointTool, SelectTool } = this.lib;
+      if (name === "select") this.tool = new SelectTool(this.stage, this.view, () => [...this.displays.values()]);
+      else if (name === "measure") this.tool = new MeasureTool(this.stage, (text) => this._say(text));
       else if (name === "point") this.tool = new PointTool(this.stage, (point) => this._publish(name, point.toArray()));
       else this.tool = new ArrowTool(this.stage, name === "goal" ? 0xae3ec9 : 0x2f9e44, (x, y, yaw) => this._publish(name, [x, y, 0], yaw));
       if (name === "point") this._say("click the place that is published");
-      else if (name !== "measure") this._say("press at the place, and release in the direction");
+      else if (name === "goal" || name === "estimate") this._say("press at the place, and release in the direction");
     }
     if (this.mouse) this.mouse.enabled = !this.using;
+    if ("select" === before || "select" === this.using) this._inspect();
     for (const [each, button] of this.buttons) button.setAttribute("aria-pressed", String(each === this.using));
+  }
+
+  // While one selects, the server sends the numbers behind the points, too.
+  _inspect() {
+    for (const entry of this.displays.values()) {
+      const args = JSON.stringify(entry.display.args);
+      entry.display.inspect?.(this.using === "select");
+      if (entry.topic && JSON.stringify(entry.display.args) !== args) this._again(entry);
+    }
   }
 
   _say(text) {

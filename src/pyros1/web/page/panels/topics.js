@@ -38,7 +38,7 @@ class Topics {
       empty: () => empty("No topics yet", "Nodes that run show their topics here. Try, in a terminal:", command("pyros1 launch minimal_nodes minimal_simulator.launch")),
     });
     this.stream = place.robot.stream("system", {}, {
-      data: (system) => { this.system = system; this._show(); },
+      data: (system) => { this.system = system; this._show(); this._begin(); },
       problem: (text) => place.problem(text),
     });
     this.rates = null;
@@ -52,6 +52,17 @@ class Topics {
     this.rates?.close();
     this.listing.close();
     this.place.robot.removeEventListener("about", this.onAbout);
+  }
+
+  // A command wants to publish: on a topic, or on any.
+  _begin() {
+    const { publish } = this.place.settings;
+    if (publish === undefined || this.begun) return;
+    this.begun = true; // once
+    if (this.system.topics[publish]) {
+      this.tab = 1;
+      this.listing.choose(publish);
+    } else this._new(String(publish));
   }
 
   // Another panel wants a topic shown.
@@ -136,8 +147,8 @@ class Topics {
   }
 
   // A topic that nobody has yet.
-  _new() {
-    const name = h("input.mono", { placeholder: "/topic", "aria-label": "topic", spellcheck: false, required: true });
+  _new(begin = "") {
+    const name = h("input.mono", { value: begin, placeholder: "/topic", "aria-label": "topic", spellcheck: false, required: true });
     const type = h("input.mono", { placeholder: "std_msgs/String", "aria-label": "type", spellcheck: false, required: true });
     const list = h("datalist", { id: `types${Math.random()}` });
     type.setAttribute("list", list.id);

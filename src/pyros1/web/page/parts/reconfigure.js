@@ -12,6 +12,7 @@ export class Reconfigure {
     this.robot = robot;
     this.node = node;
     this.controls = new Map(); // name -> {set(value)}
+    this.groups = new Map(); // names of groups -> {element, open}; open: as the node wants it
     this.pending = null; // name -> value, to be sent next
     this.sent = null; // the same, while the node has not answered
     this.values = {};
@@ -29,7 +30,7 @@ export class Reconfigure {
     this.stream.close();
   }
 
-  _take({ parameters, values }) {
+  _take({ parameters, values, closed, hidden }) {
     const shape = JSON.stringify(parameters);
     if (shape !== this.shape) {
       this.shape = shape;
@@ -38,6 +39,16 @@ export class Reconfigure {
     }
     this.values = values;
     this._show();
+    this._showGroups(closed.map(String), hidden.map(String));
+  }
+
+  // The node closes, opens and hides groups; the user opens and closes them meanwhile.
+  _showGroups(closed, hidden) {
+    for (const [key, group] of this.groups) {
+      group.element.hidden = hidden.includes(key);
+      const open = !closed.includes(key);
+      if (open !== group.open) group.element.open = group.open = open;
+    }
   }
 
   // What is being changed here stays as it is until the node has answered.
@@ -49,6 +60,7 @@ export class Reconfigure {
 
   _build(parameters) {
     this.controls.clear();
+    this.groups.clear();
     const rows = (list) => list.map((parameter) => {
       const control = this._control(parameter);
       this.controls.set(parameter.name, control);
@@ -63,8 +75,11 @@ export class Reconfigure {
         if (!below.has(name)) below.set(name, []);
         below.get(name).push(each);
       }
-      return [rows(list.filter(({ groups }) => groups.length === depth)), [...below].map(([name, those]) => h("details.group", { open: true },
-        h("summary", {}, h("span.label", {}, name)), h("div.inner", {}, inside(those, depth + 1))))];
+      return [rows(list.filter(({ groups }) => groups.length === depth)), [...below].map(([name, those]) => {
+        const element = h("details.group", { open: true }, h("summary", {}, h("span.label", {}, name)), h("div.inner", {}, inside(those, depth + 1)));
+        this.groups.set(String(those[0].groups.slice(0, depth + 1)), { element, open: true });
+        return element;
+      })];
     };
     fill(this.list, inside(parameters, 0));
     if (!parameters.length) fill(this.list, h("p.muted.hint", {}, "This server has no parameters."));

@@ -203,7 +203,7 @@ export class Table {
     element.classList.toggle("dim", Boolean(item.row.dim));
     this.shown.forEach((column, at) => {
       if (column.node) {
-        if (line.row !== item.row && column.changes !== false) fill(cells[at], column.node(item.row));
+        if (line.row !== item.row && column.changes !== false) replace(cells[at], column.node(item.row));
         return;
       }
       const text = at ? column.text(item.row) : item.label;
@@ -266,6 +266,11 @@ function only(from) {
   let at = from;
   while (!at.rows.length) [at] = at.below.values();
   return at.rows[0];
+}
+
+// What looks as before stays, so that a click on it does not miss.
+function replace(cell, node) {
+  if (!node || !cell.firstChild?.isEqualNode(node)) fill(cell, node);
 }
 
 function put(cell, text, title = text) {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from array import array
+from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,7 @@ class SceneFramesView(View):
     """The poses of all frames in one of them.
 
     Args (of the page):
-        fixed: the frame in which poses are told; empty for the root of the first tree, or map.
+        fixed: the frame in which poses are told; empty for the root of the largest tree, or map.
 
     Pushes ``{"fixed": NAME, "names": [...], "parents": [...], "lost": [...]}`` with seven float64 for each name: x, y,
     z in metres, and a quaternion x, y, z, w. Lost are frames without a connection to the fixed one.
@@ -36,7 +37,7 @@ class SceneFramesView(View):
         world = self.robot.world
         states = world.buffer.states()[:_MOST_FRAMES]
         parents = {state.name: state.parent or "" for state in states}
-        fixed = self._fixed or next((name for name, parent in parents.items() if not parent), _USUAL)
+        fixed = self._fixed or root_of_most(parents) or _USUAL
         names, lost, numbers = [], [], array("d")
         for name in parents:
             pose = world.pose(fixed, name)
@@ -53,3 +54,21 @@ class SceneFramesView(View):
 
     def close(self) -> None:
         self._end()
+
+
+def root_of_most(parents: Mapping[str, str]) -> str:
+    """Return the root of the largest tree; of the first, if several are as large; "" if there are no frames.
+
+    Args:
+        parents: frame -> its parent; "" for roots. Frames may go round in circles, which have no root.
+    """
+    roots: dict[str, str] = {}
+    for name in parents:
+        way: dict[str, None] = {}
+        while name not in roots and name not in way and parents.get(name):
+            way[name] = None
+            name = parents[name]
+        root = roots.get(name, "" if name in way else name)
+        roots.update(dict.fromkeys([*way, name], root))
+    sizes = Counter(root for root in roots.values() if root)
+    return max(sizes, key=sizes.__getitem__, default="")

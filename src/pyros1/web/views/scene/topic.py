@@ -12,7 +12,8 @@ from pyros1.web.scene.clouds import MOST_POINTS
 from pyros1.web.scene.grids import UPDATES, Grid
 from pyros1.web.scene.markers import Markers
 from pyros1.web.scene.shape import Shape, ShapeError
-from pyros1.web.scene.shapes import CLOUDS, SHAPES
+from pyros1.web.scene.shapes import CLOUDS, PLACELESS, SHAPES
+from pyros1.web.scene.world import IDENTITY
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.view import View, number, text
 
@@ -33,6 +34,7 @@ class SceneTopicView(View):
         topic: the topic's full name. With an OccupancyGrid, its updates come on ``TOPIC_updates``.
         fixed: the frame in which the pose is told.
         by: the field that colours a cloud; empty for a good one. most: the number of its points that are sent at most.
+        numbers: whether to send also where its points are in the message, and their values.
 
     Pushes the facts of `pyros1.web.scene.shapes` with "frame", "stamp" and "pose", the place of the message's frame at
     its time, or null if that is not known (the message comes again as soon as it is); or
@@ -80,7 +82,7 @@ class SceneTopicView(View):
         new = arrival is not self._shown
         message: Any = arrival.message
         header = message.header
-        if self._lost and not new and self._pose(header) is None:
+        if self._lost and not new and self._pose(kind, header) is None:
             return None
         self._shown = arrival
         try:
@@ -89,7 +91,7 @@ class SceneTopicView(View):
             raise RequestError(f"{self._topic}: {error}") from None
         if shape is None:
             return None
-        pose = self._pose(header)
+        pose = self._pose(kind, header)
         if pose is None and self._grid is not None:
             self._grid.forget()
         self._lost = pose is None
@@ -111,15 +113,18 @@ class SceneTopicView(View):
         self._fixed = text(args, "fixed", "")
         self._by = text(args, "by", "")
         self._most = int(number(args, "most", 1, MOST_POINTS, MOST_POINTS))
+        self._numbers = bool(args.get("numbers"))
 
-    def _pose(self, header: Any) -> list[float] | None:
+    def _pose(self, kind: str, header: Any) -> list[float] | None:
+        if kind in PLACELESS:
+            return IDENTITY
         return self.robot.world.pose(self._fixed, header.frame_id, header.stamp)
 
     def _shape(self, kind: str, message: Any, new: bool) -> Shape | None:
         if not new and not self._lost:
             return None
         if kind in CLOUDS:
-            return CLOUDS[kind](message, self._by, self._most)
+            return CLOUDS[kind](message, self._by, self._most, self._numbers)
         return SHAPES[kind](message)
 
     def _grid_shape(self, message: Any, new: bool, updates: list[Arrival]) -> Shape | None:

@@ -18,7 +18,7 @@ export const MODES = [
   ["all", "Nodes/Topics (all)"],
 ];
 export const HIDING = [
-  ["debug", "debug", "rosout, statistics, logger levels, and the nodes of tools"],
+  ["debug", "debug", "rosout, statistics, logger levels, and the nodes of tools that only look"],
   ["tf", "tf", "the topics of coordinate frames"],
   ["leaf", "leaf topics", "topics that only one node has to do with"],
   ["dead", "dead sinks", "topics that nobody subscribes to"],
@@ -35,11 +35,14 @@ const TF = /(^|\/)tf(_static)?$/;
 
 export function build(system, choice) {
   const hide = new Set(choice.hide);
-  const names = Object.keys(system.nodes).filter((name) => !(hide.has("debug") && isDebugNode(name)));
-  const nodes = new Set(names);
+  const all = Object.keys(system.nodes);
+  const listeners = new Set(all.filter((name) => !(hide.has("debug") && isDebugNode(name))));
+  const tools = hide.has("debug") ? toolsThatMatter(system, listeners) : []; // with what they publish, not with what they hear
+  const nodes = new Set([...listeners, ...tools]);
+  const names = [...nodes];
   const silent = new Set(system.silent);
-  const topics = topicsOf(system, hide, nodes);
-  const links = linksOf(system, topics, nodes);
+  const topics = topicsOf(system, hide, nodes, listeners);
+  const links = linksOf(system, topics, nodes, listeners);
   const boxes = names.sort().map((name) => box("node", name, { silent: silent.has(name) }));
   let edges;
   if (choice.mode === "nodes") {
@@ -49,8 +52,18 @@ export function build(system, choice) {
     for (const [name, topic] of topics) if (shown.has(name)) boxes.push(box("topic", name, { type: topic.type }));
     edges = topicEdges(topics, shown, links);
   }
-  const all = Object.keys(system.nodes).length + (choice.mode === "nodes" ? 0 : Object.keys(system.topics).length);
-  return { ...limited(grouped({ boxes, edges: merged(edges) }, choice)), all };
+  const count = all.length + (choice.mode === "nodes" ? 0 : Object.keys(system.topics).length);
+  return { ...limited(grouped({ boxes, edges: merged(edges) }, choice)), all: count };
+}
+
+// Tools that move the robot: a "topic pub" whose messages a node gets.
+function toolsThatMatter(system, listeners) {
+  const found = new Set();
+  for (const [name, { publishers, subscribers }] of Object.entries(system.topics)) {
+    if (DEBUG_TOPIC.test(name) || !subscribers.some((node) => listeners.has(node))) continue;
+    for (const node of publishers) if (TOOL.test(node) && node in system.nodes) found.add(node);
+  }
+  return found;
 }
 
 export function isDebugNode(name) {
@@ -58,12 +71,12 @@ export function isDebugNode(name) {
 }
 
 // The topics that are not hidden, with the ends that are not hidden.
-function topicsOf(system, hide, nodes) {
+function topicsOf(system, hide, nodes, listeners) {
   const found = new Map();
   for (const [name, topic] of Object.entries(system.topics)) {
     if ((hide.has("debug") && DEBUG_TOPIC.test(name)) || (hide.has("tf") && TF.test(name))) continue;
     const publishers = topic.publishers.filter((node) => nodes.has(node));
-    const subscribers = topic.subscribers.filter((node) => nodes.has(node));
+    const subscribers = topic.subscribers.filter((node) => listeners.has(node));
     if (!publishers.length && !subscribers.length) continue;
     if (hide.has("dead") && !subscribers.length) continue;
     if (hide.has("leaf") && publishers.length + subscribers.length < 2) continue;
@@ -73,11 +86,11 @@ function topicsOf(system, hide, nodes) {
 }
 
 // A link per topic, publisher and subscriber: those that the nodes report, and those that follow from the registrations.
-function linksOf(system, topics, nodes) {
+function linksOf(system, topics, nodes, listeners) {
   const links = new Map();
   const add = (topic, publisher, subscriber, state, hz) => {
     const facts = topics.get(topic);
-    if (!facts || !nodes.has(publisher) || !nodes.has(subscriber)) return;
+    if (!facts || !nodes.has(publisher) || !listeners.has(subscriber)) return;
     const key = `${topic} ${publisher} ${subscriber}`;
     if (links.has(key) || links.size >= MOST_LINKS) return;
     const size = facts.hz ? facts.bytes / facts.hz : null; // bytes of a message

@@ -52,6 +52,7 @@ export class Scene {
     this.lines = new Map(); // id -> {edge, home, from, to, at}
     this.frames = new Map(); // group -> {group, home, from, to, at}: [x, y, width, height]
     this.put = new Map(); // id -> [x, y]: boxes that the user has put somewhere
+    this.asked = new Map(); // id -> [right, down]: the same, of boxes that are not there yet, from where the layout will have them
     this.begin = -Infinity;
     this.bounds = [0, 0, 1, 1];
   }
@@ -91,6 +92,10 @@ export class Scene {
     }
     Object.assign(this, { model, items, lines, frames, begin: now });
     this.whole = [dx, dy, dx + found.width, dy + found.height];
+    for (const [id, [right, down]] of this.asked) {
+      const item = items.get(id);
+      if (item && this.asked.delete(id)) this.put.set(id, [item.home[0] + right, item.home[1] + down]);
+    }
     this._settle();
     for (const set of [items, lines, frames]) {
       for (const each of set.values()) {
@@ -109,9 +114,25 @@ export class Scene {
     this._settle(id);
   }
 
+  // How far boxes have been put from where the layout has them, as a link keeps it: [[id, right, down], ...].
+  get offsets() {
+    const there = [...this.put].filter(([id]) => this.items.has(id)).map(([id, [x, y]]) => {
+      const { home } = this.items.get(id);
+      return [id, Math.round(x - home[0]), Math.round(y - home[1])];
+    });
+    return [...[...this.asked].map(([id, way]) => [id, ...way]), ...there];
+  }
+
+  // A link may say anything.
+  set offsets(list) {
+    const good = (each) => Array.isArray(each) && typeof each[0] === "string" && each.length === 3 && each.slice(1).every(Number.isFinite);
+    this.asked = new Map((Array.isArray(list) ? list : []).filter(good).slice(0, MOST_PUT).map(([id, ...way]) => [id, way]));
+  }
+
   // Let all boxes glide back to where the layout has them.
   release(now) {
     this.put.clear();
+    this.asked.clear();
     for (const set of [this.items, this.lines, this.frames]) for (const each of set.values()) each.from = each.at;
     this.begin = now;
     this._settle();

@@ -1,41 +1,13 @@
 // What topics look like in the scene. A display has an object, takes pushes of the view scene_topic, and has options.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
+import { Density } from "./density.js";
 import * as draw from "./draw.js";
 import { MapPlane, SCHEMES } from "./map.js";
 import { MarkerSet } from "./markers.js";
 import { PointSet, levels, scanPoints } from "./points.js";
+import { numbers, placed } from "./select.js";
 import { dispose, put } from "./stage.js";
-
-// Types that can be shown, and rviz's names of their displays.
-export const TYPES = {
-  "geometry_msgs/AccelStamped": "AccelStamped",
-  "geometry_msgs/PointStamped": "PointStamped",
-  "geometry_msgs/PolygonStamped": "Polygon",
-  "geometry_msgs/PoseArray": "PoseArray",
-  "geometry_msgs/PoseStamped": "Pose",
-  "geometry_msgs/PoseWithCovarianceStamped": "PoseWithCovariance",
-  "geometry_msgs/TwistStamped": "TwistStamped",
-  "geometry_msgs/WrenchStamped": "WrenchStamped",
-  "nav_msgs/GridCells": "GridCells",
-  "nav_msgs/OccupancyGrid": "Map",
-  "nav_msgs/Odometry": "Odometry",
-  "nav_msgs/Path": "Path",
-  "sensor_msgs/CompressedImage": "Image",
-  "sensor_msgs/FluidPressure": "FluidPressure",
-  "sensor_msgs/Illuminance": "Illuminance",
-  "sensor_msgs/Image": "Image",
-  "sensor_msgs/Imu": "Imu",
-  "sensor_msgs/LaserScan": "LaserScan",
-  "sensor_msgs/PointCloud": "PointCloud",
-  "sensor_msgs/PointCloud2": "PointCloud2",
-  "sensor_msgs/Range": "Range",
-  "sensor_msgs/RelativeHumidity": "RelativeHumidity",
-  "sensor_msgs/Temperature": "Temperature",
-  "visualization_msgs/InteractiveMarkerUpdate": "InteractiveMarkers",
-  "visualization_msgs/Marker": "Marker",
-  "visualization_msgs/MarkerArray": "MarkerArray",
-};
 
 // What one can choose: {key: {text, kind: "number" | "check" | "choice" | "text", usual, least, most, step, choices}}.
 const SIZE = { text: "size", kind: "number", usual: 3, least: 1, most: 30, step: 1 };
@@ -43,12 +15,10 @@ const ALPHA = { text: "opacity", kind: "number", usual: 1, least: 0, most: 1, st
 const AXES = { text: "as axes", kind: "check", usual: false };
 const COVARIANCE = { text: "covariance", kind: "check", usual: true };
 const MOST = { text: "points at most", kind: "number", usual: 1500000, least: 1000, most: 1500000, step: 1000 };
-const SLOW = 150; // milliseconds that a picture may take; the points of a cloud become fewer if it takes longer
-const SLOW_TIMES = 3;
-const FEWEST = 20000;
 const CLOUD = { most: MOST, size: { ...SIZE, usual: 2 }, by: { text: "colour by", kind: "choice", usual: "", choices: [""] }, alpha: ALPHA };
 const SCREW = { scale: { text: "length of 1", kind: "number", usual: 1, least: 0.001, most: 1000, step: 0.1 } };
 const OPTIONS = {
+  DepthCloud: { colour: { text: "colours of", kind: "choice", usual: "", none: "no picture" }, info: { text: "CameraInfo", kind: "text", usual: "", none: "beside it" }, most: MOST, size: { ...SIZE, usual: 2 }, alpha: ALPHA },
   AccelStamped: SCREW, TwistStamped: SCREW, WrenchStamped: SCREW,
   LaserScan: { size: SIZE, alpha: ALPHA }, PointCloud: CLOUD, PointCloud2: CLOUD,
   Map: { scheme: { text: "colours", kind: "choice", usual: "map", choices: SCHEMES }, alpha: { ...ALPHA, usual: 0.85 } },
@@ -58,29 +28,52 @@ const OPTIONS = {
 const NUMBERS = new Float32Array(0);
 
 export class Display {
-  // kind: rviz's name of the display; changed(): called when it looks different without a push.
-  constructor(colour, kind, { token = "", changed = () => {} } = {}) {
+  // kind: rviz's name of the display; changed(): called when it looks different without a push; pictures(): topics of them.
+  constructor(colour, kind, { token = "", changed = () => {}, pictures = () => [] } = {}) {
     this.object = new THREE.Group();
     this.colour = colour;
     this.kind = kind;
     this.word = ""; // what it shows, for the list
     this.problem = "";
     this.controls = { ...OPTIONS[kind] };
+    if (this.controls.colour) this.controls.colour = { ...this.controls.colour, choices: pictures };
     this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { usual }]) => [key, usual]));
     this.host = { token, changed };
-    this.enough = Infinity; // points that this browser can draw
-    this.slow = 0;
+    this.density = new Density();
   }
 
   // The arguments that its stream has besides topic and fixed frame.
   get args() {
-    const { by, most } = this.options;
-    return most ? { by, most: Math.min(most, this.enough) } : {};
+    const { size, alpha, most, ...others } = this.options;
+    return most ? { ...others, most: Math.min(most, this.density.enough), numbers: this.inspected === true } : {};
+  }
+
+  // Told whether one asks for the numbers behind the points.
+  inspect(inspected) {
+    this.inspected = inspected;
+  }
+
+  // What can be selected; see select.js.
+  parts() {
+    if (this.markers) return this.markers.parts();
+    const about = () => [["frame", this.frame], ["shows", this.word], ...placed(this.object)];
+    if (this.points) return [{ object: this.points.object, about: () => [["frame", this.frame]], points: { ...this.points.places, about: (index) => this._aboutPoint(index) } }];
+    if (this.plane) return [{ object: this.object, about: (place) => [["frame", this.frame], ["shows", this.word], ...this.plane.about(place)] }];
+    return [{ object: this.object, about }];
+  }
+
+  _aboutPoint(index) {
+    const { indices, values, by, bytes } = this.told || {};
+    const place = [...this.points.places.positions.slice(3 * index, 3 * index + 3)];
+    const rows = [["point", indices ? indices[index] : `${index} of those that are drawn`], ["x, y, z", numbers(place)]];
+    if (values) rows.push([by, numbers([values[index]])]);
+    if (bytes) rows.push([by, `${bytes[4 * index + 2]}, ${bytes[4 * index + 1]}, ${bytes[4 * index]}`]);
+    return rows;
   }
 
   set(options) {
     Object.assign(this.options, options);
-    if (options.most) this.enough = Infinity; // the user knows best
+    if (options.most) this.density.forget(); // the user knows best
     this._style();
     if (this.last && !this._trailing) this._draw(...this.last);
     this.markers?.show(this.options);
@@ -116,14 +109,10 @@ export class Display {
     this.markers?.place(frames);
   }
 
-  // Told how many milliseconds pictures take. Returns whether its stream should send less.
-  hurry(lag) {
-    if (!this.count || this.hidden) return false;
-    this.slow = lag > SLOW ? this.slow + 1 : 0;
-    if (this.slow < SLOW_TIMES || this.count <= FEWEST) return false;
-    this.slow = 0;
-    this.enough = Math.max(FEWEST, Math.round(this.count * Math.max(0.1, 0.7 * SLOW / lag)));
-    return true;
+  // Told how many milliseconds the last picture took. Returns whether its stream should send less or more.
+  hurry(lag, fresh) {
+    const { count, every } = this;
+    return Boolean(count) && !this.hidden && this.density.told(lag, { count, all: every === 1, fresh });
   }
 
   show(shown) {
@@ -147,8 +136,8 @@ export class Display {
 
   _shape(data, blob) {
     this.last = [data, blob];
-    const numbers = blob ? new Float32Array(blob.buffer, blob.offset) : NUMBERS;
-    const [object, word] = draw[data.kind](data, numbers, this.colour, this.options);
+    const values = blob ? new Float32Array(blob.buffer, blob.offset) : NUMBERS;
+    const [object, word] = draw[data.kind](data, values, this.colour, this.options);
     this.word = word;
     if (!this._trailing) this._clear();
     else {
@@ -164,24 +153,29 @@ export class Display {
 
   _scan(data, blob) {
     this.points ||= this._own(new PointSet());
-    const [positions, values] = scanPoints(data, new Float32Array(blob.buffer, blob.offset));
+    const [positions, values, indices] = scanPoints(data, new Float32Array(blob.buffer, blob.offset));
+    this.told = { indices, values, by: data.intensities ? "intensity" : "range" };
     this.points.set(positions, "value", levels(values));
     this._style();
     this.word = `${positions.length / 3} points`;
   }
 
-  _cloud({ count, every, fields, by, colour, least, most }, blob) {
+  _cloud({ count, every, fields, by, colour, least, most, numbers: told }, blob) {
     this.points ||= this._own(new PointSet(2));
     const positions = new Float32Array(blob.buffer, blob.offset, 3 * count);
-    const bytes = new Uint8Array(blob.buffer, blob.offset + 12 * count);
+    const more = (told ? 4 : 0) * count; // bytes before the colours: indices, and then values
+    const after = blob.offset + 12 * count;
+    const levelled = told && colour === "value";
+    const bytes = new Uint8Array(blob.buffer, after + (levelled ? 2 : 1) * more);
+    this.told = told && { by, indices: new Uint32Array(blob.buffer, after, count), values: levelled && new Float32Array(blob.buffer, after + more, count), bytes: colour === "rgb" && bytes };
     this.points.set(positions, colour, bytes, [least, most]);
-    if (this.controls.by.choices.length !== fields.length + 1) {
+    if (this.controls.by && this.controls.by.choices.length !== fields.length + 1) {
       this.controls.by = { ...CLOUD.by, choices: ["", ...fields] };
       this.host.changed("controls");
     }
     this._style();
-    this.count = count;
-    const why = this.enough < this.options.most ? ": this browser draws slowly" : "";
+    Object.assign(this, { count, every });
+    const why = this.density.enough < this.options.most ? ": this browser draws slowly" : "";
     this.word = `${count} points${every > 1 ? ` (one of ${every}${why})` : ""}, colour: ${by}`;
   }
 

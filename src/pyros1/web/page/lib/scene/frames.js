@@ -2,6 +2,7 @@
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { label } from "./label.js";
+import { placed } from "./select.js";
 import { dispose, put } from "./stage.js";
 
 const HEIGHT = 0.12; // metres of a name
@@ -32,6 +33,7 @@ export class FrameSet {
     this.fixed = fixed;
     const poses = new Float64Array(blob.buffer, blob.offset);
     const places = this.poses = new Map(names.map((name, index) => [name, poses.subarray(7 * index, 7 * index + 7)]));
+    this.parents = new Map(names.map((name, index) => [name, parents[index]]));
     for (const [name, axes] of this.axes) {
       if (places.has(name)) continue;
       this.object.remove(axes);
@@ -81,6 +83,11 @@ export class FrameSet {
 
   close() {
     dispose(this.object);
+  }
+
+  // What can be selected; see select.js.
+  parts() {
+    return [...this.axes].map(([name, axes]) => ({ object: axes, about: () => [["frame", name], ["parent", this.parents.get(name) || "none"], ...placed(axes)] }));
   }
 
   // The pose of a frame in the fixed one; undefined if there is no way.

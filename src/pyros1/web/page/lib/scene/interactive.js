@@ -3,6 +3,7 @@
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { arrowOf, disposeMarker, markerObject } from "./markers.js";
 import { label } from "./label.js";
+import { placed as placeOf } from "./select.js";
 import { put } from "./stage.js";
 
 export const MODE = { NONE: 0, MENU: 1, BUTTON: 2, MOVE_AXIS: 3, MOVE_PLANE: 4, ROTATE_AXIS: 5, MOVE_ROTATE: 6, MOVE_3D: 7, ROTATE_3D: 8, MOVE_ROTATE_3D: 9 };
@@ -62,6 +63,14 @@ export class InteractiveSet {
       } else this.lost ||= marker.facts.frame;
     }
     this._tell();
+  }
+
+  // What can be selected; see select.js.
+  parts() {
+    return [...this.known.values()].map(({ facts, outer, inner }) => ({
+      object: outer,
+      about: () => [["server", facts.server], ["name", facts.name], ["description", facts.description], ["frame", facts.frame], ...placeOf(inner)],
+    }));
   }
 
   // Turn what faces the camera. Called before each picture.

@@ -39,7 +39,8 @@ export class DisplayList {
     const field = h("input.mono", { placeholder: title, "aria-label": text, title: text, maxLength: 200 });
     return h("form.add", { onsubmit: (event) => {
       event.preventDefault();
-      if (field.value.trim()) this.host.add(key + field.value.trim());
+      const name = field.value.trim();
+      if (name) this.host.add(`${key}${name.startsWith("/") ? "" : "/"}${name}`);
     } }, field, h("button.quiet", {}, "+ ", h("span.muted", {}, kind)));
   }
 
@@ -58,15 +59,20 @@ export class DisplayList {
       open && h("div.options", {}, controls.map(([name, control]) => this._control(key, display, name, control))));
   }
 
-  _control(key, display, name, { text, kind, least, most, step, choices }) {
+  _control(key, display, name, { text, kind, least, most, step, choices, none = "what it has" }) {
     const value = display.options[name];
     const mark = { mark: `${key} ${name}` };
     const set = (changed) => this.host.option(key, name, changed);
     if (kind === "check") return h("label.check", {}, h("input", { type: "checkbox", checked: value ?? true, dataset: mark, onchange: (event) => set(event.target.checked) }), text);
     let field;
-    if (kind === "choice") field = h("select", { dataset: mark, onchange: (event) => set(event.target.value) }, choices.map((each) => h("option", { value: each, selected: each === value }, each || "what it has")));
+    if (kind === "choice") field = h("select", { dataset: mark, onchange: (event) => set(event.target.value) }, choicesOf(choices, value).map((each) => h("option", { value: each, selected: each === value }, each || none)));
     else if (kind === "number") field = h("input", { type: "number", min: least, max: most, step, value, dataset: mark, onchange: (event) => { const number = Number(event.target.value); if (number >= least && number <= most) set(number); else event.target.value = display.options[name]; } });
-    else field = h("input", { value: value ?? "", dataset: mark, onchange: (event) => set(event.target.value.trim()) });
+    else field = h("input", { value: value ?? "", placeholder: none, dataset: mark, onchange: (event) => set(event.target.value.trim()) });
     return h("label.option", {}, h("span", {}, text), field);
   }
+}
+
+// Choices may change while the panel is open; what was chosen stays among them.
+function choicesOf(choices, value) {
+  return typeof choices === "function" ? [...new Set(["", ...choices(), value])] : choices;
 }

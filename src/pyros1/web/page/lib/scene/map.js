@@ -38,7 +38,7 @@ export class MapPlane {
   // Take a whole grid.
   set({ width, height, resolution, origin }, cells) {
     this._clear();
-    this.width = width;
+    Object.assign(this, { width, resolution });
     this.cells = new Int8Array(cells.subarray(0, width * height));
     if (!width || !height) return;
     this.texture = new THREE.DataTexture(new Uint8Array(4 * width * height), width, height);
@@ -63,6 +63,15 @@ export class MapPlane {
       this.cells.set(cells.subarray(row * width, (row + 1) * width), (y + row) * this.width + x);
     }
     this._colour(y, y + height);
+  }
+
+  // The cell at a place of the scene, for select.js.
+  about(place) {
+    const plane = this.object.children[0];
+    if (!place || !plane) return [];
+    const { x, y } = plane.worldToLocal(place.clone());
+    const [column, row] = [x, y].map((value) => Math.floor(value / this.resolution));
+    return [["cell", `${column}, ${row}`], ["value", this.cells[row * this.width + column] ?? "none"]];
   }
 
   style({ scheme, alpha }) {

@@ -1,11 +1,13 @@
 // Markers in all their kinds; see https://wiki.ros.org/rviz/DisplayTypes/Marker.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
+import { placed } from "./select.js";
 import { dispose, put } from "./stage.js";
 import { label } from "./label.js";
 import { meshOf } from "./meshes.js";
 
 const [ARROW, CUBE, SPHERE, CYLINDER, LINE_STRIP, LINE_LIST, CUBE_LIST, SPHERE_LIST, POINTS, TEXT, MESH, TRIANGLES] = Array(12).keys();
+const NAMES = ["ARROW", "CUBE", "SPHERE", "CYLINDER", "LINE_STRIP", "LINE_LIST", "CUBE_LIST", "SPHERE_LIST", "POINTS", "TEXT_VIEW_FACING", "MESH_RESOURCE", "TRIANGLE_LIST"];
 const BOX = new THREE.BoxGeometry(1, 1, 1);
 const BALL = new THREE.SphereGeometry(0.5, 20, 14);
 const CAN = new THREE.CylinderGeometry(0.5, 0.5, 1, 24).rotateX(Math.PI / 2);
@@ -186,6 +188,7 @@ export class MarkerSet {
       const outer = new THREE.Group();
       const inner = new THREE.Group();
       outer.userData.ns = marker.ns;
+      outer.userData.facts = marker;
       if (marker.locked) outer.userData.frame = marker.frame;
       put(outer, frame);
       put(inner, marker.pose);
@@ -207,6 +210,17 @@ export class MarkerSet {
       const pose = outer.userData.frame && frames.pose(outer.userData.frame);
       if (pose) put(outer, pose);
     }
+  }
+
+  // What can be selected; see select.js.
+  parts() {
+    return [...this.known.values()].map((outer) => {
+      const { ns, id, type, frame, text, points: { length } } = outer.userData.facts;
+      const rows = [["namespace", ns], ["id", id], ["type", NAMES[type] || type], ["frame", frame]];
+      if (text) rows.push(["text", text]);
+      if (length) rows.push(["points", length]);
+      return { object: outer, about: () => [...rows, ...placed(outer.children[0])] };
+    });
   }
 
   get count() {

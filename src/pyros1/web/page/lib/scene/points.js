@@ -2,11 +2,13 @@
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 
-// Return the positions of a scan, and what to colour them by: [Float32Array of x, y, z, Float32Array of values].
+// Return the positions of a scan, what to colour them by, and which of the ranges they are: [Float32Array of x, y, z,
+// Float32Array of values, Uint32Array of indices].
 export function scanPoints(facts, numbers) {
   const { start, step, least, most, count, intensities } = facts;
   const positions = new Float32Array(3 * count);
   const values = new Float32Array(count);
+  const indices = new Uint32Array(count);
   let kept = 0;
   for (let index = 0; index < count; index += 1) {
     const range = numbers[index];
@@ -15,9 +17,10 @@ export function scanPoints(facts, numbers) {
     positions[3 * kept] = range * Math.cos(angle);
     positions[3 * kept + 1] = range * Math.sin(angle);
     values[kept] = intensities ? numbers[count + index] : range;
+    indices[kept] = index;
     kept += 1;
   }
-  return [positions.subarray(0, 3 * kept), values.subarray(0, kept)];
+  return [positions.subarray(0, 3 * kept), values.subarray(0, kept), indices.subarray(0, kept)];
 }
 
 // Values as bytes, from the least (0) to the greatest (255).
@@ -107,5 +110,11 @@ export class PointSet {
     attribute.clearUpdateRanges();
     attribute.addUpdateRange(0, numbers.length);
     attribute.needsUpdate = true;
+  }
+
+  // Where they are: {positions, count}.
+  get places() {
+    const { geometry } = this.object;
+    return { positions: geometry.getAttribute("position")?.array || [], count: geometry.drawRange.count };
   }
 }

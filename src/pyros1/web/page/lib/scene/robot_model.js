@@ -2,6 +2,7 @@
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { meshOf, textureOf } from "./meshes.js";
+import { placed } from "./select.js";
 import { dispose, put } from "./stage.js";
 import { readUrdf } from "./urdf.js";
 
@@ -75,6 +76,14 @@ export class RobotModel {
 
   show(shown) {
     this.object.visible = shown;
+  }
+
+  // What can be selected; see select.js.
+  parts() {
+    return [...this.links].map(([name, { group, joint }]) => ({
+      object: group,
+      about: () => [["robot", this.robot.name], ["link", name], ["joint", joint ? `${joint.name} (${joint.type})` : "none: it is the root"], ...placed(group)],
+    }));
   }
 
   close() {

@@ -3,14 +3,19 @@
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { OrbitControls } from "../../vendor/three/OrbitControls.js";
 import { h } from "../dom.js";
+import { Walk } from "./walk.js";
 
-// Where the camera stands, from what it looks at, and which way is up. "flat" is without perspective, from above.
+// Where the camera stands, from what it looks at, and which way is up. "flat" is without perspective, from above; in "walk"
+// one turns around the eye; "ground" moves on the ground; "third" stays behind the frame that is followed, as it turns.
 const VIEWS = {
   orbit: { position: [-6, -6, 5], up: [0, 0, 1] },
   top: { position: [0, 0, 14], up: [1, 0, 0] },
   side: { position: [0, -14, 0.5], up: [0, 0, 1] },
   front: { position: [14, 0, 0.5], up: [0, 0, 1] },
   flat: { position: [0, 0, 100], up: [1, 0, 0], flat: true },
+  walk: { position: [-4, 0, 1.5], up: [0, 0, 1] },
+  ground: { position: [-6, -6, 5], up: [0, 0, 1] },
+  third: { position: [-5, 0, 2.5], up: [0, 0, 1] },
 };
 const FLAT_HEIGHT = 16; // metres that the flat view shows from top to bottom
 
@@ -34,9 +39,11 @@ export class Stage {
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x888899, 2.4), sun);
     this.grid = new THREE.Group();
     this.scene.add(this.grid);
+    this.walk = new Walk(this);
     this.frames = 0;
     this.lag = 0; // milliseconds that the last picture took
     this.before = []; // called before each picture
+    this.after = []; // called after each picture, to draw more into it
     this.view("orbit");
     this.colours();
     this.observer = new ResizeObserver(() => this.resize());
@@ -49,25 +56,48 @@ export class Stage {
     this.closed = true;
     this.observer.disconnect();
     this.controls.dispose();
+    this.walk.close();
     this.scene.traverse((each) => dispose(each));
     this.renderer.dispose();
     this.renderer.forceContextLoss(); // a browser has few
   }
 
-  view(name, target = [0, 0, 0]) {
+  // Look from somewhere at a target. One that walks begins where one is, if one was somewhere.
+  view(name, target = [0, 0, 0], from = null) {
     this.name = Object.hasOwn(VIEWS, name) ? name : "orbit";
     const { position, up, flat } = VIEWS[this.name];
+    const walks = this.name === "walk";
+    const eye = walks && from ? from : target.map((value, index) => value + position[index]);
     this.camera = this.cameras[flat ? 1 : 0];
     this.controls.object = this.camera;
-    this.controls.enableRotate = !flat;
-    this.controls.mouseButtons.LEFT = flat ? THREE.MOUSE.PAN : THREE.MOUSE.ROTATE;
-    this.controls.touches.ONE = flat ? THREE.TOUCH.PAN : THREE.TOUCH.ROTATE;
+    this.controls.enableRotate = !flat && !walks;
+    this.controls.enableZoom = this.controls.enablePan = !walks;
+    this.controls.screenSpacePanning = this.name !== "ground";
+    this.walk.enabled = walks;
+    this.turned = 0;
+    this._grip();
     this.camera.zoom = 1;
     this.camera.up.set(...up);
     this.controls.target.set(...target);
-    this.camera.position.set(target[0] + position[0], target[1] + position[1], target[2] + position[2]);
+    this.camera.position.set(...eye);
     this.controls.update();
     this.resize();
+  }
+
+  // Whether a tool has the left button of the mouse; the others still move the view.
+  set claimed(claimed) {
+    this._claimed = claimed;
+    this._grip();
+  }
+
+  get claimed() {
+    return this._claimed;
+  }
+
+  _grip() {
+    const { flat } = VIEWS[this.name];
+    this.controls.mouseButtons.LEFT = this._claimed ? null : flat ? THREE.MOUSE.PAN : THREE.MOUSE.ROTATE;
+    this.controls.touches.ONE = this._claimed ? null : flat ? THREE.TOUCH.PAN : THREE.TOUCH.ROTATE;
   }
 
   // The view as numbers, and back; they may come from a link.
@@ -79,6 +109,7 @@ export class Stage {
     const good = (numbers) => Array.isArray(numbers) && numbers.length === 3 && numbers.every(Number.isFinite);
     if (!good(position) || !good(target)) return;
     this.view(name, target);
+    this.turned = null; // it has turned with the frame already
     this.camera.position.set(...position);
     this.camera.zoom = zoom > 0 ? zoom : 1;
     this.controls.update();
@@ -96,16 +127,18 @@ export class Stage {
   fit(object) {
     const ball = new THREE.Box3().setFromObject(object).getBoundingSphere(new THREE.Sphere());
     if (!(ball.radius > 0)) return;
-    const way = this.camera.position.clone().sub(this.controls.target).setLength(Math.max(0.5, 3.2 * ball.radius));
+    const narrow = Math.max(1, 1 / this.cameras[0].aspect); // a picture that is high shows less to the sides
+    const way = this.camera.position.clone().sub(this.controls.target).setLength(Math.max(0.5, 3.2 * narrow * ball.radius));
     this.controls.target.copy(ball.center);
     this.camera.position.copy(ball.center).add(way);
-    if (this.camera === this.cameras[1]) this.camera.zoom = FLAT_HEIGHT / Math.max(1, 3 * ball.radius);
+    if (this.camera === this.cameras[1]) this.camera.zoom = FLAT_HEIGHT / Math.max(1, 3 * narrow * ball.radius);
     this.controls.update();
     this.resize();
   }
 
   // Go along with something that has moved.
-  follow([x, y, z]) {
+  follow([x, y, z, ...turn]) {
+    if (this.name === "third") this._turn(turn);
     const step = new THREE.Vector3(x, y, z);
     const before = this.followed;
     this.followed = step.clone();
@@ -114,6 +147,15 @@ export class Stage {
     if (step.lengthSq() < 1e-12) return;
     this.camera.position.add(step);
     this.controls.target.add(step);
+    this.controls.update();
+  }
+
+  // Stay behind something that turns.
+  _turn([x, y, z, w]) {
+    const yaw = Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
+    const way = this.camera.position.clone().sub(this.controls.target).applyAxisAngle(new THREE.Vector3(0, 0, 1), yaw - (this.turned ?? yaw));
+    this.turned = yaw;
+    this.camera.position.copy(this.controls.target).add(way);
     this.controls.update();
   }
 
@@ -150,12 +192,18 @@ export class Stage {
     this.due = requestAnimationFrame(() => {
       this.due = 0;
       if (this.closed) return;
-      for (const each of this.before) each();
-      this.renderer.render(this.scene, this.camera);
+      this.render();
       this.frames += 1;
       const start = performance.now();
       requestAnimationFrame((now) => { this.lag = now - start; }); // it comes when the card has done its work
     });
+  }
+
+  // Draw now.
+  render() {
+    for (const each of this.before) each();
+    this.renderer.render(this.scene, this.camera);
+    for (const each of this.after) each();
   }
 
   // The point of the ground (z = 0) under a place of the canvas in pixels; null if there is none.
@@ -179,7 +227,7 @@ export class Stage {
   }
 
   png() {
-    this.renderer.render(this.scene, this.camera);
+    this.render();
     return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png"));
   }
 }

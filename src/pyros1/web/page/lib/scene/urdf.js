@@ -6,7 +6,8 @@ const MOST_SHAPES = 20000;
 // Return {name, links: Map, joints: [...], roots: [names], problems: [texts]}, or throw an Error that says what is wrong.
 // A link is {name, visuals: [shape], collisions: [shape]}, a shape {xyz, rpy, geometry, material}, a geometry one of
 // {kind: "box", size}, {kind: "cylinder", radius, length}, {kind: "sphere", radius}, {kind: "mesh", uri, scale}, a
-// material {color: [r, g, b, a] or null, texture: URI}, a joint {name, type, parent, child, xyz, rpy}.
+// material {color: [r, g, b, a] or null, texture: URI}, a joint {name, type, parent, child, xyz, rpy, axis, effort}, where
+// effort is the greatest, in N or N m, and 0 for unknown.
 export function readUrdf(text) {
   const document = new DOMParser().parseFromString(text, "application/xml");
   const fault = document.querySelector("parsererror");
@@ -106,11 +107,13 @@ function material(element) {
 }
 
 function joint(element) {
-  const place = { xyz: [0, 0, 0], rpy: [0, 0, 0] };
+  const place = { xyz: [0, 0, 0], rpy: [0, 0, 0], axis: [1, 0, 0], effort: 0 };
   try {
-    Object.assign(place, origin(element));
+    Object.assign(place, origin(element)); // if it is wrong: /tf says where the link is
+    place.axis = numbers(child(element, "axis"), "xyz", place.axis);
+    [place.effort] = numbers(child(element, "limit"), "effort", [0]);
   } catch {
-    // /tf says where the link is
+    // as far as it is right
   }
   const name = (tag) => child(element, tag)?.getAttribute("link") || "";
   return { name: element.getAttribute("name") || "", type: element.getAttribute("type") || "", parent: name("parent"), child: name("child"), ...place };

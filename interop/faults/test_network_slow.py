@@ -1,0 +1,89 @@
+"""Links that are slow, and lose, delay and reorder packets."""
+
+from __future__ import annotations
+
+import json
+import sys
+
+from site_of_two import IMAGE, TEXT, WAIT, Site, linked
+
+SLOW = 10_000.0
+"""Bytes per second."""
+LARGE = 120_000
+"""Bytes that take 12 s on such a link: longer than a call of the master may stand still."""
+SET = "import sys; from pyros1 import Node; Node('setter').params.set('/large', 'x' * int(sys.argv[1]))"
+GET = "from pyros1 import Node; print(len(Node('getter').params.get('/large')))"
+
+
+def test_a_large_message_on_a_link_of_10_kb_per_second(site: Site) -> None:
+    """It takes its time; meanwhile small topics arrive, parameters are read, and services are called."""
+    uri = site.laptop.core("ours")
+    big = site.robot.peer("pyros1", "big", uri)
+    stock = site.robot.peer("rospy", "stock", uri)
+    ours, roscpp = site.laptop.peer("pyros1", "ours", uri), site.laptop.peer("roscpp", "roscpp", uri)
+    big.advertise("/image", IMAGE)
+    big.advertise("/small_ours", TEXT)
+    stock.advertise("/small_stock", TEXT)
+    stock.serve("/service", "std_srvs/SetBool")
+    ours.subscribe("/image", IMAGE)
+    for topic, publisher in (("/small_ours", big), ("/small_stock", stock)):
+        for each in (ours, roscpp):
+            each.subscribe(topic, TEXT)
+        linked(publisher, topic, 2)
+    linked(big, "/image", 1)
+    for path in site.wires.both_ways(site.robot, site.laptop):
+        path.rate = SLOW
+    image = big.publish("/image", LARGE)
+    for seed in range(3):
+        for topic, publisher in (("/small_ours", big), ("/small_stock", stock)):
+            body = publisher.publish(topic, seed)
+            for each in (ours, roscpp):
+                assert each.received(topic, timeout=WAIT) == body
+        if not seed:
+            assert not ours.unread("^got /image"), "the link is not slow"
+    ours.tell("call", "/service", "std_srvs/SetBool", 1, 0)
+    ours.event("answer", "/service", timeout=WAIT)
+    stock.ask("setparam", "/p", "int", event="set /p", timeout=WAIT)
+    assert big.ask("getparam", "/p", timeout=WAIT) == "42"
+    assert ours.received("/image", timeout=WAIT) == image
+
+
+def test_large_parameters_on_a_link_of_10_kb_per_second(site: Site) -> None:
+    """They come through in both directions: what counts is that they move."""
+    uris = [site.laptop.core(kind, port) for kind, port in (("ours", 11311), ("stock", 11312))]
+    python = [sys.executable, "-c"]
+    assert site.laptop.run([*python, SET, str(LARGE)], site.laptop.environ(uris[0])).code == 0
+    for path in site.wires.both_ways(site.robot, site.laptop):
+        path.rate = SLOW
+    getting = site.robot.start([*python, GET], site.robot.environ(uris[0]), "gets a large parameter")
+    setting = site.robot.start([*python, SET, str(LARGE)], site.robot.environ(uris[1]), "sets a large parameter")
+    getting.wait_line(f"^{LARGE}$", timeout=2 * WAIT)
+    assert setting.wait(2 * WAIT) == 0
+    near = site.laptop.run([*python, GET], site.laptop.environ(uris[1]))
+    assert near.output.split() == [str(LARGE)], near.output
+
+
+def test_packets_that_are_lost_late_and_out_of_order(site: Site) -> None:
+    """Every message arrives, once and in order; services and parameters work."""
+    uri = site.laptop.core("ours")
+    for path in site.wires.both_ways(site.robot, site.laptop):
+        path.lost, path.delay, path.jitter = 0.05, 0.01, 0.02
+    ours, stock = site.robot.peer("pyros1", "ours", uri), site.robot.peer("rospy", "stock", uri)
+    roscpp, near = site.laptop.peer("roscpp", "roscpp", uri), site.laptop.peer("pyros1", "near", uri)
+    stock.serve("/service", "std_srvs/SetBool")
+    for publisher, topic, *subscribers in ((ours, "/from_ours", roscpp, near), (stock, "/from_stock", near)):
+        publisher.advertise(topic, TEXT, queue_size=1000)
+        for each in subscribers:
+            each.subscribe(topic, TEXT, queue_size=1000)
+        linked(publisher, topic, len(subscribers))
+    sent = {
+        topic: [each.publish(topic, seed) for seed in range(200)]
+        for topic, each in (("/from_ours", ours), ("/from_stock", stock))
+    }
+    for each, topic in ((roscpp, "/from_ours"), (near, "/from_ours"), (near, "/from_stock")):
+        assert [each.received(topic, timeout=WAIT) for _ in range(200)] == sent[topic]
+    for seed in range(5):
+        near.tell("call", "/service", "std_srvs/SetBool", seed, 0)
+        near.event("answer", "/service", timeout=WAIT)
+        near.ask("setparam", f"/p{seed}", "dict", event=f"set /p{seed}", timeout=WAIT)
+        assert "a" in json.loads(ours.ask("getparam", f"/p{seed}", timeout=WAIT))

@@ -1,0 +1,141 @@
+// What a camera sees, in a corner of the scene: its picture, with the scene over it as it looks from there.
+
+import * as THREE from "../../vendor/three/three.module.min.js";
+import { h } from "../dom.js";
+import { drawPicture } from "../images.js";
+import { put } from "./stage.js";
+
+const NEAR = 0.01; // metres
+const MOST = 1024; // pixels of a picture's longer side on the graphics card
+const TURN = new THREE.Quaternion(1, 0, 0, 0); // cameras of ROS look along z with y down, those of three.js against z with y up
+const FLAT = new THREE.OrthographicCamera(-1, 1, 1, -1, 0, 1);
+
+// Return left, right, top and bottom of what a camera sees at a distance of 1; see pyros1/web/scene/camera.py.
+export function sight({ fx, fy, cx, cy, width, height }, zoom = 1) {
+  const [across, down] = [width / 2 / fx / zoom, height / 2 / fy / zoom];
+  const [right, low] = [(width / 2 - 0.5 - cx) / fx, (height / 2 - 0.5 - cy) / fy];
+  return [right - across, right + across, down - low, -down - low];
+}
+
+export class CameraView {
+  // place: the element over which it lies; stage: whose scene it shows; frames: FrameSet; changed(): see Overlay.
+  constructor(place, title, { stage, frames, changed }) {
+    Object.assign(this, { stage, frames, changed });
+    this.hole = h("div.hole", { role: "img", "aria-label": `what the camera of ${title} sees` }); // one sees the stage's canvas through it
+    this.figure = h("figure.overlay.camera", { title, onclick: () => { this.figure.classList.toggle("large"); stage.draw(); } }, this.hole, h("figcaption.mono", {}, title));
+    place.append(this.figure);
+    this.canvas = h("canvas"); // the picture
+    this.small = h("canvas"); // the same, not larger than needed
+    this.material = new THREE.MeshBasicMaterial({ depthTest: false, depthWrite: false, toneMapped: false, transparent: true });
+    this.picture = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), this.material);
+    this.sheet = new THREE.Scene().add(this.picture);
+    this.eye = new THREE.PerspectiveCamera();
+    this.object = null; // nothing in the scene
+    this.word = "no picture yet";
+    this.problem = "";
+    this.controls = {
+      alpha: { text: "picture over it", kind: "number", usual: 0.2, least: 0, most: 1, step: 0.05 },
+      behind: { text: "picture behind it", kind: "check", usual: true },
+      zoom: { text: "zoom", kind: "number", usual: 1, least: 0.1, most: 20, step: 0.1 },
+      info: { text: "CameraInfo", kind: "text", usual: "", none: "beside it" },
+    };
+    this.options = { alpha: 0.2, behind: true, zoom: 1, info: "" };
+    this.draw = () => this._draw();
+    stage.after.push(this.draw);
+  }
+
+  // The arguments that its stream has besides topic and fixed frame.
+  get args() {
+    return { info: this.options.info };
+  }
+
+  set(options) {
+    Object.assign(this.options, options);
+  }
+
+  // Take a push of the view scene_camera. Returns a promise: the next one may come when this one is shown.
+  async take(facts, blob) {
+    try {
+      if (!await drawPicture(this.canvas, facts, new Uint8Array(blob.buffer, blob.offset)) || this.closed) return;
+      this._shrink();
+      const { width, height } = this.canvas;
+      this.hole.style.aspectRatio = `${width} / ${height}`;
+      this.seen = facts.camera && facts.pose ? { ...facts.camera, width: facts.camera.width || width, height: facts.camera.height || height } : null;
+      if (this.seen) this._look(facts.pose, this.seen);
+      this.word = `${width} × ${height}, from ${facts.frame}`;
+      this.problem = facts.why || (facts.pose ? "" : `no way to the frame ${facts.frame || "“”"}`);
+    } catch (error) {
+      this.problem = error.message;
+    }
+    this.changed();
+  }
+
+  show(shown) {
+    this.figure.hidden = !shown;
+  }
+
+  close() {
+    this.closed = true;
+    this.stage.after.splice(this.stage.after.indexOf(this.draw), 1);
+    this.figure.remove();
+    this.picture.geometry.dispose();
+    this.material.map?.dispose();
+    this.material.dispose();
+  }
+
+  _shrink() {
+    const scale = Math.min(1, MOST / Math.max(this.canvas.width, this.canvas.height));
+    const [width, height] = [this.canvas.width, this.canvas.height].map((size) => Math.max(1, Math.round(size * scale)));
+    if (this.small.width !== width || this.small.height !== height || !this.material.map) {
+      Object.assign(this.small, { width, height });
+      this.material.map?.dispose();
+      this.material.map = new THREE.CanvasTexture(this.small);
+      this.material.map.colorSpace = THREE.SRGBColorSpace;
+      this.material.needsUpdate = true;
+    }
+    this.small.getContext("2d").drawImage(this.canvas, 0, 0, width, height);
+    this.material.map.needsUpdate = true;
+  }
+
+  _look(pose, { tx, ty }) {
+    put(this.eye, pose);
+    this.eye.position.add(new THREE.Vector3(tx, ty, 0).applyQuaternion(this.eye.quaternion));
+    this.eye.quaternion.multiply(TURN);
+  }
+
+  // Draw into the part of the stage's picture that is seen through the hole.
+  _draw() {
+    if (!this.material.map || this.figure.hidden) return;
+    const { renderer, scene, canvas } = this.stage;
+    const [all, hole] = [canvas, this.hole].map((each) => each.getBoundingClientRect());
+    const scale = Math.min(hole.width / this.small.width, hole.height / this.small.height);
+    const [width, height] = [this.small.width * scale, this.small.height * scale];
+    if (width < 1 || height < 1) return;
+    const place = [hole.left - all.left + (hole.width - width) / 2, all.bottom - hole.bottom + (hole.height - height) / 2, width, height];
+    renderer.setViewport(...place);
+    renderer.setScissor(...place);
+    renderer.setScissorTest(true);
+    renderer.autoClear = false;
+    renderer.clear();
+    const { alpha, behind, zoom } = this.options;
+    this.picture.scale.setScalar(zoom);
+    if (behind || !this.seen) this._sheet(renderer, 1);
+    if (this.seen) {
+      const [left, right, top, bottom] = sight(this.seen, zoom);
+      this.eye.projectionMatrix.makePerspective(NEAR * left, NEAR * right, NEAR * top, NEAR * bottom, NEAR, 5000);
+      this.eye.projectionMatrixInverse.copy(this.eye.projectionMatrix).invert();
+      this.frames.face({ pixel: (point) => point.distanceTo(this.eye.position) * (right - left) / width });
+      renderer.render(scene, this.eye);
+      if (alpha > 0) this._sheet(renderer, alpha);
+    }
+    renderer.autoClear = true;
+    renderer.setScissorTest(false);
+    renderer.setViewport(0, 0, all.width, all.height);
+  }
+
+  _sheet(renderer, opacity) {
+    this.material.opacity = opacity;
+    renderer.render(this.sheet, FLAT);
+    renderer.clearDepth();
+  }
+}

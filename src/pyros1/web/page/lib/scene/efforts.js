@@ -1,0 +1,156 @@
+// How hard the joints of a robot work: an arc around each, or an arrow along it, as large as its part of the greatest effort.
+
+import * as THREE from "../../vendor/three/three.module.min.js";
+import { arrowOf } from "./markers.js";
+import { numbers, placed } from "./select.js";
+import { dispose, put } from "./stage.js";
+import { readUrdf } from "./urdf.js";
+
+const SWEEP = 1.5 * Math.PI; // of an arc; its tip shows which way
+const THICK = 0.06; // of an arc's radius
+const LEAST = 0.02; // of the greatest effort; below that nothing is drawn
+const STILL = new Set(["fixed", "floating"]);
+
+export class EffortSet {
+  // host: {robot, changed()}
+  constructor({ robot, changed }) {
+    this.object = new THREE.Group();
+    this.shapes = new Map(); // joint -> {group, inner}
+    this.joints = new Map();
+    this.now = { names: [], efforts: [] };
+    this.controls = {
+      scale: { text: "size", kind: "number", usual: 0.3, least: 0.01, most: 100, step: 0.05 },
+      alpha: { text: "opacity", kind: "number", usual: 0.8, least: 0, most: 1, step: 0.05 },
+      description: { text: "robot", kind: "text", usual: "/robot_description", none: "/robot_description" },
+      prefix: { text: "tf prefix", kind: "text", usual: "", none: "none" },
+    };
+    this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { usual }]) => [key, usual]));
+    this.word = "no message yet";
+    this.problem = "";
+    this.robot = robot.stream("param", this._param, {
+      data: (data) => { this._read(data); changed(); },
+      problem: (text) => { this.why = text; this._tell([]); changed(); },
+    });
+  }
+
+  get _param() {
+    return { param: this.options.description || this.controls.description.usual };
+  }
+
+  set(options) {
+    Object.assign(this.options, options);
+    if (options.description !== undefined) this.robot.change(this._param);
+    this._draw();
+  }
+
+  // Take a push of the view scene_topic.
+  take(data) {
+    this.now = data;
+    this._draw();
+  }
+
+  place(frames) {
+    this.frames = frames;
+    this._draw();
+  }
+
+  show(shown) {
+    this.object.visible = shown;
+  }
+
+  close() {
+    this.robot.close();
+    this._clear();
+  }
+
+  // What can be selected; see select.js.
+  parts() {
+    return [...this.shapes].map(([name, { group, effort, limit }]) => ({
+      object: group,
+      about: () => [["joint", name], ["effort", numbers([effort])], ["limit", limit ? numbers([limit]) : "none"], ...placed(group)],
+    }));
+  }
+
+  _read({ text, why }) {
+    this._clear();
+    this.joints = new Map();
+    this.why = why || "";
+    try {
+      if (text) this.joints = new Map(readUrdf(text).joints.map((joint) => [joint.name, joint]));
+    } catch (error) {
+      this.why = error.message;
+    }
+    this._draw();
+  }
+
+  _draw() {
+    const { names, efforts } = this.now;
+    const { scale, alpha, prefix } = this.options;
+    const greatest = Math.max(...efforts.map(Math.abs), 1e-9); // for joints without a limit
+    const unknown = [];
+    const shown = new Set();
+    names.forEach((name, index) => {
+      const joint = this.joints.get(name);
+      if (!joint) unknown.push(name);
+      const pose = joint && this.frames?.pose(prefix ? `${prefix}/${joint.child}` : joint.child);
+      if (!pose || STILL.has(joint.type)) return;
+      shown.add(name);
+      const effort = efforts[index];
+      const part = Math.abs(effort) / (joint.effort || greatest);
+      const shape = this._shape(name, joint);
+      Object.assign(shape, { effort, limit: joint.effort });
+      put(shape.group, pose);
+      shape.group.visible = part >= LEAST;
+      const size = Math.max(LEAST, Math.min(1, part)) * scale;
+      const side = effort < 0 ? -size : size; // turned by half a turn about x, it shows the other way
+      shape.inner.scale.set(size, side, side);
+      shape.material.color.setHSL((1 - Math.min(1, part)) / 3, 0.85, 0.45); // green to red
+      shape.material.opacity = alpha;
+    });
+    for (const [name, { group }] of this.shapes) if (!shown.has(name)) group.visible = false;
+    this._tell(unknown);
+  }
+
+  _shape(name, { axis, type }) {
+    const known = this.shapes.get(name);
+    if (known) return known;
+    const material = new THREE.MeshStandardMaterial({ roughness: 0.8, transparent: true, side: THREE.DoubleSide });
+    const inner = new THREE.Group().add(type === "prismatic" ? arrowOf(1, 0.3, 0.08, 0.22, material).rotateY(-Math.PI / 2) : arc(material));
+    const turned = new THREE.Group().add(inner); // its z is the joint's axis
+    const way = new THREE.Vector3(...axis);
+    if (way.lengthSq() > 1e-12) turned.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), way.normalize());
+    const group = new THREE.Group().add(turned);
+    this.object.add(group);
+    const shape = { group, inner, material };
+    this.shapes.set(name, shape);
+    return shape;
+  }
+
+  _tell(unknown) {
+    const { names, efforts } = this.now;
+    if (this.why) this.problem = this.why;
+    else if (this.joints.size && unknown.length) this.problem = `not in the robot's description: ${unknown.slice(0, 3).join(", ")}${unknown.length > 3 ? ` and ${unknown.length - 3} more` : ""}`;
+    else this.problem = "";
+    const parts = names.map((name, index) => [name, this.joints.get(name)?.effort ? Math.abs(efforts[index]) / this.joints.get(name).effort : 0]);
+    const [most, part] = parts.sort((one, other) => other[1] - one[1])[0] || [];
+    if (this.now.kind) this.word = !names.length ? "no efforts in its messages" : `${names.length} joints${part > 0 ? `; ${most} has ${Math.round(100 * part)} % of its limit` : ""}`;
+  }
+
+  _clear() {
+    this.shapes.clear();
+    for (const child of [...this.object.children]) {
+      this.object.remove(child);
+      dispose(child);
+    }
+  }
+}
+
+// An arc of radius 1 around z, with a tip.
+function arc(material) {
+  const group = new THREE.Group();
+  const tip = new THREE.Mesh(new THREE.ConeGeometry(3.5 * THICK, 8 * THICK, 18).translate(0, 4 * THICK, 0), material);
+  tip.position.set(Math.cos(SWEEP), Math.sin(SWEEP), 0);
+  tip.rotation.z = SWEEP;
+  group.add(new THREE.Mesh(new THREE.TorusGeometry(1, THICK, 10, 48, SWEEP), material), tip);
+  return group;
+}

@@ -1,0 +1,78 @@
+// Which displays there are, by their keys. A key is a topic, or what is made of it and the topic, "camera:/camera/image", or
+// "robot:" and the parameter with a robot's URDF.
+// Nothing is drawn here.
+
+// Types that can be shown, and rviz's names of their displays.
+export const TYPES = {
+  "geometry_msgs/AccelStamped": "AccelStamped",
+  "geometry_msgs/PointStamped": "PointStamped",
+  "geometry_msgs/PolygonStamped": "Polygon",
+  "geometry_msgs/PoseArray": "PoseArray",
+  "geometry_msgs/PoseStamped": "Pose",
+  "geometry_msgs/PoseWithCovarianceStamped": "PoseWithCovariance",
+  "geometry_msgs/TwistStamped": "TwistStamped",
+  "geometry_msgs/WrenchStamped": "WrenchStamped",
+  "nav_msgs/GridCells": "GridCells",
+  "nav_msgs/OccupancyGrid": "Map",
+  "nav_msgs/Odometry": "Odometry",
+  "nav_msgs/Path": "Path",
+  "sensor_msgs/CompressedImage": "Image",
+  "sensor_msgs/FluidPressure": "FluidPressure",
+  "sensor_msgs/Illuminance": "Illuminance",
+  "sensor_msgs/Image": "Image",
+  "sensor_msgs/Imu": "Imu",
+  "sensor_msgs/JointState": "Effort",
+  "sensor_msgs/LaserScan": "LaserScan",
+  "sensor_msgs/PointCloud": "PointCloud",
+  "sensor_msgs/PointCloud2": "PointCloud2",
+  "sensor_msgs/Range": "Range",
+  "sensor_msgs/RelativeHumidity": "RelativeHumidity",
+  "sensor_msgs/Temperature": "Temperature",
+  "visualization_msgs/InteractiveMarkerUpdate": "InteractiveMarkers",
+  "visualization_msgs/Marker": "Marker",
+  "visualization_msgs/MarkerArray": "MarkerArray",
+};
+
+export const ROBOT = "robot:";
+export const DESCRIPTION = "/robot_description";
+const PICTURES = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
+const INFO = "sensor_msgs/CameraInfo";
+const MADE = { camera: "Camera", depth: "DepthCloud" }; // of a topic of pictures
+const VIEWS = { Camera: "scene_camera", DepthCloud: "scene_depth", Image: "image", InteractiveMarkers: "scene_interactive" };
+
+// Return {topic, kind, view} of a key: rviz's name of its display, "" if nobody publishes the topic yet, and the view of
+// the server that shows it. types: topic -> type.
+export function readKey(key, types) {
+  const [, made, topic] = /^(?:(camera|depth):)?(.*)$/s.exec(key);
+  const type = types[topic];
+  const kind = made ? (PICTURES.includes(type) ? MADE[made] : "") : TYPES[type] || "";
+  return { topic, kind, view: VIEWS[kind] || "scene_topic" };
+}
+
+// Return what can be added to the topics and robots that are shown: [{key, title, kind, text, field}].
+export function offersOf(types, topics, robots) {
+  const keys = [];
+  for (const topic of Object.keys(types).sort()) {
+    if (TYPES[types[topic]]) keys.push(topic);
+    if (!PICTURES.includes(types[topic]) || types[infoTopic(topic, types[topic])] !== INFO) continue;
+    keys.push(`camera:${topic}`);
+    if (/depth/i.test(topic)) keys.push(`depth:${topic}`);
+  }
+  const offers = keys.filter((key) => !topics.includes(key)).map((key) => {
+    const { topic, kind } = readKey(key, types);
+    return { key, title: topic, kind, text: `${topic}: ${types[topic]}` };
+  });
+  if (!robots.includes(DESCRIPTION)) offers.unshift({ key: ROBOT + DESCRIPTION, title: DESCRIPTION, kind: "RobotModel", text: "the robot as its URDF describes it" });
+  if (Object.values(types).includes(INFO)) offers.push({ key: "depth:", title: "/depth/image", kind: "DepthCloud", text: "the topic with other depths", field: true });
+  return [...offers, { key: ROBOT, title: "/other_description", kind: "RobotModel", text: "the parameter with another robot's URDF", field: true }];
+}
+
+export function picturesOf(types) {
+  return Object.keys(types).filter((topic) => PICTURES.includes(types[topic])).sort();
+}
+
+// Where the CameraInfo of a topic of pictures is; as pyros1/web/scene/camera.py.
+export function infoTopic(topic, type) {
+  const base = type === "sensor_msgs/CompressedImage" ? topic.replace(/\/[^/]*$/, "") : topic;
+  return base.replace(/[^/]*$/, "camera_info");
+}

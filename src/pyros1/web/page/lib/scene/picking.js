@@ -1,0 +1,41 @@
+// Which points are under the mouse. Nothing is drawn here.
+
+// Return the points within a part of the picture: {total, nearest: the index of the one in front, or -1, indices: the first
+// of them, deep: how far the one in front is, from -1 (near) to 1 (far)}.
+// positions: x, y, z of each; matrix: 16 numbers, column by column, from there to the picture, where x and y go from -1 to 1;
+// box: [left, low, right, high] there; most: indices that are told.
+export function pointsIn(positions, count, matrix, [left, low, right, high], most) {
+  const [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p] = matrix;
+  const indices = [];
+  let [total, nearest, deep] = [0, -1, 1];
+  for (let index = 0; index < count; index += 1) {
+    const [x, y, z] = [positions[3 * index], positions[3 * index + 1], positions[3 * index + 2]];
+    const far = d * x + h * y + l * z + p;
+    if (!(far > 0)) continue; // behind the eye
+    const across = (a * x + e * y + i * z + m) / far;
+    const up = (b * x + f * y + j * z + n) / far;
+    if (!(across >= left && across <= right && up >= low && up <= high)) continue;
+    const depth = (c * x + g * y + k * z + o) / far;
+    if (!(depth >= -1 && depth <= 1)) continue;
+    total += 1;
+    if (indices.length < most) indices.push(index);
+    if (nearest < 0 || depth < deep) [nearest, deep] = [index, depth];
+  }
+  return { total, nearest, deep, indices };
+}
+
+// Whether something with these corners ([x, y, z]) reaches into a part of the picture.
+export function reaches(corners, [a, b, , d, e, f, , h, i, j, , l, m, n, , p], [left, low, right, high]) {
+  const seen = [Infinity, Infinity, -Infinity, -Infinity];
+  for (const [x, y, z] of corners) {
+    const far = d * x + h * y + l * z + p;
+    if (!(far > 0)) continue;
+    const across = (a * x + e * y + i * z + m) / far;
+    const up = (b * x + f * y + j * z + n) / far;
+    seen[0] = Math.min(seen[0], across);
+    seen[1] = Math.min(seen[1], up);
+    seen[2] = Math.max(seen[2], across);
+    seen[3] = Math.max(seen[3], up);
+  }
+  return seen[0] <= right && seen[2] >= left && seen[1] <= high && seen[3] >= low;
+}

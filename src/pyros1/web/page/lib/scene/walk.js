@@ -1,0 +1,90 @@
+// The view in which one walks, rviz's FPS: the left button looks around, the others move sideways and up, the wheel and the
+// keys W, A, S, D, Q and E walk.
+
+import * as THREE from "../../vendor/three/three.module.min.js";
+
+const TURN = 0.005; // radians per pixel
+const SIDE = 0.01; // metres per pixel
+const STEP = 0.3; // metres per notch of the wheel
+const KEYS = { w: [0, 1, 0], s: [0, -1, 0], a: [-1, 0, 0], d: [1, 0, 0], e: [0, 0, 1], q: [0, 0, -1], ArrowUp: [0, 1, 0], ArrowDown: [0, -1, 0], ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0] };
+const STEEP = 0.01; // radians that are left to straight up and down
+
+export class Walk {
+  constructor(stage) {
+    this.stage = stage;
+    this.enabled = false;
+    this.listen = [["pointerdown", (event) => this._down(event)], ["pointermove", (event) => this._move(event)], ["pointerup", () => this._up()],
+      ["wheel", (event) => this._wheel(event)], ["keydown", (event) => this._key(event)]];
+    for (const [name, call] of this.listen) stage.canvas.addEventListener(name, call, { passive: false });
+  }
+
+  close() {
+    for (const [name, call] of this.listen) this.stage.canvas.removeEventListener(name, call);
+  }
+
+  // Whether it has the mouse: tools may have it, or its left button.
+  _has(button) {
+    return this.enabled && this.stage.controls.enabled && !(button === 0 && this.stage.claimed);
+  }
+
+  _down({ button, offsetX, offsetY, shiftKey, pointerId }) {
+    if (!this._has(button)) return;
+    this.at = [offsetX, offsetY];
+    this.turns = button === 0 && !shiftKey;
+    this.stage.canvas.setPointerCapture(pointerId);
+  }
+
+  _move({ offsetX, offsetY }) {
+    if (!this.at) return;
+    const [x, y] = [offsetX - this.at[0], offsetY - this.at[1]];
+    this.at = [offsetX, offsetY];
+    if (this.turns) this._look(-x * TURN, -y * TURN);
+    else this._go(x * SIDE, 0, -y * SIDE);
+  }
+
+  _up() {
+    if (!this.at) return;
+    this.at = null;
+    this.stage.moved?.();
+  }
+
+  _wheel(event) {
+    if (!this._has()) return;
+    event.preventDefault();
+    this._go(0, -Math.sign(event.deltaY) * STEP, 0);
+    this.stage.moved?.();
+  }
+
+  _key(event) {
+    const way = KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    if (!way || !this._has() || event.ctrlKey || event.altKey || event.metaKey) return;
+    event.preventDefault();
+    this._go(...way.map((part) => part * STEP * (event.shiftKey ? 5 : 1)));
+    this.stage.moved?.();
+  }
+
+  // Turn to the left and up, in radians.
+  _look(left, up) {
+    const { camera, controls } = this.stage;
+    const way = new THREE.Spherical().setFromVector3(swapped(controls.target.clone().sub(camera.position)));
+    way.theta += left;
+    way.phi = Math.min(Math.PI - STEEP, Math.max(STEEP, way.phi - up));
+    const { x, y, z } = new THREE.Vector3().setFromSpherical(way);
+    controls.target.copy(camera.position).add(new THREE.Vector3(z, x, y));
+    controls.update();
+  }
+
+  // Go to the right, ahead and up as one looks, in metres.
+  _go(right, ahead, up) {
+    const { camera, controls } = this.stage;
+    const step = new THREE.Vector3(right, up, -ahead).applyQuaternion(camera.quaternion);
+    camera.position.add(step);
+    controls.target.add(step);
+    controls.update();
+  }
+}
+
+// In spheres of three.js y is up, and in ROS z.
+function swapped({ x, y, z }) {
+  return new THREE.Vector3(y, z, x);
+}

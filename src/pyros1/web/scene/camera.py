@@ -1,0 +1,76 @@
+"""How cameras see the scene: sensor_msgs/CameraInfo (https://wiki.ros.org/image_pipeline/CameraInfo). Pure."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from pyros1.web.scene.shape import ShapeError
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera without distortion, which looks along z with x to the right and y down.
+
+    Attributes:
+        fx, fy: its focal lengths in pixels.
+        cx, cy: where the point straight ahead is in the picture, in pixels from the middle of the first one.
+        tx, ty: metres from the origin of its frame to its eye, for the right camera of two that see in stereo.
+        width, height: of its picture in pixels; 0 for unknown.
+    """
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    tx: float
+    ty: float
+    width: int
+    height: int
+
+    def resized(self, width: int, height: int) -> Camera:
+        """Return the same camera with a picture of another number of pixels."""
+        if (width, height) == (self.width, self.height):
+            return self
+        across, down = width / (self.width or width), height / (self.height or height)
+        cx, cy = (self.cx + 0.5) * across - 0.5, (self.cy + 0.5) * down - 0.5
+        return Camera(self.fx * across, self.fy * down, cx, cy, self.tx, self.ty, width, height)
+
+
+def pinhole(info: Any) -> Camera:
+    """Return the camera that a sensor_msgs/CameraInfo describes: by P, or by K where there is no P.
+
+    P holds for rectified pictures. What the message says about a part of the picture and its binning is considered.
+
+    Raises:
+        ShapeError: it describes none.
+    """
+    rows = [*info.P] if info.P[0] else [*info.K[:3], 0.0, *info.K[3:6], 0.0]
+    fx, cx, fy, cy = rows[0], rows[2], rows[5], rows[6]
+    if not all(map(math.isfinite, rows)) or fx <= 0 or fy <= 0:
+        raise ShapeError("the CameraInfo has no focal lengths (P and K): the camera is not calibrated")
+    part = info.roi
+    across, down = max(1, info.binning_x), max(1, info.binning_y)
+    width, height = part.width or info.width, part.height or info.height
+    return Camera(
+        fx / across,
+        fy / down,
+        (cx - part.x_offset) / across,
+        (cy - part.y_offset) / down,
+        -rows[3] / fx,
+        -rows[7] / fy,
+        width // across,
+        height // down,
+    )
+
+
+def info_topic(topic: str, compressed: bool = False) -> str:
+    """Return where the CameraInfo of a topic of pictures is: beside it, as image_transport has it.
+
+    Args:
+        topic: the full name.
+        compressed: whether its last part names how the picture is compressed.
+    """
+    base = topic.rpartition("/")[0] if compressed else topic
+    return f"{base.rpartition('/')[0]}/camera_info"

@@ -1,0 +1,155 @@
+"""What a camera sees, and from where it looks."""
+
+from __future__ import annotations
+
+import threading
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from pyros1.ground.errors import MessageError
+from pyros1.web.hub import Arrival
+from pyros1.web.scene.camera import Camera, info_topic, pinhole
+from pyros1.web.scene.shape import ShapeError
+from pyros1.web.server.wire import Push
+from pyros1.web.views.image import COMPRESSED, check_picture, picture
+from pyros1.web.views.view import View, text
+
+if TYPE_CHECKING:
+    from pyros1.web.robot import Robot
+
+_INFO = "sensor_msgs/CameraInfo"
+_STAMPED = 12
+"""Bytes of a message that differ although it says the same: number and stamp of its header."""
+
+
+class CameraView(View):
+    """The newest picture of a topic with the camera that has seen it: what views of cameras have in common.
+
+    Args (of the page):
+        topic: the full name of a topic of pictures.
+        info: that of its CameraInfo; empty for the one beside it.
+        fixed: the frame in which the camera's place is told.
+    """
+
+    def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
+        super().__init__(robot, args, wake)
+        self._topic = text(args, "topic")
+        self._fixed = text(args, "fixed", "")
+        self._given = text(args, "info", "").strip()
+        self._lock = threading.Lock()
+        self._ends: dict[str, Callable[[], None]] = {"look": robot.world.look(lambda: None)}
+        self._newest: Arrival | None = None
+        self._info: Arrival | None = None
+        self._about = ""  # the topic of the CameraInfo that is heard
+        self.more = 0
+        """To be counted up when `show` shall be called again with the same picture."""
+        self._shown: tuple[Arrival, Arrival | None, int] | None = None
+        self._lost = False
+        try:
+            self._ends["pictures"] = robot.listen(self._topic, self._arrived)
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def polled(self) -> bool:  # type: ignore[override]  # frames come late
+        """Whether to ask `take` also if no message has come."""
+        return self._lost
+
+    def take(self) -> Push | None:
+        with self._lock:
+            arrival = self._newest
+        if arrival is None:
+            return None
+        check_picture(arrival)
+        self._hear_info(_type(arrival) == COMPRESSED)
+        with self._lock:
+            now = (arrival, self._info, self.more)
+        header = arrival.message.header  # type: ignore[attr-defined]
+        pose = self.robot.world.pose(self._fixed, header.frame_id, header.stamp)
+        if now == self._shown and not (self._lost and pose is not None):
+            return None
+        self._shown, self._lost = now, pose is None
+        facts, blob = self.show(arrival, *self._camera(now[1]))
+        return Push({**facts, "frame": header.frame_id, "stamp": header.stamp.to_sec(), "pose": pose}, blob)
+
+    @abstractmethod
+    def show(self, arrival: Arrival, camera: Camera | None, why: str) -> tuple[dict[str, Any], bytes]:
+        """Return what to push of a picture: facts and bytes.
+
+        Args:
+            arrival: the picture.
+            camera: what has seen it; None if that is not known.
+            why: what is wrong then.
+
+        Raises:
+            RequestError: it cannot be shown.
+        """
+
+    def change(self, args: Mapping[str, Any]) -> None:
+        self._fixed = text(args, "fixed", "")
+        self._given = text(args, "info", "").strip()
+        self._shown = None
+
+    def close(self) -> None:
+        for end in self._ends.values():
+            end()
+        self._ends = {}
+
+    def listen(self, name: str, topic: str, listener: Callable[[Arrival], object]) -> None:
+        """Listen to a topic in place of the one that was heard under a name; to none if it is empty."""
+        self._ends.pop(name, lambda: None)()
+        if topic:
+            self._ends[name] = self.robot.listen(topic, listener)
+
+    def _hear_info(self, compressed: bool) -> None:
+        about = self._given or info_topic(self._topic, compressed)
+        if about == self._about:
+            return
+        with self._lock:
+            self._info = None
+        self._about = about
+        self.listen("info", about, self._informed)
+
+    def _camera(self, info: Arrival | None) -> tuple[Camera | None, str]:
+        if info is None:
+            return None, f"no CameraInfo has come on {self._about}"
+        if _type(info) != _INFO:
+            return None, f"{self._about} has no CameraInfo, but {_type(info)}"
+        try:
+            return pinhole(info.message), ""
+        except (ShapeError, MessageError) as error:
+            return None, f"{self._about}: {error}"
+
+    def _arrived(self, arrival: Arrival) -> None:
+        with self._lock:
+            self._newest = arrival
+        self.wake()
+
+    def _informed(self, arrival: Arrival) -> None:
+        with self._lock:
+            known, self._info = self._info, arrival
+            same = known is not None and known.raw._buff[_STAMPED:] == arrival.raw._buff[_STAMPED:]
+            if same:
+                self._info = known  # with each picture the same is told again
+        if not same:
+            self.wake()
+
+
+class SceneCameraView(CameraView):
+    """A camera's pictures, and from where they are seen.
+
+    Pushes what `pyros1.web.views.image.picture` says, with the "camera": fx, fy, cx, cy, tx, ty, width and height of
+    `pyros1.web.scene.camera.Camera`, or null, and "why"; and with the "pose" of its frame when it saw the picture, or
+    null, with the data of the picture.
+    """
+
+    def show(self, arrival: Arrival, camera: Camera | None, why: str) -> tuple[dict[str, Any], bytes]:
+        facts, data = picture(arrival)
+        return {**facts, "camera": asdict(camera) if camera else None, "why": why}, data
+
+
+def _type(arrival: Arrival) -> str:
+    return (arrival.raw._connection_header or {}).get("type", "")

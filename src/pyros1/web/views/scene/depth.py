@@ -1,0 +1,94 @@
+"""A camera's depths as a cloud of points."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pyros1.ground.errors import MessageError
+from pyros1.web.hub import Arrival
+from pyros1.web.scene.camera import Camera
+from pyros1.web.scene.clouds import MOST_POINTS
+from pyros1.web.scene.depth import colours, depth_cloud, depths
+from pyros1.web.scene.shape import ShapeError
+from pyros1.web.server.wire import RequestError
+from pyros1.web.views.image import check_picture
+from pyros1.web.views.scene.camera import CameraView
+from pyros1.web.views.view import number, text
+
+if TYPE_CHECKING:
+    from pyros1.web.robot import Robot
+
+_KEPT = 4
+"""Pictures with colours among which the one is found that was seen when the depths were."""
+_KEPT_BYTES = 32 << 20
+"""Most bytes of these; but one always is kept."""
+
+
+class SceneDepthView(CameraView):
+    """Depths as a cloud, with the colours of another picture.
+
+    Args (of the page):
+        topic, info, fixed: see `CameraView`; the topic has depths.
+        colour: the full name of a topic of pictures that are seen from the same place; empty for none.
+        most: about the number of points that are sent at most.
+        numbers: whether to send also where they are in the picture.
+
+    Pushes what `pyros1.web.scene.depth.depth_cloud` returns, with "frame", "stamp" and "pose".
+    """
+
+    def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
+        self._pictures: deque[Arrival] = deque()
+        self._colour = ""
+        super().__init__(robot, args, wake)
+        try:
+            self._read(args)
+        except BaseException:
+            self.close()
+            raise
+
+    def show(self, arrival: Arrival, camera: Camera | None, why: str) -> tuple[dict[str, Any], bytes]:
+        if camera is None:
+            raise RequestError(why)
+        message: Any = arrival.message
+        try:
+            depth = depths(message)
+            near = self._picture_near(message.header.stamp.to_sec())
+            return depth_cloud(depth, camera, None if near is None else colours(near), self._most, self._numbers)
+        except ShapeError as error:
+            raise RequestError(f"{self._topic}: {error}") from None
+
+    def change(self, args: Mapping[str, Any]) -> None:
+        self._read(args)
+        super().change(args)
+
+    def _read(self, args: Mapping[str, Any]) -> None:
+        self._most = int(number(args, "most", 1, MOST_POINTS, MOST_POINTS))
+        self._numbers = bool(args.get("numbers"))
+        colour = text(args, "colour", "").strip()
+        if colour != self._colour:
+            self._colour = colour
+            self._pictures.clear()
+            self.listen("colours", colour, self._coloured)
+
+    def _coloured(self, arrival: Arrival) -> None:
+        first = not self._pictures
+        size = len(arrival.raw._buff)
+        while len(self._pictures) > max(0, min(_KEPT, _KEPT_BYTES // max(1, size)) - 1):
+            self._pictures.popleft()
+        self._pictures.append(arrival)
+        if first:
+            self.more += 1
+            self.wake()
+
+    def _picture_near(self, stamp: float) -> Any:
+        """Return the message with colours that was seen nearest to a time; None if there is none."""
+        messages: list[Any] = []
+        for arrival in list(self._pictures):
+            try:
+                check_picture(arrival)
+                messages.append(arrival.message)
+            except MessageError as error:
+                raise RequestError(f"{self._colour}: {error}") from None
+        return min(messages, key=lambda each: abs(each.header.stamp.to_sec() - stamp), default=None)

@@ -1,0 +1,84 @@
+// The page's connection to the server. Run by tests/web/test_page_modules.py, or with: node --test tests/web/page
+
+import assert from "node:assert/strict";
+import test from "node:test";
+
+// A browser whose clock and sockets belong to the test.
+let now = 0;
+const sockets = [];
+class Socket {
+  static OPEN = 1;
+  constructor() {
+    this.readyState = 0;
+    this.sent = [];
+    sockets.push(this);
+  }
+  open() { this.readyState = 1; this.onopen(); }
+  say(message) { this.onmessage?.({ data: JSON.stringify(message) }); }
+  send(text) { this.sent.push(JSON.parse(text)); }
+  close() { this.readyState = 3; }
+}
+Object.assign(globalThis, { WebSocket: Socket, location: { protocol: "http:", host: "robot" }, addEventListener: () => {}, requestAnimationFrame: () => 0 });
+Object.defineProperty(globalThis, "performance", { value: { now: () => now }, configurable: true });
+const { Robot } = await import(new URL("../../../src/pyros1/web/page/lib/robot.js", import.meta.url));
+
+const ABOUT = { version: "1", master: "http://m", read_only: false, trouble: "" };
+const settled = () => new Promise((resolve) => setImmediate(resolve));
+
+// Let time pass in steps; a server that lives answers each question.
+async function pass(t, seconds, about = null) {
+  for (let step = 0; step < seconds; step += 1) {
+    now += 1000;
+    t.mock.timers.tick(1000);
+    if (about) answer(sockets.at(-1), about);
+    await settled();
+  }
+}
+
+function answer(socket, about) {
+  for (const { call, id } of socket.sent.splice(0)) if (call) socket.say({ id, result: about });
+}
+
+async function connected(t) {
+  t.mock.timers.enable({ apis: ["setTimeout", "setInterval"] });
+  const robot = new Robot("x");
+  sockets.at(-1).open();
+  answer(sockets.at(-1), ABOUT);
+  await settled();
+  t.after(() => sockets.at(-1).onclose?.());
+  return robot;
+}
+
+test("a server that says nothing any more is given up, and found again", async (t) => {
+  const robot = await connected(t);
+  const [first] = sockets.slice(-1);
+  robot.stream("system", {}, {});
+  await pass(t, 30, ABOUT);
+  assert.equal(robot.state, "connected");
+  await pass(t, 20);
+  assert.equal(robot.state, "connecting");
+  assert.match(robot.trouble, /does not answer/);
+  assert.notEqual(sockets.at(-1), first);
+  first.say({ id: 1, result: {} }); // too late
+  sockets.at(-1).open();
+  assert.equal(robot.state, "connected");
+  assert.deepEqual(sockets.at(-1).sent[0].open, "system");
+});
+
+test("who connects in vain tries again", async (t) => {
+  await connected(t);
+  sockets.at(-1).onclose();
+  await pass(t, 1);
+  const count = sockets.length;
+  await pass(t, 20); // no answer, neither yes nor no
+  assert.ok(sockets.length > count);
+});
+
+test("a master that goes and comes is told once", async (t) => {
+  const robot = await connected(t);
+  const told = [];
+  robot.addEventListener("master", () => told.push(robot.lost));
+  await pass(t, 10, { ...ABOUT, trouble: "gone" });
+  await pass(t, 10, ABOUT);
+  assert.deepEqual(told, ["gone", ""]);
+});
