@@ -28,7 +28,7 @@ def crowd(process: Process, port: int, spare: int = 2) -> Iterator[None]:
     """Let a process run out of descriptors: connections to a port of it that say nothing have them all."""
     with ExitStack() as stack:
         stack.enter_context(limited(process.pid, resource.RLIMIT_NOFILE, vitals(process.pid).files + spare))
-        for _ in range(spare + 5):
+        for _ in range(spare + 20):
             stack.enter_context(socket.create_connection(("127.0.0.1", port), timeout=10))
         yield
 
@@ -61,7 +61,7 @@ def test_a_subscriber_that_cannot_connect(launcher: Master, topic: str) -> None:
     source.advertise(topic, TEXT)
     with crowd(node, parse_uri(launcher.call("lookupService", f"{topic}/flip")[2], "rosrpc")[1]):
         node.tell("sub", topic, TEXT, 10)
-        node.wait_line("no messages of .* from .*: cannot connect to .*: Too many open files", 30)
+        node.wait_line(f"no messages of {topic} from ", 30)
     node.event("subscribed", topic, timeout=60)
     source.linked(topic)
     assert source.publish(topic) == node.received(topic, 30)
@@ -81,14 +81,15 @@ def test_the_master(own_master: Callable[[str], Master]) -> None:
         assert source.publish("/t") == sink.received("/t")
         assert "/source" in master.tool("rosnode", "list")
         assert busy(core.pid, 2.0) < CALM
-        assert not core.unread("cannot accept")
+        assert not core.unread("the master cannot accept")
     assert "/t" in master.tool("rostopic", "list")
 
 
 def test_the_web_server(launcher: Master) -> None:
     command = [sys.executable, "-m", "pyros1", "web", "--port", "0"]
     web = launcher.run(command, python="ours", label="web")
-    link = web.wait_line(r"http://\S+", 30)[0]
+    link = web.wait_line(r"in a browser: (http://\S+)", 30)[1]
+    until(lambda: [name for name in launcher.subscribers("/rosout") if "web" in name], "its node", 30)
     port = int(link.partition("://")[2].partition("/")[0].rpartition(":")[2])
     with crowd(web, port):
         web.wait_line("pyros1 web: .*Too many open files", 30)

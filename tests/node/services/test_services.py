@@ -661,7 +661,7 @@ def test_a_program_that_echoes_is_no_service(caller: Any) -> None:
         thread = threading.Thread(target=echo)
         thread.start()
         port = listener.getsockname()[1]
-        caller.master.register_service("/flip", f"rosrpc://127.0.0.1:{port}", "http://127.0.0.1:1/")
+        caller.master.register_service("/flip", f"rosrpc://127.0.0.1:{port}", caller.uri)
         with pytest.raises(ServiceError, match="only sends back what it gets: another program has its port"):
             caller.service("/flip", SetBool).call(SetBool._request_class(True), timeout=10)
         thread.join(10)
