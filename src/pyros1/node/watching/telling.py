@@ -114,23 +114,24 @@ class Tellers:
     def __init__(self, log: Log, callbacks: CallbackQueue | None) -> None:
         self._log = log
         self._callbacks = callbacks
-        self._tellers: tuple[Teller, ...] = ()
+        self._tellers: dict[Teller, None] = {}
 
     def make(self, what: str) -> Teller:
         """Return a new one."""
         teller = Teller(what, self._log, self._callbacks)
-        self._tellers = (*self._tellers, teller)
+        self._tellers[teller] = None
         return teller
 
     def end(self, teller: Teller) -> None:
         """Make no more of its calls."""
         teller.close()
-        self._tellers = tuple(other for other in self._tellers if other is not teller)
+        self._tellers.pop(teller, None)
 
     def close(self, timeout: float) -> None:
         """Make no more calls; wait at most ``timeout`` seconds for those that are running."""
         until = time.monotonic() + timeout
-        for teller in self._tellers:
+        tellers = list(self._tellers)
+        for teller in tellers:
             teller.close()
-        for teller in self._tellers:
+        for teller in tellers:
             teller.close(max(0.0, until - time.monotonic()))
