@@ -332,8 +332,6 @@ class Scheduler:
             if task.ended or frame is None:
                 continue
             stack = [each for each in traceback.extract_stack(frame) if not each.filename.endswith(HIDDEN)]
-            where = " < ".join(
-                f"{each.filename.rpartition('/')[2]}:{each.lineno} {each.name}" for each in stack[:-9:-1]
-            )
+            where = " < ".join(f"{each.filename.rpartition('/')[2]}:{each.lineno} {each.name}" for each in stack[:-9:-1])
             text += f"\n  {task.name}: {where}"
         return text

@@ -74,3 +74,5 @@ def check_order(done: list[tuple[int, int]], threads: int, jobs: int) -> None:
     for thread in range(threads):
         came = [number for who, number in done if who == thread]
         assert came == list(range(jobs)), f"of thread {thread}: {came}"
+
+

@@ -18,10 +18,7 @@ MESSAGES = 4
 EVERY_PART = (
     *PUBLISHING,
     *SUBSCRIBING,
-    *(
-        f"pyros1.node.{name}"
-        for name in ("life", "registrar", "topics", "slave", "server", "context", "callback_queue")
-    ),
+    *(f"pyros1.node.{name}" for name in ("life", "registrar", "topics", "slave", "server", "context", "callback_queue")),
     "pyros1.node.subscribing.connector",
     "pyros1.node.subscribing.dialogue",
     "pyros1.node.publishing.local_link",

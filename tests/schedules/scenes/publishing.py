@@ -44,11 +44,7 @@ class Publishing(Scenario):
         """Play it."""
         context = make_context(stage, "/talker")
         publication = make_publication(context, self.queue_size, self.latch, self.message_class)
-        first, late, broken = (
-            Reader(stage),
-            Reader(stage, pause=self.pause, size=self.room // 2),
-            Reader(stage, most=300),
-        )
+        first, late, broken = Reader(stage), Reader(stage, pause=self.pause, size=self.room // 2), Reader(stage, most=300)
         readers = stage.spawn(first.read, late.read, broken.read)
         first.link(publication)
         stage.until(lambda: publication.links)
