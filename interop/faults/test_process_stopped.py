@@ -12,6 +12,7 @@ import pytest
 from harness import Master, Process, until
 from vitals import stopped, vitals
 
+MASTERS = ("ours",)
 TEXT, IMAGE, FLIP = "std_msgs/String", "sensor_msgs/Image", "std_srvs/SetBool"
 KINDS = ("roscpp", "rospy", "pyros1")
 ROOM = 60 << 20
