@@ -168,6 +168,7 @@ class _Peer:
         if self.job is None:  # no call is under way: closed while idle, or unexpected bytes
             self._drop()
             self.caller.forget(self)
+            self.caller.on_hung_up(self.uri)
             return
         self.patience.moved(len(data))
         try:
@@ -205,6 +206,7 @@ class _Peer:
         self._drop()
         if self.job is None:
             self.caller.forget(self)
+            self.caller.on_hung_up(self.uri)
         elif self.fresh or began:
             self._finish(None, UnreachableError(f"cannot reach {self.uri}: {reason}"))
         else:
@@ -262,13 +264,22 @@ class RpcCaller:
         timeout: seconds that one call may take from the moment its turn comes, connecting included; longer while much
             data move (`Patience`).
         limits: largest sizes of an answer.
+        on_hung_up: called on the loop with a URI whose kept connection was closed by the other side between two calls.
 
     Attributes:
         make_room: called when no more files can be opened, to close what others on the loop do not need.
     """
 
-    def __init__(self, loop: Loop, *, timeout: float = 10.0, limits: HttpLimits = HttpLimits()) -> None:  # noqa: B008
+    def __init__(
+        self,
+        loop: Loop,
+        *,
+        timeout: float = 10.0,
+        limits: HttpLimits = HttpLimits(),  # noqa: B008 - immutable
+        on_hung_up: Callable[[str], object] = lambda uri: None,
+    ) -> None:
         self.loop = loop
+        self.on_hung_up = on_hung_up
         self.limits = limits
         self._timeout = timeout
         self._peers: dict[str, _Peer] = {}

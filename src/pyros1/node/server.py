@@ -12,9 +12,11 @@ import socket
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from pyros1.ground.errors import Error, ProtocolError
+from pyros1.ground.errors import Error, NodeError, ProtocolError
 from pyros1.net.acceptor import Acceptor
+from pyros1.net.guests import Guests
 from pyros1.net.ports import listening_socket
+from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node.log.levels import WARN
 from pyros1.wire.handshake import Refusal
 from pyros1.wire.header import HeaderReader, encode_header
@@ -22,6 +24,7 @@ from pyros1.wire.header import HeaderReader, encode_header
 if TYPE_CHECKING:
     from pyros1.net.hosts import LocalAddress
     from pyros1.net.loop import TimerHandle
+    from pyros1.net.xmlrpc_server import Dispatch
     from pyros1.node.context import Context
     from pyros1.node.services.server import ServiceServer
 
@@ -152,3 +155,45 @@ class TcprosServer:
         self._acceptor.close()
         for greeting in list(self._greetings.values()):
             self._end(greeting)
+
+
+def open_ports(
+    context: Context,
+    address: LocalAddress,
+    services: Callable[[], dict[str, ServiceServer]],
+    dispatch: Dispatch,
+    ports: tuple[int, int],
+) -> tuple[TcprosServer, XmlRpcServer]:
+    """Listen for other nodes: return the server for topics and services, and that of the slave API.
+
+    Args:
+        context: the node.
+        address: where to listen, and for whom.
+        services: returns the node's services by name.
+        dispatch: answers calls of the slave API.
+        ports: of the slave API, and of topics and services; 0 for any.
+
+    Raises:
+        NodeError: it cannot listen there.
+    """
+    if address.allowed is not None:
+        context.guests = Guests(address.allowed, lambda text: context.log.warn("%s", text))
+    tcpros: TcprosServer | None = None
+    try:
+        tcpros = TcprosServer(context, address, services, ports[1])
+        slave = XmlRpcServer(
+            context.loop,
+            dispatch,
+            bind_host=address.bind,
+            advertised_host=address.advertised,
+            port=ports[0],
+            ports=address.ports,
+            guests=context.guests,
+            say=context.tell_trouble,
+        )
+    except OSError as error:
+        if tcpros is not None:
+            context.loop.run(tcpros.close)
+        raise NodeError(f"{context.name} cannot listen on {address.bind}: {error.strerror or error}") from error
+    context.rpc.make_room = slave.make_room
+    return tcpros, slave

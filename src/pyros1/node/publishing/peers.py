@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from pyros1.node.teller import Teller
+from pyros1.node.watching.telling import Log, Teller
 
 if TYPE_CHECKING:
-    from pyros1.node.log.logger import Log
     from pyros1.node.publishing.publication import Link, Publication
 
 
@@ -55,14 +54,14 @@ class Watch:
         self._joined = joined
         self._left = left
         self._known: tuple[Link, ...] = ()
-        self._teller = Teller(f"{publication.topic}:peers", f"subscribers of {publication.topic}", log)
+        self._teller = Teller(f"subscribers of {publication.topic}", log, most=None)
         publication.on_change.append(self._look)
         publication.context.loop.call_soon(self._look)  # for those that are here
 
     def close(self) -> None:
         """Tell no more."""
         self._publication.on_change.remove(self._look)
-        self._teller.clear()
+        self._teller.close()
 
     def _look(self) -> None:
         """Compare the links with those known. On the loop."""
@@ -70,5 +69,5 @@ class Watch:
         self._known = links
         new = [(self._joined, link) for link in links if link not in known]
         gone = [(self._left, link) for link in known if link not in links]
-        for function, link in gone + new:
-            self._teller.tell(function, Peer(self._publication, link, sum(other is not link for other in links)))
+        for tell, link in gone + new:
+            self._teller.tell(tell, Peer(self._publication, link, sum(other is not link for other in links)))
