@@ -119,7 +119,6 @@ def test_the_port_of_a_service_at_a_server_that_waits(launcher: Master, topic: s
     with takes(port, Web):
         client.tell("call", topic, FLIP, 1, 0)
         client.wait_line("which does not answer. Is its node stopped, or has another program its port", 30)
-    client.event("failed", topic)
 
 
 def test_the_port_of_a_service_at_a_node_with_other_services(launcher: Master, topic: str) -> None:
