@@ -195,4 +195,5 @@ def open_ports(
         if tcpros is not None:
             context.loop.run(tcpros.close)
         raise NodeError(f"{context.name} cannot listen on {address.bind}: {error.strerror or error}") from error
+    context.rpc.make_room = slave.make_room
     return tcpros, slave
