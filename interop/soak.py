@@ -4,15 +4,15 @@
 
     python interop/soak.py [--minutes M] [--json FILE]
 
-Five processes of pyros1 live through it: the core, a talker and a listener (`peers/soak_resident.py`), a recorder and a
-player that loops. Visitors come and go: stock rospy (`peers/soak_visitor.py`), roscpp and pyros1, of which every third is
-killed; and nodes in the listener's own process, some of which take the name of another one. All messages have numbers:
-what is published on the reliable topics must arrive, once and in order, in the listener, in every visitor for as long as
-it is there, and in the bag; on a topic with a slow callback, what did not arrive must be counted as dropped.
+Five processes of pyros1 live through it: the core, a talker and a listener (`peers/soak_resident.py`), a recorder
+and a player that loops. Visitors come and go: stock rospy (`peers/soak_visitor.py`), roscpp and pyros1, of which one in
+four is killed; and nodes in the listener's own process, some of which take the name of another one. All messages have
+numbers: what is published on the reliable topics must arrive, once and in order, in the listener, in every visitor for
+as long as it is there, and in the bag; on a topic with a slow callback, what did not arrive must be counted as dropped.
 
-Every few seconds the memory, descriptors and threads of the five are read. Memory is resident size; that of the talker and
-the listener after `gc.collect` and `malloc_trim`, and also as a number of Python's memory blocks. After a warm-up none may
-grow: see `Series.growth`.
+Every few seconds the memory, descriptors and threads of the five are read. Memory is resident size; that of the talker
+and the listener after `gc.collect` and `malloc_trim`, and also as a number of Python's memory blocks. After a warm-up
+none may grow: see `Series.growth`.
 
 Exit code: 0, or 1 if something was lost or grows; 3 without stock ROS.
 """
@@ -35,13 +35,13 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parent / "peers"))
 
-from harness import PEERS, SOURCE, STOCK_PYTHON, Master, Process, free_port, missing_stock, until  # noqa: E402
+from harness import PEERS, SOURCE, STOCK_PYTHON, Master, Process, free_port, missing_stock, until
 
 if str(SOURCE) not in sys.path:
     sys.path.insert(0, str(SOURCE))
 
-import pyros1.bag  # noqa: E402
-from pyros1.msgs.std_msgs.msg import Float64  # noqa: E402
+import pyros1.bag
+from pyros1.msgs.std_msgs.msg import Float64
 
 PATIENCE = 60.0
 SAMPLE = 4.0
@@ -73,8 +73,8 @@ class Series:
     def growth(self, end: float) -> float:
         """Return by how much the figure has grown after the warm-up.
 
-        That is the median of all slopes between two samples, for the whole time; for numbers that go up and down with the
-        visitors, the difference between the least of the first and of the last third.
+        That is the median of all slopes between two samples, for the whole time; for numbers that go up and down with
+        the visitors, the difference between the least of the first and of the last third.
         """
         counted = [(when, value) for when, value in self.samples if when >= WARM_UP * end]
         if len(counted) < 6:
@@ -146,7 +146,17 @@ class Soak:
                 out.write("/soak/played", Float64(float(number)), 1_700_000_000.0 + number / PLAY_RATE)
         command = [sys.executable, "-m", "pyros1"]
         topics = ["/soak/numbers", "/soak/visits"]
-        record = [*command, "bag", "record", "--split", "--duration", "20s", "-O", str(self._folder / "record"), *topics]
+        record = [
+            *command,
+            "bag",
+            "record",
+            "--split",
+            "--duration",
+            "20s",
+            "-O",
+            str(self._folder / "record"),
+            *topics,
+        ]
         self._long["recorder"] = self._master.run(record, python="ours", label="recorder")
         for role in ("talker", "listener"):
             resident = [sys.executable, str(PEERS / "soak_resident.py"), role]
@@ -193,7 +203,6 @@ class Soak:
         bodies = [visitor.received("/soak/numbers", PATIENCE) for _ in range(HEARD)]
         heard = [struct.unpack("<d", bytes.fromhex(body))[0] for body in bodies]
         assert heard == [heard[0] + step for step in range(HEARD)], f"{kind} heard {heard}"
-        visitor.tell("quit")
         self._end_visit(kind, visitor, kill)
 
     def _end_visit(self, kind: str, visitor: Process, kill: bool) -> None:
@@ -201,8 +210,8 @@ class Soak:
         if kill:
             self.visits["killed"] += 1
             visitor.signal(signal.SIGKILL)
-        elif kind == "rospy":
-            visitor.write("go")
+        else:
+            visitor.write("quit")
         visitor.wait(PATIENCE)
         visitor.close()
         self._master.processes.remove(visitor)
@@ -228,9 +237,8 @@ class Soak:
     # The end ----------------------------------------------------------------------------------------------------------
 
     def _finish(self) -> dict[str, Any]:
-        talker = self.ask("talker", "stop")
-        sent = talker["sent"]
-        self.ask("listener", "stop")
+        self.ask("listener", "stop")  # first, or its last nodes would wait for numbers
+        sent = self.ask("talker", "stop")["sent"]
 
         def settled() -> dict[str, Any] | None:
             told = self.ask("listener")
@@ -319,13 +327,17 @@ def shown(report: dict[str, Any]) -> Iterator[str]:
     yield f"Python {report['python']}, {report['seconds']} s"
     yield f"  numbers: {listener['numbers']['count']} received, {talker['sent']['numbers']} sent"
     fast = listener["fast"]
-    yield f"  slow callback: {fast['count']} received, {fast['dropped']} counted as dropped, {talker['sent']['fast']} sent"
+    dropped = f"{fast['dropped']} counted as dropped"
+    yield f"  slow callback: {fast['count']} received, {dropped}, {talker['sent']['fast']} sent"
     yield f"  played: {listener['played']['count']}; recorded: {report['recorded']['numbers']}"
-    yield f"  calls: {talker['calls']}; parameter reads: {listener['reads']}; nodes in the process: {listener['comers']}"
+    comers = f"nodes in the process: {listener['comers']}"
+    yield f"  calls: {talker['calls']}; parameter reads: {listener['reads']}; {comers}"
     yield "  visits: " + ", ".join(f"{kind} {count}" for kind, count in visits.items())
     yield f"  {'process':10} {'figure':12} {'least':>9} {'most':>9} {'growth':>8} {'allowed':>8}"
     for row in report["figures"]:
-        figures = " ".join(f"{row[key]:{width}g}" for key, width in (("least", 9), ("most", 9), ("growth", 8), ("allowed", 8)))
+        figures = " ".join(
+            f"{row[key]:{width}g}" for key, width in (("least", 9), ("most", 9), ("growth", 8), ("allowed", 8))
+        )
         yield f"  {row['process']:10} {row['figure']:12} {figures}"
     yield from (f"  FAULT: {fault}" for fault in report["faults"])
     yield "  nothing was lost, and nothing grows" if not report["faults"] else f"  {len(report['faults'])} faults"

@@ -61,6 +61,8 @@ if TYPE_CHECKING:
     from pyros1.ground.timing import Duration, Time
     from pyros1.msgs import AnyMsg
     from pyros1.node import Node
+    from pyros1.node.subscribing.deadline import Missed
+    from pyros1.node.watching.sighting import Sighting
 
 __version__ = "0.1.0"
 
@@ -78,6 +80,7 @@ __all__ = [
     "MasterMethodError",
     "MasterUnreachableError",
     "MessageError",
+    "Missed",
     "Node",
     "NodeError",
     "NodeShutdownError",
@@ -89,6 +92,7 @@ __all__ = [
     "ServiceRefusal",
     "ServiceUnavailableError",
     "SettingError",
+    "Sighting",
     "Time",
     "TimeMovedBackwardsError",
     "TransportError",
@@ -104,7 +108,9 @@ _HOMES = {
     **dict.fromkeys(__all__, "pyros1.ground.errors"),
     "AnyMsg": "pyros1.msgs",
     "Duration": "pyros1.ground.timing",
+    "Missed": "pyros1.node.subscribing.deadline",
     "Node": "pyros1.node",
+    "Sighting": "pyros1.node.watching.sighting",
     "Time": "pyros1.ground.timing",
 }
 

@@ -50,6 +50,7 @@ COMMANDS = [
     "node list -a",
     "node list -u",
     "node list --json",
+    "node list --check",
     "node info /node",
     "node info /nodeBAD",
     "node info --json /node",

@@ -91,6 +91,7 @@ def test_a_node_that_does_not_answer(silent: int, environ: dict[str, str]) -> No
         "node info /mute": (1, api),
         "node ping /mute": (0, api),
         "node ping -a": (0, api),
+        "node list --check": (1, "/mute  hangs: it accepts connections, but did not answer within 2.5 s"),
         "node kill /mute": (1, "/mute"),
         "node cleanup": (0, "/mute"),
         "service info /s": (2, "/s"),
@@ -100,7 +101,7 @@ def test_a_node_that_does_not_answer(silent: int, environ: dict[str, str]) -> No
         "service find std_srvs/Empty": (0, "/s"),
         "log list /mute": (1, "/mute"),
         "graph --once": (0, "/mute"),
-        "wtf": (1, "/mute"),
+        "wtf": (1, "Nodes at [127.0.0.1] accept connections, but do not answer"),
     }
     running: dict[str, Any] = {
         words: subprocess.Popen(

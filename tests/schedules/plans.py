@@ -102,7 +102,5 @@ class FewDeviations:
     def next_ones(self) -> list[Deviations]:
         """Return all plans with one deviation more than this one, which has been run."""
         return [
-            (*self.deviations, (point, other))
-            for point, count in self.others.items()
-            for other in range(1, count + 1)
+            (*self.deviations, (point, other)) for point, count in self.others.items() for other in range(1, count + 1)
         ]

@@ -3,9 +3,10 @@ their own.
 
 Each task is a real thread, so thread identities and local variables are real; but all wait, except one. At each *point*
 the plan may let another task go on. Points are the places in the modules under test at which CPython may let another
-thread run (found by `sys.settrace`): the begin of a function, the instruction after a call, and the jump back of a loop;
-and each operation of the stand-ins for locks, sleeps and sockets (`stand_ins`, `network`). Nothing really waits: a task
-that would wait names its condition and its deadline, and when no task can go on the clock jumps to the next deadline.
+thread run (found by `sys.settrace`): the begin of a function, the instruction after a call, the jump back of a loop;
+and each operation of the stand-ins for locks, sleeps and sockets (`stand_ins`, `network`, `polling`). Nothing really
+waits: a task that would wait names its condition and its deadline, and when none can go on the clock jumps to the next
+deadline.
 
 A run is decided by the plan alone, so it can be repeated. It fails if no task can ever go on (deadlock), if it does not
 end within LONGEST seconds of its clock or MOST_POINTS points (a wait that does not end, or tasks that keep each other
@@ -31,7 +32,13 @@ SLICE = 2000
 """Points after which another task goes on, whatever the plan says: as with CPython, none is stopped for ever."""
 LONGEST = 1000.0
 MOST_POINTS = 400_000
-HIDDEN = ("/schedules/scheduler.py", "/schedules/stand_ins.py", "/schedules/network.py", "/threading.py")
+HIDDEN = (
+    "/schedules/scheduler.py",
+    "/schedules/stand_ins.py",
+    "/schedules/network.py",
+    "/schedules/polling.py",
+    "/threading.py",
+)
 PATIENCE = 60.0
 """Real seconds for one run: longer means that something waits outside of the scheduler."""
 
@@ -83,6 +90,10 @@ class Task:
         self.ended = False
         self.last = 0  # the point at which it ran last
         self.thread: threading.Thread | None = None
+
+
+def _never() -> bool:
+    return False
 
 
 @cache
@@ -220,8 +231,11 @@ class Scheduler:
         else:
             self._turn_over = self.points + SLICE
         if chosen and others:
-            self.now += self._plan.delay()
+            delay = self._plan.delay()
+            if delay:  # as if the system gave the processor to other programs
+                me.ready, me.deadline = _never, self.now + delay
             self._hand_to(others[(chosen - 1) % len(others)])
+            me.ready = me.deadline = None
 
     def wait(self, ready: Callable[[], object], timeout: float | None = None) -> bool:
         """Wait until a condition is true; return whether it is.
@@ -244,7 +258,7 @@ class Scheduler:
     def pause(self, seconds: float) -> None:
         """Sleep; without seconds, let another task go on."""
         if seconds > 0:
-            self.wait(lambda: False, seconds)
+            self.wait(_never, seconds)
             return
         self.point()
         me = self.current
@@ -332,6 +346,8 @@ class Scheduler:
             if task.ended or frame is None:
                 continue
             stack = [each for each in traceback.extract_stack(frame) if not each.filename.endswith(HIDDEN)]
-            where = " < ".join(f"{each.filename.rpartition('/')[2]}:{each.lineno} {each.name}" for each in stack[:-9:-1])
+            where = " < ".join(
+                f"{each.filename.rpartition('/')[2]}:{each.lineno} {each.name}" for each in stack[:-9:-1]
+            )
             text += f"\n  {task.name}: {where}"
         return text

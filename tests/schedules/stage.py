@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from . import network, stand_ins
+from . import network, polling, stand_ins
 from .network import Network
 from .scheduler import Plan, Scheduler
 
@@ -37,8 +37,8 @@ class Stage:
         self.threading = stand_ins.Threading(lambda: self.scheduler)
         self.time = stand_ins.Time(lambda: self.scheduler)
         self.socket = network.SocketModule(lambda: self.network)
-        self.select = network.SelectModule(lambda: self.network)
-        self.selectors = network.SelectorsModule(lambda: self.network)
+        self.select = polling.SelectModule(lambda: self.network)
+        self.selectors = polling.SelectorsModule(lambda: self.network)
 
     def run(self, scenario: Scenario, plan: Plan) -> Scheduler:
         """Run a scenario with a plan, and return what happened.

@@ -108,7 +108,7 @@ class Condition(RLock):
         count, self._count, self._owner = self._count, 0, None
         told = self._now().wait(lambda: mine, timeout)
         if not told:
-            self._waiters.remove(mine)
+            self._waiters = [waiter for waiter in self._waiters if waiter is not mine]
         self.acquire()
         self._count = count
         return told
@@ -220,19 +220,19 @@ class Threading:
         """Begin a new run."""
         self._table.clear()
 
-    def Lock(self) -> Lock:  # noqa: N802 - the name in threading
+    def Lock(self) -> Lock:
         """Return a lock."""
         return Lock(self._now)
 
-    def RLock(self) -> RLock:  # noqa: N802
+    def RLock(self) -> RLock:
         """Return a lock that its owner can take again."""
         return RLock(self._now)
 
-    def Condition(self) -> Condition:  # noqa: N802
+    def Condition(self) -> Condition:
         """Return a condition."""
         return Condition(self._now)
 
-    def Event(self) -> Event:  # noqa: N802
+    def Event(self) -> Event:
         """Return an event."""
         return Event(self._now)
 

@@ -19,11 +19,14 @@ loop drives the deliveries itself (``driver.py``), and a slow iteration holds th
 these. Messages are decoded when the iteration takes them. Nothing here blocks the asyncio loop: calls to the master
 and to other nodes run in worker threads.
 
+A message that must come in time: ``await asyncio.wait_for(anext(messages), 0.5)``. One that is late is not lost.
+
 SIGINT and SIGTERM end the node: its hooks run, iterations and waits end, and with them the body of ``async with``, so
 that the program exits with code 0. Other tasks must be ended by the program. A second signal ends the program at once.
 """
 
 from pyros1.aio.messages import Messages
 from pyros1.aio.node import Node
+from pyros1.aio.watching import Sightings
 
-__all__ = ["Messages", "Node"]
+__all__ = ["Messages", "Node", "Sightings"]

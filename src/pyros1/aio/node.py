@@ -12,6 +12,7 @@ from weakref import WeakSet
 
 from pyros1.aio.driver import LoopDriver, can_drive
 from pyros1.aio.messages import Messages
+from pyros1.aio.watching import Sightings
 from pyros1.ground.errors import Error, NodeShutdownError, WaitTimeoutError
 from pyros1.ground.timing import Time
 from pyros1.msgs import Service
@@ -25,6 +26,8 @@ from pyros1.node.signals import SignalHandlers
 from pyros1.node.subscribing.drivers import Driver
 from pyros1.node.subscribing.hints import Hints
 from pyros1.node.subscribing.subscriber import Subscriber
+from pyros1.node.watching.sighting import Sighting
+from pyros1.node.watching.watch import Watch
 
 _M = TypeVar("_M")
 _R = TypeVar("_R")
@@ -88,6 +91,11 @@ class _Node(SyncNode):
             self.resolve(topic), cls, _no_callback, queue_size, hints, stream=stream, driver=driver
         )
 
+    def begin_watch(self, name: str, period: float, limit: float, tell: Callable[[Sighting], None]) -> Watch:
+        """Watch a node; see :meth:`Node.watch`."""
+        check_name(name, "watch(name)")
+        return self._watches.begin(self.resolve(name), period, limit, tell)
+
 
 class Node:
     """A ROS node for asyncio programs. Use it with ``async with``.
@@ -111,6 +119,7 @@ class Node:
         self._node: _Node | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._streams: WeakSet[Messages[Any]] = WeakSet()
+        self._sightings: WeakSet[Sightings] = WeakSet()
         self._driver: LoopDriver | None = None
 
     async def __aenter__(self) -> Node:
@@ -196,6 +205,8 @@ class Node:
     def _end_streams(self) -> None:
         for stream in list(self._streams):
             stream.end()
+        for sightings in list(self._sightings):
+            sightings.close()
 
     @property
     def sync(self) -> SyncNode:
@@ -291,6 +302,14 @@ class Node:
             raise NodeShutdownError(f"{self.name} is shutting down")
 
         return await _within(first(), timeout, f"timeout exceeded while waiting for message on topic {topic}")
+
+    def watch(self, name: str, *, period: float = 0.5, limit: float = 1.0) -> Sightings:
+        """Watch another node: ``async for sighting in node.watch("controller")``; see :meth:`pyros1.Node.watch`."""
+        node, loop = self.sync, self._loop
+        assert isinstance(node, _Node) and loop is not None
+        sightings = Sightings(loop, lambda tell: node.begin_watch(name, period, limit, tell))
+        self._sightings.add(sightings)
+        return sightings
 
     async def wait_for_service(self, name: str, timeout: float | None = None) -> None:
         """Wait until a service is provided; see :meth:`pyros1.Node.wait_for_service`."""

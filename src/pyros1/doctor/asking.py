@@ -5,9 +5,9 @@ from __future__ import annotations
 import socket
 from time import monotonic, time
 
-from pyros1.doctor.facts import OTHER, REFUSED, TIMEOUT, UNRESOLVED, Failure, NodeFacts, Offer
+from pyros1.doctor.facts import HANGS, OTHER, REFUSED, TIMEOUT, UNRESOLVED, Failure, NodeFacts, Offer
 from pyros1.graph import NodeApi
-from pyros1.ground.errors import DeadlineError, Error, ProtocolError, UnreachableError
+from pyros1.ground.errors import DeadlineError, Error, MasterError, ProtocolError, UnreachableError, XmlRpcFault
 from pyros1.net.hosts import parse_uri
 from pyros1.net.resolve import direct_addresses, look_up
 from pyros1.net.xmlrpc_client import XmlRpcClient
@@ -16,6 +16,7 @@ from pyros1.wire.xmlrpc import dumps_call
 
 NODE_TIMEOUT = 2.5
 """Timeout for the answers of a node in seconds."""
+_PROBE_TIMEOUT = 0.3
 
 
 def failure_of(error: BaseException) -> Failure:
@@ -44,6 +45,40 @@ def addresses(host: str) -> list[str] | None:
         return None
 
 
+def _accepts(uri: str) -> bool:
+    """Return whether a node accepts connections: its process is there, and the way to it."""
+    try:
+        socket.create_connection(parse_uri(uri), _PROBE_TIMEOUT).close()
+    except (OSError, Error):
+        return False
+    return True
+
+
+def _why(error: Error, uri: str) -> Failure:
+    """Return why a node did not answer."""
+    failure = failure_of(error)
+    if failure.kind == TIMEOUT and _accepts(uri):
+        return Failure(HANGS, failure.text)
+    return failure
+
+
+def ask_whether_alive(caller_id: str, uri: str) -> Failure | None:
+    """Return why a node does not answer; None if it does."""
+    try:
+        api = NodeApi(caller_id, uri, NODE_TIMEOUT)
+    except ProtocolError as error:
+        return Failure(OTHER, str(error))
+    try:
+        api.pid()
+    except (MasterError, XmlRpcFault):
+        pass  # it answers, but does not tell its process id
+    except Error as error:
+        return _why(error, uri)
+    finally:
+        api.close()
+    return None
+
+
 def ask_node(caller_id: str, uri: str) -> NodeFacts:
     """Ask a node for its connections and its clock."""
     try:
@@ -59,7 +94,7 @@ def ask_node(caller_id: str, uri: str) -> NodeFacts:
         facts.connections = api.connections()
         facts.clock_offset = clock_offset(caller_id, host, port)
     except Error as error:
-        facts.failure = failure_of(error)
+        facts.failure = _why(error, uri)
     finally:
         api.close()
     return facts

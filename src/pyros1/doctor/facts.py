@@ -8,15 +8,16 @@ from typing import NamedTuple
 
 from pyros1.graph import Connection, SystemState
 
-UNRESOLVED, REFUSED, TIMEOUT, OTHER = "unresolved", "refused", "timeout", "other"
-"""Why something cannot be reached: unknown host name, connection refused, timeout, or another reason."""
+UNRESOLVED, REFUSED, TIMEOUT, HANGS, OTHER = "unresolved", "refused", "timeout", "hangs", "other"
+"""Why something cannot be reached: unknown host name, connection refused, timeout, it accepts connections but does not
+answer, or another reason."""
 
 
 class Failure(NamedTuple):
     """Why a question was not answered.
 
     Attributes:
-        kind: one of the four above.
+        kind: one of the five above.
         text: the error's text.
     """
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pyros1.doctor.facts import REFUSED, TIMEOUT, UNRESOLVED, Machine, NodeFacts, System
+from pyros1.doctor.facts import HANGS, REFUSED, TIMEOUT, UNRESOLVED, Machine, NodeFacts, System
 from pyros1.doctor.finding import ERROR, WARNING, Finding
 from pyros1.doctor.machine_checks import address_of
 from pyros1.ground.errors import ProtocolError
@@ -17,7 +17,7 @@ MOST_SKEW_S = 1.5
 
 def check_reach(system: System, machine: Machine) -> list[Finding]:
     """Return the problems with the nodes' addresses, services and clocks."""
-    checks = (_unresolved, _dead, _silent, _loopback, _services, _clocks)
+    checks = (_unresolved, _dead, _hanging, _silent, _loopback, _services, _clocks)
     return [finding for check in checks for finding in check(system, machine)]
 
 
@@ -63,6 +63,17 @@ def _dead(system: System, machine: Machine) -> Iterator[Finding]:
         )
 
 
+def _hanging(system: System, machine: Machine) -> Iterator[Finding]:
+    for host, nodes in _failed(system, HANGS).items():
+        yield Finding(
+            "hung-node",
+            ERROR,
+            f"Nodes at [{host}] accept connections, but do not answer: they hang, or are stopped",
+            "on their machine: kill -CONT PID if they were stopped (state T in ps), else restart them",
+            tuple(f"{name} ({system.nodes[name].uri})" for name in nodes),
+        )
+
+
 def _silent(system: System, machine: Machine) -> Iterator[Finding]:
     for host, nodes in _failed(system, TIMEOUT).items():
         where = ", ".join(system.nodes[nodes[0]].addresses or ())
@@ -71,14 +82,14 @@ def _silent(system: System, machine: Machine) -> Iterator[Finding]:
             "unreachable-host",
             ERROR,
             f"Nodes at [{host}]{f' ({where})' if where not in ('', host) else ''} do not answer in time",
-            f"ping {host}: if it answers, a firewall blocks the connection or a node hangs; if not, that machine is "
+            f"ping {host}: if it answers, a firewall blocks the connection; if not, that machine is "
             f"off or its address is wrong: export ROS_IP=<its address> there{local} and restart the nodes",
             tuple(nodes),
         )
     others = [
         f"{name} ({node.uri}): {node.failure.text}"
         for name, node in sorted(system.nodes.items())
-        if node.failure and node.failure.kind not in (UNRESOLVED, REFUSED, TIMEOUT)
+        if node.failure and node.failure.kind not in (UNRESOLVED, REFUSED, TIMEOUT, HANGS)
     ]
     if others:
         yield Finding(

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from pyros1.ground.names import ns_join
 from pyros1.launch.reading.conditions import DEFAULT_TIMEOUT, Condition
+from pyros1.launch.reading.deaths import OnDeath
 
 
 @dataclass
@@ -32,6 +33,7 @@ class NodePlan:
         line: the line in that file.
         wait_for: what must exist before the node starts.
         wait_timeout: seconds to wait for this, 0 for no limit.
+        on_death: what is done when the node has ended; None for nothing.
     """
 
     package: str
@@ -52,11 +54,33 @@ class NodePlan:
     line: int = 0
     wait_for: list[Condition] = field(default_factory=list)
     wait_timeout: float = DEFAULT_TIMEOUT
+    on_death: OnDeath | None = None
 
     @property
     def full_name(self) -> str:
         """The name with its namespace, ``/a/b/name``."""
         return ns_join(self.namespace, self.name)
+
+    @property
+    def answer(self) -> NodePlan | None:
+        """The program that runs when this node has ended, as a node; None if there is none, or a message is published.
+
+        It has the namespace, remappings and environment of this node.
+        """
+        if self.on_death is None or self.on_death.kind != "run":
+            return None
+        package, program, *args = self.on_death.words
+        return NodePlan(
+            package=package,
+            type=program,
+            name=f"{self.name}_on_death",
+            namespace=self.namespace,
+            args=args,
+            remappings=self.remappings,
+            env=self.env,
+            file=self.file,
+            line=self.line,
+        )
 
 
 @dataclass

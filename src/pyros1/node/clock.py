@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING
 from pyros1.ground.errors import NodeShutdownError, TimeMovedBackwardsError
 from pyros1.ground.timing import Duration, Time
 from pyros1.net.bell import Bell, Event
-from pyros1.node.checks import check_positive
+from pyros1.node.checks import check_callback, check_positive, check_seconds
 
 if TYPE_CHECKING:
     from pyros1.node.callback_queue import CallbackQueue
+    from pyros1.node.context import Context
     from pyros1.node.log.logger import Log
 
 LONGEST_PERIOD = 1e9
@@ -29,10 +30,15 @@ class Clock:
 
     Args:
         stopping: set when the node shuts down; ends all sleeps.
+
+    Attributes:
+        simulated: whether it is the time on /clock.
+        on_tick: called after each change of simulated time, by the thread that receives it.
     """
 
     def __init__(self, stopping: threading.Event) -> None:
         self.simulated = False
+        self.on_tick: list[Callable[[], object]] = []
         self._stopping = stopping
         self._now = Time()
         self._ticked = Bell()
@@ -45,6 +51,8 @@ class Clock:
         """Take the time that a simulation has published."""
         self._now = now
         self._ticked.ring()
+        for look in tuple(self.on_tick):
+            look()
 
     def wake(self) -> None:
         """Wake sleeps in simulated time, so that they notice that the node is shutting down."""
@@ -55,6 +63,10 @@ class Clock:
         if self.simulated:
             return self._now
         return Time(*divmod(time.time_ns(), 1_000_000_000))
+
+    def seconds(self) -> float:
+        """Return the seconds of a clock for measuring: monotonic time, which does not jump, or simulated time."""
+        return self._now.to_sec() if self.simulated else time.monotonic()
 
     def read(self) -> tuple[Time, bool]:
         """Return the current time, and whether it is simulated."""
@@ -121,15 +133,11 @@ class Rate:
         check_positive(frequency, "a rate", "Hz")
         self.period = 1.0 / frequency
         self._clock = clock
-        self._next = self._time() + self.period
-
-    def _time(self) -> float:
-        # monotonic time does not jump with the wall clock
-        return self._clock.now().to_sec() if self._clock.simulated else time.monotonic()
+        self._next = clock.seconds() + self.period
 
     def remaining(self) -> float:
         """Return the seconds left in the current cycle; negative if it is late."""
-        return self._next - self._time()
+        return self._next - self._clock.seconds()
 
     def sleep(self) -> bool:
         """Sleep until the end of the current cycle.
@@ -139,14 +147,14 @@ class Rate:
         Returns:
             False if the node is shutting down.
         """
-        now = self._time()
+        now = self._clock.seconds()
         if now < self._next - 2 * self.period:  # simulated time has jumped back
             self._next = now + self.period
         try:
             alive = self._clock.sleep(self._next - now)
         except TimeMovedBackwardsError:
             alive = True
-        now = self._time()
+        now = self._clock.seconds()
         self._next += self.period
         if not self._next - 2 * self.period <= now <= self._next:
             self._next = now + self.period
@@ -303,3 +311,43 @@ class Timers:
         """Wait for the threads of all timers to end, at most ``timeout`` seconds for each."""
         for timer in self._timers:
             timer.join(timeout)
+
+
+class TimeMethods:
+    """What a node offers of time; one of its base classes."""
+
+    _context: Context
+    _clock: Clock
+    _timers: Timers
+
+    def now(self) -> Time:
+        """Return the wall time, or with /use_sim_time simulated time, which is 0 until the first message on /clock."""
+        return self._clock.now()
+
+    @property
+    def simulated_time(self) -> bool:
+        """Whether the node's time is that on /clock."""
+        return self._clock.simulated
+
+    def sleep(self, seconds: float) -> bool:
+        """Sleep for ``seconds`` of the node's time; return False at once when the node shuts down.
+
+        Raises:
+            TimeMovedBackwardsError: simulated time jumped back meanwhile.
+        """
+        check_seconds(seconds, "sleep: seconds")
+        return self._clock.sleep(seconds)
+
+    def rate(self, frequency: float) -> Rate:
+        """Return a Rate that keeps a loop at ``frequency`` Hz with its `sleep`."""
+        return Rate(self._clock, frequency)
+
+    def timer(self, period: float, callback: Callable[[TimerEvent], object], oneshot: bool = False) -> Timer:
+        """Call a function every ``period`` seconds, or only once, with a TimerEvent; return the Timer.
+
+        Raises:
+            NodeShutdownError: the node is shutting down.
+        """
+        check_callback(callback, "timer(period, callback)", "callback")
+        self._context.check_running()
+        return self._timers.start(period, callback, oneshot)

@@ -9,11 +9,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 from pyros1.ground import names, shown
-from pyros1.ground.errors import Error, NodeError, NodeShutdownError
-from pyros1.ground.timing import Time
-from pyros1.msgs import Service, load_message
+from pyros1.ground.errors import Error, NodeShutdownError
+from pyros1.msgs import load_message
 from pyros1.net.bell import Event
-from pyros1.net.guests import Guests
 from pyros1.net.hosts import host_from_environment, make_uri
 from pyros1.net.hosts import master_uri as find_master_uri
 from pyros1.net.loop import Loop
@@ -22,7 +20,7 @@ from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node import checks
 from pyros1.node.callback_queue import CallbackQueue
-from pyros1.node.clock import Clock, Rate, Timer, TimerEvent, Timers
+from pyros1.node.clock import LONGEST_PERIOD, Clock, TimeMethods, Timers
 from pyros1.node.context import Context
 from pyros1.node.identity import full_name
 from pyros1.node.life import Life
@@ -34,25 +32,28 @@ from pyros1.node.parameters.parameters import Parameters
 from pyros1.node.parameters.private import left_over, odd_arguments, set_private
 from pyros1.node.publishing.publisher import Publisher
 from pyros1.node.registrar import Registrar, await_master
-from pyros1.node.server import TcprosServer
-from pyros1.node.services.client import ServiceClient, wait_for_service
-from pyros1.node.services.provided import Services
-from pyros1.node.services.server import ServiceServer
+from pyros1.node.server import TcprosServer, open_ports
+from pyros1.node.services.provided import ServiceMethods, Services
 from pyros1.node.slave import SlaveApi
+from pyros1.node.subscribing.deadline import Deadline, Missed
 from pyros1.node.subscribing.hints import Hints
 from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.node.topic_type import topic_type
-from pyros1.node.topics import Topics
+from pyros1.node.topics import LONGEST_CALLBACK, Topics
+from pyros1.node.watching.sighting import Sighting
+from pyros1.node.watching.telling import Teller, Tellers
+from pyros1.node.watching.watch import Watch
+from pyros1.node.watching.watches import Watches
 from pyros1.wire.handshake import TopicType
 
 _M = TypeVar("_M")
 _Ports = tuple[int, int]
+_Call = Callable[[Any], object]
 _INTERRUPTED = 130
 _SUBSCRIBE = "subscribe(topic, type, callback)"
-_PROVIDE = "advertise_service(name, type, handler)"
 
 
-class Node:
+class Node(ServiceMethods, TimeMethods):
     """A ROS node. Also a context manager that shuts it down.
 
     A process may have several nodes; they exchange messages without sockets.
@@ -116,18 +117,22 @@ class Node:
         stopping = Event()
         self._clock = Clock(stopping)
         log_file = default_log_file(self.name, environ, special)
-        self._sink = LogSink(self.name, environ, log_file, self._clock.read, self._later)
+        loop = Loop(f"{self.name}:loop", on_error=lambda error: self.log.internal(error))  # noqa: PLW0108 - it needs the loop
+        self._sink = LogSink(self.name, environ, log_file, self._clock.read, loop.call_later)
         self.log = Log(self._sink, level=level_from_name(log_level))
         self._callbacks = CallbackQueue() if callbacks == "spin" else None
-        loop = Loop(f"{self.name}:loop", on_error=self.log.internal)
         self._context = Context(self.name, loop, RpcCaller(loop), self.log, self._callbacks, environ, stopping=stopping)
         loop.thread.owner = self._context
         self._topics = Topics(self._context, lambda: self._registrar)
         self._services = Services(self._context, lambda: self._registrar, self._service_uri)
         self._timers = Timers(self._clock, self._callbacks, self.log)
+        self._tellers = Tellers(self.log, self._callbacks)
+        self._watches = Watches(self._context, self.master_uri, self._tellers)
         self._life = Life(self._context, self._clock, self._close)
         self.master = MasterClient(self.name, self.master_uri)
-        self.params = Parameters(self.master, self.resolve, lambda: self.uri, self.arguments.remappings, loop.call_soon)
+        teller = Teller("changes of parameters", self.log)
+        uri, remappings = lambda: self.uri, self.arguments.remappings
+        self.params = Parameters(self.master, self.resolve, uri, remappings, loop.call_soon, teller.tell)
         self._registrar = Registrar(self._context, self.master_uri, self._topics.publishers_found, self.params.renew)
         self._slave: XmlRpcServer | None = None
         self._tcpros: TcprosServer | None = None
@@ -143,15 +148,11 @@ class Node:
     # Starting ---------------------------------------------------------------------------------------------------------
 
     def _open(self, patience: float | None, rosout: bool, signals: bool, wall_time: bool, ports: _Ports) -> None:
-        loop = self._context.loop
-        address = host_from_environment(self.environ, self.arguments.special)
+        self._context.address = address = host_from_environment(self.environ, self.arguments.special)
         self._host = address.advertised
-        self._context.address = address
         self._life.watch(signals)
         for warning in (*address.warnings, *odd_arguments(self.arguments)):
             self.log.warn("%s", warning)
-        if address.allowed is not None:
-            self._context.guests = Guests(address.allowed, lambda text: self.log.warn("%s", text))
         slave = SlaveApi(
             self._context,
             self.master_uri,
@@ -159,19 +160,10 @@ class Node:
             lambda: self.params,
             self._on_shutdown_request,
         )
-        try:
-            self._tcpros = TcprosServer(self._context, address, lambda: self._services.servers, ports[1])
-            self._slave = XmlRpcServer(
-                loop,
-                slave.dispatch,
-                bind_host=address.bind,
-                advertised_host=address.advertised,
-                port=ports[0],
-                ports=address.ports,
-                guests=self._context.guests,
-            )
-        except OSError as error:
-            raise NodeError(f"{self.name} cannot listen on {address.bind}: {error.strerror or error}") from error
+        self._tcpros, self._slave = open_ports(
+            self._context, address, lambda: self._services.servers, slave.dispatch, ports
+        )
+        self._context.rpc.make_room = self._slave.make_room
         self._context.uri = self._slave.uri
         await_master(self._context, self.master, patience)
         sim_time, private = set_private(self.master, self.resolve, self.arguments.parameters)
@@ -183,13 +175,13 @@ class Node:
             self._use_simulated_time()
         offer_log(self.log, self._sink, self.name, self._topics, self._services, self.resolve, rosout)
 
+    def _service_uri(self) -> str:
+        return make_uri(self._host, self._tcpros.port if self._tcpros else 0, "rosrpc").rstrip("/")
+
     def _use_simulated_time(self) -> None:
         self._clock.use_simulated_time()
         clock = load_message("rosgraph_msgs/Clock")
         self._topics.subscribe("/clock", clock, lambda message: self._clock.tick(message.clock), 1, direct=True)
-
-    def _later(self, seconds: float, function: Callable[..., object], argument: object) -> None:
-        self._context.loop.call_later(seconds, function, argument)
 
     # Names ------------------------------------------------------------------------------------------------------------
 
@@ -253,6 +245,8 @@ class Node:
         arrays: str | None = None,
         transports: str | Iterable[str] = ("tcp",),
         max_datagram_size: int = 1500,
+        deadline: float | None = None,
+        on_missed: Callable[[Missed], object] | None = None,
     ) -> Subscriber[_M]:
         """Subscribe to a topic.
 
@@ -271,9 +265,13 @@ class Node:
                 https://wiki.ros.org/ROS/UDPROS). rospy's publishers have "tcp" only. The first subscriber of a topic
                 in a node decides.
             max_datagram_size: bytes of the largest datagram, for "udp".
+            deadline: seconds of the node's time that may pass between two messages, counted from the first connection
+                to a publisher on; a message counts when the callback gets it. None: no limit.
+            on_missed: called with a Missed, where all callbacks run, when no message has come within ``deadline``: once
+                for each gap, whether a publisher is connected or not.
 
         Raises:
-            ValueError: an unknown transport, or an impossible size.
+            ValueError: an unknown transport, an impossible size, or only one of ``deadline`` and ``on_missed``.
             NodeError: this node subscribes to the topic with another type already.
             TypeError: an argument has a wrong type.
         """
@@ -284,7 +282,17 @@ class Node:
         wanted = (transports,) if isinstance(transports, str) or not isinstance(transports, Iterable) else transports
         hints = Hints(tcp_nodelay, tuple(wanted), max_datagram_size)
         hints.check()
-        return self._topics.subscribe(self.resolve(topic), cls, callback, queue_size, hints, arrays=arrays)
+        name, limit = self.resolve(topic), self._deadline(callback, deadline, on_missed)
+        return self._topics.subscribe(name, cls, callback, queue_size, hints, arrays=arrays, deadline=limit)
+
+    def _deadline(self, callback: _Call, seconds: float | None, on_missed: _Call | None) -> Deadline | None:
+        if seconds is None and on_missed is None:
+            return None
+        if seconds is None or on_missed is None:
+            raise ValueError("subscribe: deadline and on_missed belong together: give both or none")
+        checks.check_positive(seconds, "subscribe: deadline", "s", LONGEST_PERIOD)
+        checks.check_callback(on_missed, _SUBSCRIBE, "on_missed")
+        return Deadline(seconds, callback, on_missed, self._context, self._clock, self._tellers)
 
     def wait_for_message(self, topic: str, type: type[_M] | str, timeout: float | None = None) -> _M:
         """Wait for one message of a topic and return it.
@@ -301,91 +309,41 @@ class Node:
         message: _M = self._topics.wait_for_message(self.resolve(topic), cls, timeout)
         return message
 
-    # Services ---------------------------------------------------------------------------------------------------------
+    # Other nodes ------------------------------------------------------------------------------------------------------
 
-    def advertise_service(self, name: str, type: type[Service] | str, handler: Callable[[Any], Any]) -> ServiceServer:
-        """Provide a service.
-
-        Args:
-            name: name of the service.
-            type: service class, or a type's name such as "std_srvs/SetBool".
-            handler: called with the request; returns a response, or the values of its fields as a tuple, list or dict,
-                or the value of its only field. The caller gets the text of an exception. Calls may overlap.
-
-        Raises:
-            NodeError: this node provides the service already.
-        """
-        checks.check_name(name, _PROVIDE)
-        checks.check_callback(handler, _PROVIDE, "handler", type)
-        return self._services.advertise(self.resolve(name), checks.service_class(type, "advertise_service"), handler)
-
-    def _service_uri(self) -> str:
-        return make_uri(self._host, self._tcpros.port if self._tcpros else 0, "rosrpc").rstrip("/")
-
-    def service(
+    def watch(
         self,
         name: str,
-        type: type[Service] | str,
+        on_lost: Callable[[Sighting], object] | None = None,
+        on_found: Callable[[Sighting], object] | None = None,
         *,
-        persistent: bool = False,
-        headers: Mapping[str, str] | None = None,
-    ) -> ServiceClient:
-        """Return a client that calls a service.
+        period: float = 0.5,
+        limit: float = 1.0,
+    ) -> Watch:
+        """Watch another node, of any client library: learn that it died, hangs, was replaced, or is back.
+
+        A process that ended is noticed at once, if its machine runs: its connection is closed. A process that stands
+        still (SIGSTOP, a debugger) and a machine that is gone or cut off are noticed within ``period + limit`` seconds.
+        A node whose callbacks hang while its process runs still answers: for that, see ``deadline`` of `subscribe`.
+        A master that is silent, or was restarted, changes nothing for a node that answers.
 
         Args:
-            name: name of the service.
-            type: service class, or a type's name.
-            persistent: whether to keep the connection between calls: faster, but bound to this provider. After a
-                broken connection the next call makes a new one.
-            headers: more fields for the connection header.
-        """
-        checks.check_name(name, "service(name, type)")
-        checks.check_headers(headers)
-        cls = checks.service_class(type, "service")
-        return ServiceClient(self._context, self.master, self.resolve(name), cls, persistent, headers or {})
+            name: the node's name.
+            on_lost: called with a Sighting when the node was there and is lost, where all callbacks run.
+            on_found: called with a Sighting when the node is there for the first time, or again.
+            period: seconds between two questions to the node (getPid) and to the master, in wall time.
+            limit: seconds that an answer may take, in wall time. A busy machine needs more than an idle one.
 
-    def wait_for_service(self, name: str, timeout: float | None = None) -> None:
-        """Wait until a service is provided and its provider answers.
-
-        Args:
-            timeout: seconds; None waits until the node shuts down.
+        Returns:
+            The watch: its ``state``, ``alive``, ``last``, and ``close()``.
 
         Raises:
-            WaitTimeoutError: the service did not answer in time.
+            InvalidNameError: ``name`` is not a legal name.
             NodeShutdownError: the node is shutting down.
+            TypeError, ValueError: an argument is wrong.
         """
-        checks.check_name(name, "wait_for_service(name, timeout)")
-        wait_for_service(self._context, self.master, self.resolve(name), timeout)
-
-    # Time -------------------------------------------------------------------------------------------------------------
-
-    def now(self) -> Time:
-        """Return the wall time, or with /use_sim_time simulated time, which is 0 until the first message on /clock."""
-        return self._clock.now()
-
-    @property
-    def simulated_time(self) -> bool:
-        """Whether the node's time is that on /clock."""
-        return self._clock.simulated
-
-    def sleep(self, seconds: float) -> bool:
-        """Sleep for ``seconds`` of the node's time; return False at once when the node shuts down.
-
-        Raises:
-            TimeMovedBackwardsError: simulated time jumped back meanwhile.
-        """
-        checks.check_seconds(seconds, "sleep: seconds")
-        return self._clock.sleep(seconds)
-
-    def rate(self, frequency: float) -> Rate:
-        """Return a Rate that keeps a loop at ``frequency`` Hz with its `sleep`."""
-        return Rate(self._clock, frequency)
-
-    def timer(self, period: float, callback: Callable[[TimerEvent], object], oneshot: bool = False) -> Timer:
-        """Call a function every ``period`` seconds, or only once, with a TimerEvent; return the Timer."""
-        checks.check_callback(callback, "timer(period, callback)", "callback")
-        self._context.check_running()
-        return self._timers.start(period, callback, oneshot)
+        checks.check_name(name, "watch(name)")
+        return self._watches.start(self.resolve(name), on_lost, on_found, period, limit)
 
     # Life -------------------------------------------------------------------------------------------------------------
 
@@ -433,9 +391,11 @@ class Node:
     def _close(self) -> None:
         loop = self._context.loop
         self._timers.shutdown()
+        self._watches.close()
         self._registrar.close()
         self._services.close()
         self._topics.close()
+        self._tellers.close(LONGEST_CALLBACK)
         self._timers.join(1.0)
         self.master.close()
         self._context.rpc.close()

@@ -19,6 +19,7 @@ from pyros1.node.subscribing.subscription import Stream, Subscription
 if TYPE_CHECKING:
     from pyros1.node.context import Context
     from pyros1.node.registrar import Registrar
+    from pyros1.node.subscribing.deadline import Deadline
     from pyros1.node.subscribing.drivers import Driver
     from pyros1.wire.handshake import TopicType
 
@@ -133,6 +134,7 @@ class Topics:
         arrays: str | None = None,
         stream: Stream | None = None,
         driver: Driver | None = None,
+        deadline: Deadline | None = None,
     ) -> Subscriber[Any]:
         """Subscribe to a topic; see ``Node.subscribe``.
 
@@ -142,6 +144,7 @@ class Topics:
             arrays: see `array_view`.
             stream: gets the messages undecoded, in place of the callback.
             driver: what receives for topics that have only streams that drop nothing; None for the node's threads.
+            deadline: takes the place of the callback.
         """
         context = self._context
         view = array_view(arrays)
@@ -153,8 +156,9 @@ class Topics:
             if subscription is None:
                 subscription = Subscription(context, name, message_class, hints, driver)
                 self._subscribe_to({**self.subscriptions, name: subscription})
+            call = callback if deadline is None else deadline.take
             subscriber = Subscriber(
-                subscription, message_class, callback, queue_size, self._unsubscribe, direct, view, stream
+                subscription, message_class, call, queue_size, self._unsubscribe, direct, view, stream, deadline
             )
             try:
                 subscription.add(subscriber)
@@ -179,6 +183,8 @@ class Topics:
                 self._drop_subscription(subscription)
                 raise
             self.publishers_found(name, uris)
+        if deadline is not None:
+            deadline.begin(subscription)
         return subscriber
 
     def _subscribe_to(self, subscriptions: dict[str, Subscription]) -> None:

@@ -162,14 +162,31 @@ def test_a_host_that_swallows_everything(
 ) -> None:
     shell.setattr(asking, "NODE_TIMEOUT", 0.2)
     shell.setattr(system, "NODE_TIMEOUT", 0.2)
-    shell.setattr(system, "ROUND", 0.4)
+    shell.setattr(system, "ROUND", 0.6)
+    with socket.create_server(("127.0.0.1", 0), backlog=0) as full:
+        callers = [socket.socket() for _ in range(2)]
+        for caller in callers:  # no more are accepted; what comes then is dropped without a word
+            caller.setblocking(False)
+            caller.connect_ex(full.getsockname())
+        client.register_publisher("/t", "std_msgs/String", f"http://127.0.0.1:{full.getsockname()[1]}/")
+        found = findings()
+        for caller in callers:
+            caller.close()
+    assert found["unreachable-host"]["items"] == ["/fake"] and "ping 127.0.0.1" in found["unreachable-host"]["cure"]
+
+
+def test_a_node_that_hangs(findings: Callable[..., Found], shell: pytest.MonkeyPatch, client: MasterClient) -> None:
+    shell.setattr(asking, "NODE_TIMEOUT", 0.2)
+    shell.setattr(system, "NODE_TIMEOUT", 0.2)
+    shell.setattr(system, "ROUND", 0.6)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         uri = f"http://127.0.0.1:{silent.getsockname()[1]}/"
         for number in range(20):
             client.register_subscriber(f"/t{number}", "std_msgs/String", uri)
         client.register_service("/s", uri.replace("http", "rosrpc").rstrip("/"), uri)
         found = findings()
-    assert found["unreachable-host"]["items"] == ["/fake"] and "ping 127.0.0.1" in found["unreachable-host"]["cure"]
+    assert found["hung-node"]["items"] == [f"/fake ({uri})"] and "kill -CONT" in found["hung-node"]["cure"]
+    assert "unreachable-host" not in found
 
 
 def test_something_else_at_a_nodes_port(findings: Callable[..., Found], client: MasterClient) -> None:

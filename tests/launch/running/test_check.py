@@ -11,6 +11,7 @@ import pytest
 from pyros1.ground.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.plan import MachinePlan, NodePlan, Plan
 from pyros1.launch.reading.conditions import Condition
+from pyros1.launch.reading.deaths import OnDeath
 from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.resources import Resources
 from pyros1.launch.running.check import check_machines, missing_parts
@@ -161,3 +162,23 @@ def test_a_file_that_includes_itself_is_named_once() -> None:
     with pytest.raises(LaunchError) as caught:
         load_plan(["a"], {}, resources)
     assert str(caught.value).count("included at a:1") == 1 and str(caught.value).endswith("(repeatedly)")
+
+
+def test_what_is_done_on_death_must_be_possible() -> None:
+    deaths = {
+        "a": OnDeath("pub", ("/t", "std_msgs/Float64", "0.0")),
+        "b": OnDeath("pub", ("/t", "std_msgs/Float", "0.0")),
+        "c": OnDeath("pub", ("/t", "std_msgs/Float64", "fast")),
+        "d": OnDeath("run", ("robot", "run")),
+        "e": OnDeath("run", ("robot", "brake")),
+    }
+    plan = Plan(
+        nodes=[NodePlan("robot", "run", name, on_death=death, prefix=["true"]) for name, death in deaths.items()]
+    )
+    found = [str(error) for error in missing_parts(plan, Packages(), {"PATH": os.defpath})]
+    assert [text.partition("]")[0] for text in found if "/d_on_death" not in text] == [
+        "node [/b",
+        "node [/c",
+        "node [/e_on_death",
+    ]
+    assert "on-death 'pub /t std_msgs/Float 0.0': " in found[0] and "Cannot locate node of type [brake]" in found[-1]

@@ -137,6 +137,63 @@ def test_a_required_failure_is_remembered(bench: Bench) -> None:
     assert bench.supervisor.required_failed
 
 
+def test_the_end_of_a_node_is_answered(bench: Bench) -> None:
+    spec = bench.spec("controller-1", "raise SystemExit(7)")
+    spec.on_death = bench.spec("stop-1", "print('braked')")
+    bench.supervisor.start(spec)
+    bench.supervisor.run()
+    assert bench.log("stop-1") == "braked\n"
+    assert "[controller-1] on-death: " in bench.out.getvalue()
+
+
+def test_the_end_of_a_required_node_is_answered_before_everything_ends(bench: Bench) -> None:
+    spec = bench.spec("controller-1", "raise SystemExit(7)", required=True)
+    spec.on_death = bench.spec("stop-1", "import time; time.sleep(0.2); print('braked')")
+    spec.on_death.decisive = True
+    bench.supervisor.start(bench.spec("other-2", "import signal; signal.pause()"))
+    bench.supervisor.start(spec)
+    assert bench.supervisor.run() == "required process died"
+    assert bench.log("stop-1") == "braked\n" and bench.supervisor.required_failed
+
+
+def test_an_answer_that_never_ends_does_not_keep_a_launch(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.launch.running.supervisor.ANSWER_LIMIT", 0.05)
+    spec = bench.spec("controller-1", "", required=True)
+    spec.on_death = bench.spec("stop-1", "import signal; signal.pause()")
+    bench.supervisor.start(spec)
+    assert bench.supervisor.run() == "required process died"
+
+
+def test_each_end_of_a_node_is_answered(bench: Bench) -> None:
+    """Also one that comes while the answer to the last one still runs."""
+    spec = bench.spec("controller-1", "print('up')", respawn=True)
+    spec.on_death = bench.spec("stop-1", "import signal; print('braked', flush=True); signal.pause()")
+    bench.supervisor.start(spec)
+    with Running(bench):
+        bench.out.wait_for("[stop-1] stopping", 2)
+        bench.out.wait_for("[stop-1] restarting process", 1)
+
+
+def test_a_node_that_was_told_to_end_is_not_answered(bench: Bench) -> None:
+    spec = bench.spec("controller-1", LATE)
+    spec.on_death = bench.spec("stop-1", "")
+    bench.supervisor.start(spec)
+    bench.wait_for_log("controller-1", "ready")
+    node = bench.supervisor.find("controller-1")
+    with Running(bench) as running:
+        running.do(lambda: bench.supervisor.stop_node(node), "[controller-1] stopped")
+    assert "on-death" not in bench.out.getvalue()
+
+
+def test_an_answer_that_cannot_start_does_not_keep_a_launch(bench: Bench) -> None:
+    spec = bench.spec("controller-1", "", required=True)
+    spec.on_death = bench.spec("stop-1", "")
+    spec.on_death.words = ["/nowhere/brake"]
+    bench.supervisor.start(spec)
+    assert bench.supervisor.run() == "required process died"
+    assert "cannot start [stop-1]: No such file or directory: /nowhere/brake" in bench.err.getvalue()
+
+
 def test_what_a_node_leaves_behind_ends_with_the_launch(bench: Bench) -> None:
     leave = "import os, signal\nif os.fork(): os._exit(0)\nsignal.signal(2, signal.SIG_IGN); print('left', flush=True); signal.pause()"
     bench.supervisor.start(bench.spec("parent-1", leave))

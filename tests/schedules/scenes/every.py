@@ -6,8 +6,8 @@ from ..stage import Scenario
 from . import lanes, nodes, publishing, subscribing, threads
 
 SHARES: dict[type[Scenario], int] = {
-    lanes.Lanes: 150,
-    lanes.RaisingLanes: 150,
+    lanes.Lanes: 200,
+    lanes.RaisingLanes: 400,
     threads.Working: 150,
     threads.Calling: 100,
     threads.Writing: 60,
@@ -18,6 +18,8 @@ SHARES: dict[type[Scenario], int] = {
     publishing.Waiting: 30,
     publishing.Latching: 30,
     publishing.Numbered: 20,
+    publishing.Joining: 150,
+    publishing.Ending: 200,
     publishing.Closing: 40,
     subscribing.Subscribing: 30,
     subscribing.Overloaded: 30,

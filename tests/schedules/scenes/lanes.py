@@ -1,4 +1,4 @@
-"""A lane, with threads that bring jobs at the same time: each job is done once, none beside another, each thread's in order."""
+"""A lane, with threads that bring jobs: each job is done once, none beside another, each thread's in order."""
 
 from __future__ import annotations
 
@@ -74,5 +74,3 @@ def check_order(done: list[tuple[int, int]], threads: int, jobs: int) -> None:
     for thread in range(threads):
         came = [number for who, number in done if who == thread]
         assert came == list(range(jobs)), f"of thread {thread}: {came}"
-
-

@@ -1,4 +1,4 @@
-"""Whole nodes and their master: they start, meet, change their minds, take each other's names, end, all at the same time."""
+"""Whole nodes and their master: they start, meet, change their minds, take each other's names and end."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ MESSAGES = 4
 EVERY_PART = (
     *PUBLISHING,
     *SUBSCRIBING,
-    *(f"pyros1.node.{name}" for name in ("life", "registrar", "topics", "slave", "server", "context", "callback_queue")),
+    *(
+        f"pyros1.node.{name}"
+        for name in ("life", "registrar", "topics", "slave", "server", "context", "callback_queue")
+    ),
     "pyros1.node.subscribing.connector",
     "pyros1.node.subscribing.dialogue",
     "pyros1.node.publishing.local_link",
@@ -105,7 +108,7 @@ class MeetingOverTcp(Meeting):
 
 
 class Changing(Nodes):
-    """Two threads of a node advertise, subscribe and give up the same topics; the master then knows what the node has."""
+    """Two threads of a node advertise, subscribe and give up topics; the master then knows what the node has."""
 
     def act(self, stage: Stage, master: Master) -> None:
         """Play it."""

@@ -44,7 +44,11 @@ class Publishing(Scenario):
         """Play it."""
         context = make_context(stage, "/talker")
         publication = make_publication(context, self.queue_size, self.latch, self.message_class)
-        first, late, broken = Reader(stage), Reader(stage, pause=self.pause, size=self.room // 2), Reader(stage, most=300)
+        first, late, broken = (
+            Reader(stage),
+            Reader(stage, pause=self.pause, size=self.room // 2),
+            Reader(stage, most=300),
+        )
         readers = stage.spawn(first.read, late.read, broken.read)
         first.link(publication)
         stage.until(lambda: publication.links)
@@ -134,6 +138,51 @@ class Numbered(Publishing):
         check_orders(stamps, MESSAGES)
         late_stamps = [number & mask for number in late.numbers(4)]
         assert stamps[len(stamps) - len(late_stamps) :] == late_stamps, f"two orders: {stamps}, {late_stamps}"
+
+
+class Joining(Scenario):
+    """A subscriber comes while the publisher ends: its link ends, too."""
+
+    modules = ("pyros1.node.publishing.publication",)
+
+    def play(self, stage: Stage) -> None:
+        """Play it."""
+        context = make_context(stage, "/talker")
+        publication = make_publication(context, 0)
+        reader = Reader(stage)
+        reading = stage.spawn(reader.read)
+        reader.link(publication)
+        publication.close()
+        reading[0].join()
+        stage.until(lambda: not publication.links)
+        end_context(context)
+
+
+class Ending(Scenario):
+    """A publisher ends while another thread works in its lane: what it has published arrives, and no frame is torn."""
+
+    modules = ("pyros1.node.lane", "pyros1.node.publishing.publication", "pyros1.node.publishing.tcp_link")
+    room = 200
+
+    def play(self, stage: Stage) -> None:
+        """Play it."""
+        context = make_context(stage, "/talker")
+        publication = make_publication(context, 0)
+        reader = Reader(stage, size=8)
+        reading = stage.spawn(reader.read)
+        reader.link(publication)
+        stage.until(lambda: reader.data and not publication.links[0].waiting)
+        stage.network.room = 8
+
+        def publish_and_end() -> None:
+            publication.publish(UInt64(0))
+            publication.close(stage.time.monotonic() + 500.0)
+
+        stage.together(lambda: publication.publish(UInt64(THREAD)), publish_and_end)
+        reading[0].join()
+        stage.until(lambda: not publication.links)
+        end_context(context)
+        assert 0 in reader.numbers(), "lost"
 
 
 class Closing(Scenario):

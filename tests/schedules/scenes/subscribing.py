@@ -107,9 +107,10 @@ class Subscribing(Scenario):
         spinning = stage.spawn(spin)
         stage.together(visit, *(source(thread) for thread in range(SOURCES)))
         self.settle(stage, subscription, callback)
+        self.spin_no_more(context, spinning)
         self.check(subscription, callback.numbers, SOURCES * MESSAGES)
         check_orders(visitor.numbers, gaps=self.queue_size is not None or self.spin)
-        self.end(stage, context, subscription, spinning)
+        self.end(context, subscription)
 
     def settle(self, stage: Stage, subscription: Subscription, callback: Callback) -> None:
         """Wait until all messages have been delivered or dropped."""
@@ -124,13 +125,18 @@ class Subscribing(Scenario):
         assert gaps or not dropped
         check_orders(numbers, MESSAGES, gaps)
 
-    def end(self, stage: Stage, context: Context, subscription: Subscription, spinning: list[Any]) -> None:
-        """End all."""
+    def spin_no_more(self, context: Context, spinning: list[Any]) -> None:
+        """End the thread that spins; run what is left."""
         context.stopping.set()
         if context.callbacks is not None:
             context.callbacks.wake()
         for thread in spinning:
             thread.join()
+        while context.callbacks is not None and context.callbacks.run_available():
+            pass
+
+    def end(self, context: Context, subscription: Subscription) -> None:
+        """End all."""
         subscription.close()
         end_context(context)
 
@@ -193,7 +199,7 @@ class Within(Subscribing):
         assert len(callback.numbers) + dropped == SOURCES * MESSAGES, f"{callback.numbers}, {dropped} dropped"
         assert gaps or not dropped
         check_orders(callback.numbers, MESSAGES, gaps, tail=not gaps)
-        self.end(stage, context, subscription, [])
+        self.end(context, subscription)
         end_context(talker)
 
 

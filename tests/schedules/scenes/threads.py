@@ -1,4 +1,4 @@
-"""The small parts that hand work from thread to thread: workers, the writer of logs, the callback queue, watches, services."""
+"""Parts that hand work from thread to thread: workers, the writer of logs, the callback queue, watches, services."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ class Calling(Scenario):
 
 
 class Watching(Scenario):
-    """Subscribers that come and go are told to who watches: each that came before it goes, and in the end none is left."""
+    """Who watches is told of subscribers that come and go: of each once, first that it came."""
 
     modules = (*PUBLISHING, "pyros1.node.publishing.peers")
 

@@ -81,6 +81,7 @@ def _describe(node: NodePlan) -> str:
     notes = [name for name in ("required", "respawn") if getattr(node, name)]
     notes += [f"on {node.machine}"] if node.machine else []
     notes += [f"after {' '.join(map(str, node.wait_for))}"] if node.wait_for else []
+    notes += [f"on death: {node.on_death}"] if node.on_death else []
     return f"{node.full_name} ({node.package}/{node.type})" + (f" [{', '.join(notes)}]" if notes else "")
 
 

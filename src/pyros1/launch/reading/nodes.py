@@ -11,12 +11,13 @@ from pyros1.ground.names import is_legal_base_name
 from pyros1.launch.plan import NodePlan, Plan, TestPlan
 from pyros1.launch.reading.conditions import parse_conditions, parse_seconds
 from pyros1.launch.reading.convert import convert_bool
+from pyros1.launch.reading.deaths import parse_on_death
 from pyros1.launch.reading.document import Element
 from pyros1.launch.reading.params import Attribute, ParamReader
 from pyros1.launch.reading.scope import Scope
 
 Children = Callable[[Element, Scope, dict[str, Callable[[Element, Scope], None]]], None]
-_NOT_ON_TEST = ("respawn", "respawn_delay", "output")
+_NOT_ON_TEST = ("respawn", "respawn_delay", "output", "on-death")
 
 
 class NodeReader:
@@ -131,6 +132,8 @@ class NodeReader:
         wait_timeout = text("wait-timeout") or scope.wait_timeout
         if wait_timeout:
             plan.wait_timeout = parse_seconds(wait_timeout, "wait-timeout")
+        on_death = text("on-death") or ""
+        plan.on_death = parse_on_death(on_death, inner.namespace, name, plan.remappings)
         if plan.respawn and plan.required:
             raise LaunchError("respawn and required cannot both be set to true.")
         if element.tag == "node":  # tests run one at a time

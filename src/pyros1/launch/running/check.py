@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from pyros1.ground.errors import LaunchError, PackageNotFoundError, SerializationError
+from pyros1.ground.errors import Error, LaunchError, PackageNotFoundError, SerializationError
 from pyros1.ground.suggest import did_you_mean
+from pyros1.ground.timing import Time
 from pyros1.launch.plan import NodePlan, Plan
 from pyros1.launch.reading.resources import PackageFinder
 from pyros1.launch.running.command_line import check_prefix, check_script, locate
@@ -45,9 +46,13 @@ def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str
     yield from unsendable(plan.params)
     yield from unknown_machines(plan)
     yield from endless_waits(plan)
-    for node in [*plan.nodes, *plan.tests]:
-        if is_remote(plan, node):
-            continue
+    for node in plan.nodes:
+        try:
+            check_on_death(node)
+        except LaunchError as error:
+            yield _error(node, str(error))
+    here = [node for node in [*plan.nodes, *plan.tests] if not is_remote(plan, node)]
+    for node in [*here, *(node.answer for node in plan.nodes if node.answer is not None)]:
         executable = None
         try:
             executable = locate(node.package, node.type, packages)
@@ -59,6 +64,28 @@ def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str
             check_prefix(node, environ)
         except LaunchError as error:
             yield _error(node, str(error))
+
+
+def check_on_death(node: NodePlan) -> None:
+    """Check that what a node's ``on-death`` publishes can be published; when it is needed it would be too late.
+
+    Raises:
+        LaunchError: the type is unknown, or the values do not fit.
+    """
+    if node.on_death is None or node.on_death.kind != "pub":
+        return
+    from pyros1.msgs import load_message  # noqa: PLC0415 - few launches need it
+    from pyros1.msgs.fill import fill_message  # noqa: PLC0415
+    from pyros1.values import load_yaml  # noqa: PLC0415
+
+    _, kind, *values = node.on_death.words
+    try:
+        message_class = load_message(kind)
+        message = message_class()
+        fill_message(message, [load_yaml(value) for value in values], Time())
+        message_class._encode(message)
+    except Error as error:
+        raise LaunchError(f"on-death '{node.on_death}': {error}") from error
 
 
 def unsendable(params: Mapping[str, Any]) -> Iterator[LaunchError]:

@@ -21,7 +21,9 @@ class ProcessSpec:
         respawn: start it again whenever it ends.
         respawn_delay: seconds to wait before that.
         required: the launch ends when it ends.
-        decisive: the launch only exists for this process, a test, so its end is not reported.
+        decisive: the launch ends when it ends, which is not reported: it is a test, or the answer to the end of a
+            required process.
+        on_death: a process to start when this one has ended by itself; None for none.
     """
 
     label: str
@@ -35,4 +37,5 @@ class ProcessSpec:
     respawn_delay: float = 0.0
     required: bool = False
     decisive: bool = False
+    on_death: ProcessSpec | None = None
     errors_to_file: bool = False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +12,14 @@ from typing import TYPE_CHECKING
 from pyros1.ground.errors import LaunchError
 from pyros1.launch.plan import MachinePlan, NodePlan, Plan, TestPlan
 from pyros1.launch.reading.resources import PackageFinder
-from pyros1.launch.running.command_line import check_prefix, check_script, locate, node_environment, node_words
+from pyros1.launch.running.command_line import (
+    check_prefix,
+    check_script,
+    locate,
+    node_environment,
+    node_words,
+    own_python_environment,
+)
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.logs import ros_home
 from pyros1.launch.running.options import Options
@@ -153,7 +161,9 @@ class Starter:
             raise LaunchError(f"node [{node.full_name}] runs on another machine: put it into a launch file")
         self.run.counter += 1
         label = f"{node.full_name.lstrip('/')}-{self.run.counter}"
-        if not self.supervisor.start(self.spec(node, label)):
+        spec = self.spec(node, label)
+        spec.on_death = self._answer(node, spec)
+        if not self.supervisor.start(spec):
             raise LaunchError(f"node [{node.full_name}] cannot be started")
         return self.supervisor.find(label)
 
@@ -175,6 +185,7 @@ class Starter:
         machine = self._machine(node)
         try:
             spec = self.spec(node, label) if machine is None else self._remote_spec(node, label)
+            spec.on_death = self._answer(node, spec)
         except LaunchError as error:
             hint = ""
             if machine is None:
@@ -233,6 +244,37 @@ class Starter:
             respawn_delay=node.respawn_delay,
             required=node.required or self.options.required,
         )
+
+    def _answer(self, node: NodePlan, spec: ProcessSpec) -> ProcessSpec | None:
+        """Return the process that runs on this machine when a node has ended, None for none.
+
+        Raises:
+            LaunchError: it could not run.
+        """
+        if node.on_death is None:
+            return None
+        label = f"{spec.label}-on-death"
+        if node.answer is not None:
+            try:
+                answer = self.spec(node.answer, label)
+            except LaunchError as error:
+                raise LaunchError(f"on-death '{node.on_death}': {error}") from error
+        else:
+            from pyros1.launch.running.check import check_on_death  # noqa: PLC0415
+
+            check_on_death(node)
+            log_base = self.run.folder / label.replace("/", "-")
+            answer = ProcessSpec(
+                label=label,
+                node=f"{node.full_name}_on_death",
+                words=[sys.executable, "-m", "pyros1", "topic", "pub", "-1", *node.on_death.words],
+                env={**self.environ, "ROS_MASTER_URI": self.run.master_uri, **own_python_environment(self.environ)},
+                cwd=str(self.run.folder),
+                log_base=str(log_base),
+                to_screen=False,
+            )
+        answer.required, answer.decisive = False, spec.required
+        return answer
 
     def _to_screen(self, node: NodePlan) -> bool:
         return node.output == "screen" if self.options.screen is None else self.options.screen

@@ -23,6 +23,8 @@ from pyros1.launch.running.warden import Warden
 
 _KILL_WAIT = 2.0
 _REMAINS_POLL = 0.05
+ANSWER_LIMIT = 10.0
+"""Seconds that the answer to the end of a required process may take before everything ends."""
 Event = tuple[Literal["exit", "stop", "hurry", "do"], "_End | str | Callable[[], object] | None"]
 
 
@@ -187,6 +189,7 @@ class Supervisor:
             self._console.plain_error(f"[{spec.label}] {text}{log}")
         else:
             self._console.bold(f"[{spec.label}] process has finished cleanly{log}")
+        answers = spec.on_death is not None and self._answer(spec, spec.on_death)
         if spec.decisive:
             self._retire(process)
             return True
@@ -203,8 +206,20 @@ class Supervisor:
             line = "=" * 80
             self._console.plain_error(f"{line}\nREQUIRED process [{spec.label}] has died!")
             self._console.plain_error(f"Initiating shutdown!\n{line}")
-            return True
+            if answers:  # its end is that of everything
+                self._later(" on-death", ANSWER_LIMIT, lambda: self._events.put(("stop", "required process died")))
+            return not answers
         return False
+
+    def _answer(self, spec: ProcessSpec, answer: ProcessSpec) -> bool:
+        """Start what answers the end of a process, anew if it still runs for an earlier end; return whether it runs."""
+        self._console.line(f"[{spec.label}] on-death: {' '.join(answer.words)}")
+        running = self._processes.get(answer.label)
+        if running is not None:
+            self.restart_node(running)
+            return True
+        self._dead.pop(answer.label, None)
+        return self.start(answer)
 
     def _retire(self, process: Process) -> None:
         process.join()

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import threading
-from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
+
+from pyros1.node.watching.telling import Teller
 
 if TYPE_CHECKING:
+    from pyros1.node.log.logger import Log
     from pyros1.node.publishing.publication import Link, Publication
 
 
@@ -40,15 +41,8 @@ class Peer:
 Told = Callable[[Peer], object]
 
 
-class _Log(Protocol):
-    def exception(self, text: object, *args: object, error: BaseException | None = None) -> None: ...
-
-
 class Watch:
-    """Calls functions when subscribers come and go, one call after the other.
-
-    The calls are made by a thread that exists while there is something to tell: they are the program's code, which
-    must not run on the loop.
+    """Calls functions when subscribers come and go, one call after the other, in a thread of their own.
 
     Args:
         publication: what is watched.
@@ -56,22 +50,19 @@ class Watch:
         log: for functions that raise.
     """
 
-    def __init__(self, publication: Publication, joined: Told, left: Told, log: _Log) -> None:
+    def __init__(self, publication: Publication, joined: Told, left: Told, log: Log) -> None:
         self._publication = publication
         self._joined = joined
         self._left = left
-        self._log = log
         self._known: tuple[Link, ...] = ()
-        self._jobs: deque[tuple[Told, Peer]] = deque()
-        self._lock = threading.Lock()
-        self._busy = False
+        self._teller = Teller(f"subscribers of {publication.topic}", log, most=None)
         publication.on_change.append(self._look)
         publication.context.loop.call_soon(self._look)  # for those that are here
 
     def close(self) -> None:
         """Tell no more."""
         self._publication.on_change.remove(self._look)
-        self._jobs.clear()
+        self._teller.close()
 
     def _look(self) -> None:
         """Compare the links with those known. On the loop."""
@@ -80,21 +71,4 @@ class Watch:
         new = [(self._joined, link) for link in links if link not in known]
         gone = [(self._left, link) for link in known if link not in links]
         for tell, link in gone + new:
-            self._jobs.append((tell, Peer(self._publication, link, sum(other is not link for other in links))))
-        with self._lock:
-            if self._busy or not self._jobs:
-                return
-            self._busy = True
-        threading.Thread(target=self._run, name=f"{self._publication.topic}:peers", daemon=True).start()
-
-    def _run(self) -> None:
-        while True:
-            with self._lock:
-                if not self._jobs:
-                    self._busy = False
-                    return
-                tell, peer = self._jobs.popleft()
-            try:
-                tell(peer)
-            except Exception as error:  # noqa: BLE001 - the program's code: others are still told
-                self._log.exception(f"bad function for subscribers of {self._publication.topic}: {tell!r}", error=error)
+            self._teller.tell(tell, Peer(self._publication, link, sum(other is not link for other in links)))

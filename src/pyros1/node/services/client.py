@@ -63,7 +63,8 @@ class _Call:
             raise
         except (OSError, UnknownHostError) as error:
             raise ServiceUnavailableError(
-                f"service [{service}] is registered at {uri}, but cannot be reached: {error}. {how_to_reach(host, error)}"
+                f"service [{service}] is registered at {uri}, but cannot be reached: {error}. "
+                f"{how_to_reach(host, error)}"
             ) from error
         keep_alive(self.sock)
         self.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -314,7 +315,7 @@ class ServiceClient:
         answer = None
         while answer is None:
             answer = reader.feed(call.receive())
-        check_service_answer(answer, self.name, self._wire_type)
+        check_service_answer(answer, self.name, self._wire_type, header)
         call.data = reader.rest
         call.greeted = True  # type: ignore[attr-defined]
 

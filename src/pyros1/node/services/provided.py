@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import NodeError
+from pyros1.node import checks
+from pyros1.node.services.client import ServiceClient, wait_for_service
 from pyros1.node.services.server import MOST_CALLS, ServiceServer
 from pyros1.node.services.workers import Workers
 
 if TYPE_CHECKING:
     from pyros1.msgs import Service
+    from pyros1.net.master_client import MasterClient
     from pyros1.node.context import Context
     from pyros1.node.registrar import Registrar
 
+_PROVIDE = "advertise_service(name, type, handler)"
 MOST_THREADS = 16 * MOST_CALLS
 """Most calls of all services of a node at the same time."""
 
@@ -84,3 +88,63 @@ class Services:
         for server in self.servers.values():
             server.close()
         self._workers.close()
+
+
+class ServiceMethods:
+    """What a node offers of services; one of its base classes."""
+
+    resolve: Callable[[str], str]
+    master: MasterClient
+    _context: Context
+    _services: Services
+
+    def advertise_service(self, name: str, type: type[Service] | str, handler: Callable[[Any], Any]) -> ServiceServer:
+        """Provide a service.
+
+        Args:
+            name: name of the service.
+            type: service class, or a type's name such as "std_srvs/SetBool".
+            handler: called with the request; returns a response, or the values of its fields as a tuple, list or dict,
+                or the value of its only field. The caller gets the text of an exception. Calls may overlap.
+
+        Raises:
+            NodeError: this node provides the service already.
+        """
+        checks.check_name(name, _PROVIDE)
+        checks.check_callback(handler, _PROVIDE, "handler", type)
+        return self._services.advertise(self.resolve(name), checks.service_class(type, "advertise_service"), handler)
+
+    def service(
+        self,
+        name: str,
+        type: type[Service] | str,
+        *,
+        persistent: bool = False,
+        headers: Mapping[str, str] | None = None,
+    ) -> ServiceClient:
+        """Return a client that calls a service.
+
+        Args:
+            name: name of the service.
+            type: service class, or a type's name.
+            persistent: whether to keep the connection between calls: faster, but bound to this provider. After a
+                broken connection the next call makes a new one.
+            headers: more fields for the connection header.
+        """
+        checks.check_name(name, "service(name, type)")
+        checks.check_headers(headers)
+        cls = checks.service_class(type, "service")
+        return ServiceClient(self._context, self.master, self.resolve(name), cls, persistent, headers or {})
+
+    def wait_for_service(self, name: str, timeout: float | None = None) -> None:
+        """Wait until a service is provided and its provider answers.
+
+        Args:
+            timeout: seconds; None waits until the node shuts down.
+
+        Raises:
+            WaitTimeoutError: the service did not answer in time.
+            NodeShutdownError: the node is shutting down.
+        """
+        checks.check_name(name, "wait_for_service(name, timeout)")
+        wait_for_service(self._context, self.master, self.resolve(name), timeout)

@@ -13,6 +13,7 @@ from pyros1.msgs.large import Layout, SplitBody, decode_split, layout
 from pyros1.node.context import wait_for_links
 
 if TYPE_CHECKING:
+    from pyros1.node.subscribing.deadline import Deadline
     from pyros1.node.subscribing.sources import HandingSource, Item, Source
     from pyros1.node.subscribing.subscription import Stream, Subscription
     from pyros1.node.subscribing.tcp_source import TcpSource
@@ -74,6 +75,7 @@ class Subscriber(Generic[_M]):
         direct: bool = False,
         view: View | None = None,
         stream: Stream | None = None,
+        deadline: Deadline | None = None,
     ) -> None:
         self.direct = direct  # called in the thread that receives, even in a node that spins
         self.name = subscription.topic
@@ -84,6 +86,7 @@ class Subscriber(Generic[_M]):
         self._view = view
         self._subscription = subscription
         self._callback = callback
+        self._deadline = deadline
         self._unregister: Callable[[Subscriber[Any]], None] | None = unregister
 
     @cached_property
@@ -121,7 +124,7 @@ class Subscriber(Generic[_M]):
             self._subscription.context.log.exception(text, error=error)
         except Exception as error:
             if not isinstance(error, KeyboardInterrupt):  # as rospy's exception of a wait that the end cut short is
-                text = f"bad callback: {self._callback!r} of {self.name}"
+                text = f"bad callback: {self._deadline or self._callback!r} of {self.name}"
                 self._subscription.context.log.exception(text, error=error)
 
     def message(self, source: Source, item: Item) -> _M | None:
@@ -168,6 +171,8 @@ class Subscriber(Generic[_M]):
     def unregister(self) -> None:
         """Stop receiving; the topic is unregistered with its last subscriber in this node."""
         unregister, self._unregister = self._unregister, None
+        if self._deadline is not None:
+            self._deadline.close()
         if unregister is not None:
             unregister(self)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from pyros1.cli.failures import UsageError
@@ -9,23 +10,63 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
 from pyros1.cli.shared.printing import print_json
 from pyros1.graph import in_namespace
+from pyros1.ground.shown import one_line
 
 
-def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the nodes that the master knows."""
+def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Print the nodes that the master knows. Return 1 if they were to be checked and one is not alive, else 0."""
     if len(args) > 1:
         raise UsageError("invalid args: you may only specify one namespace")
     namespace = invocation.resolve(args[0]) if args else None
     graph = invocation.graph
     names = sorted(in_namespace(graph.state().nodes(), namespace))
-    if options.json:
-        print_json([{"node": name, "uri": graph.node_uri(name)} for name in names])
-        return
+    if options.json or options.check:
+        uris = {name: graph.node_uri(name) for name in names}
+        states = _states(invocation, uris) if options.check else {}
+        if options.json:
+            print_json([{"node": name, "uri": uris[name], **states.get(name, {})} for name in names])
+        else:
+            _print_states(states)
+        return int(any(state["state"] != "alive" for state in states.values()))
     if options.all:
         names = [f"{graph.node_uri(name) or 'unknown address'} \t{name}" for name in names]
     elif options.uris:
         names = [graph.node_uri(name) or f"unknown address {name}" for name in names]
     print(*names, sep="\n")
+    return 0
+
+
+def _print_states(states: dict[str, dict[str, str]]) -> None:
+    width = max(map(len, states), default=0)
+    for name, state in states.items():
+        print(f"{name:{width}}  {state['state']}" + (f": {state['reason']}" if state["reason"] else ""))
+
+
+def _states(invocation: Invocation, uris: dict[str, str | None]) -> dict[str, dict[str, str]]:
+    """Return the state of each node, and why it is in it: all are asked at the same time."""
+    from pyros1.doctor.asking import NODE_TIMEOUT, ask_whether_alive  # noqa: PLC0415 - only for --check
+    from pyros1.doctor.facts import HANGS, REFUSED, Failure  # noqa: PLC0415
+    from pyros1.doctor.together import together  # noqa: PLC0415
+
+    caller = invocation.master.caller_id
+    answers = together(
+        {name: partial(ask_whether_alive, caller, uri) for name, uri in uris.items() if uri}, NODE_TIMEOUT + 0.5
+    )
+    states = {}
+    for name, answer in answers.items():
+        if answer is None:
+            states[name] = {"state": "alive", "reason": ""}
+        elif isinstance(answer, Failure) and answer.kind == REFUSED:
+            states[name] = {"state": "dead", "reason": "its port is closed"}
+        elif isinstance(answer, Failure) and answer.kind == HANGS:
+            states[name] = {
+                "state": "hangs",
+                "reason": f"it accepts connections, but did not answer within {NODE_TIMEOUT:g} s",
+            }
+        else:
+            text = answer.text if isinstance(answer, Failure) else str(answer)
+            states[name] = {"state": "unreachable", "reason": one_line(text)}
+    return states
 
 
 VERB = Verb(
@@ -33,9 +74,14 @@ VERB = Verb(
     "list active nodes",
     Flag("-u", dest="uris", help="list XML-RPC URIs"),
     Flag("-a", "--all", help="list all information"),
-    Flag("--json", help="print a JSON list of objects: node, uri", own=True),
+    Flag(
+        "--check",
+        help="ask each node whether it is alive; exit with 1 if one is dead, hangs or is unreachable",
+        own=True,
+    ),
+    Flag("--json", help="print a JSON list of objects: node, uri; with --check: state, reason", own=True),
     Argument("/namespace", "namespace", optional=True),
     usage="",
-    examples=[("", "all nodes"), ("-a", "with their addresses")],
+    examples=[("", "all nodes"), ("-a", "with their addresses"), ("--check", "which are alive, hang, or are dead")],
     run=run,
 )

@@ -1,0 +1,195 @@
+"""Nodes of all client libraries die, hang, are replaced and come back; a node of ours that watches is told."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from harness import DEADLINE, ROSCPP_PEER, SOURCE, Master, Peer, Process
+
+from pyros1.node import Node
+
+MASTERS = ("ours",)  # under stock's, a second roscpp node of a name sometimes ends, too
+KINDS = ("roscpp", "rospy", "pyros1")
+PATIENCE = 60.0
+
+
+class News:
+    """What a watch tells, in order."""
+
+    def __init__(self) -> None:
+        self.items: list[Any] = []
+        self._changed = threading.Condition()
+
+    def __call__(self, sighting: Any) -> None:
+        with self._changed:
+            self.items.append(sighting)
+            self._changed.notify_all()
+
+    def after(self, count: int) -> list[bool]:
+        """Wait for that many news; whether the node was there in each."""
+        with self._changed:
+            assert self._changed.wait_for(lambda: len(self.items) >= count, PATIENCE), self.items
+        return [sighting.alive for sighting in self.items]
+
+
+@pytest.fixture
+def watcher() -> Iterator[Callable[[Master], Node]]:
+    """Makes a node in this process."""
+    nodes: list[Node] = []
+
+    def make(master: Master) -> Node:
+        nodes.append(Node("watcher", environ=master.environ(), argv=[], handle_signals=False, rosout=False))
+        return nodes[-1]
+
+    yield make
+    for node in nodes:
+        node.shutdown()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_life(launcher: Master, watcher: Callable[[Master], Node], kind: str) -> None:
+    news = News()
+    name = f"watched_{kind}"
+    watcher(launcher).watch(name, news, news, period=0.2, limit=2.0)
+    first = launcher.ready_peer(kind, name)
+    assert news.after(1) == [True] and news.items[0].pid == first.pid
+    first.signal(signal.SIGSTOP)
+    assert news.after(2) == [True, False] and "did not answer" in news.items[1].reason
+    first.signal(signal.SIGCONT)
+    assert news.after(3)[2] and news.items[2].reason == "it answers again"
+    first.signal(signal.SIGKILL)
+    assert news.after(4)[3] is False and "its port is closed" in news.items[3].reason
+    second = launcher.ready_peer(kind, name)
+    assert news.after(5)[4] and news.items[4].pid == second.pid
+    third = launcher.ready_peer(kind, name)  # the master ends the second one
+    assert news.after(7)[5:] == [False, True] and news.items[6].pid == third.pid
+    assert third.quit() == 0
+    assert news.after(8)[7] is False
+    assert len(news.items) == 8
+
+
+@pytest.mark.parametrize("kind", ["ours", "stock"])
+def test_a_new_master_is_no_loss(
+    own_master: Callable[[str], Master], watcher: Callable[[Master], Node], kind: str
+) -> None:
+    """Stock's nodes do not register again, and are there all the same."""
+    master, news = own_master(kind), {name: News() for name in KINDS}
+    master.start()
+    node = watcher(master)
+    watches = [node.watch(name, news[name], news[name], period=0.1, limit=10.0) for name in KINDS]
+    peers = [master.ready_peer(name, name) for name in KINDS]
+    for name in KINDS:
+        news[name].after(1)
+    master.stop()
+    master.start()
+    late = News()
+    with node.watch("rosout", late, late, period=0.1, limit=10.0):
+        assert late.after(1) == [True], "the new master has answered"
+    assert all(watch.alive for watch in watches)
+    for name, peer in zip(KINDS, peers, strict=True):
+        assert news[name].after(1) == [True]
+        peer.signal(signal.SIGKILL)
+        assert news[name].after(2) == [True, False]
+
+
+# A machine that vanishes ----------------------------------------------------------------------------------------------
+
+_WATCHER = """
+from pyros1.node import Node
+with Node("watcher") as node:
+    tell = lambda sighting: print("found" if sighting.alive else "lost", sighting.reason, flush=True)
+    node.watch("far", tell, tell)
+    print("ready", flush=True)
+    node.spin()
+"""
+
+
+class Host:
+    """A machine: a network namespace, which lives until `close`."""
+
+    def __init__(self, address: str) -> None:
+        self.address = address
+        self._keeper = subprocess.Popen(
+            ["unshare", "--net", "sh", "-ec", "ip link set lo up; echo ready; read -r _"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert self._keeper.stdout is not None
+        assert self._keeper.stdout.readline() == "ready\n", "no network namespaces: do the tests run as root?"
+
+    def inside(self, *command: str) -> list[str]:
+        """Return the command that runs another one here."""
+        return ["nsenter", f"--target={self._keeper.pid}", "--net", "--", *command]
+
+    def must(self, command: str) -> None:
+        """Run a command that must succeed."""
+        subprocess.run(self.inside(*command.split()), check=True, timeout=DEADLINE)
+
+    def link(self, other: Host) -> None:
+        """Join two machines by a cable."""
+        self.must(f"ip link add eth0 type veth peer name eth0 netns {other._keeper.pid}")
+        for host in (self, other):
+            host.must(f"ip addr add {host.address}/24 dev eth0")
+            host.must("ip link set eth0 up")
+
+    def close(self) -> None:
+        self._keeper.communicate("\n", DEADLINE)
+
+
+@pytest.fixture
+def hosts() -> Iterator[tuple[Host, Host]]:
+    """Two machines that are joined."""
+    with contextlib.ExitStack() as stack:
+        pair = Host("10.87.0.1"), Host("10.87.0.2")
+        for host in pair:
+            stack.callback(host.close)
+        pair[0].link(pair[1])
+        yield pair
+
+
+def test_a_machine_vanishes(hosts: tuple[Host, Host], tmp_path: Path) -> None:
+    """Nobody sends an end of the connections: no FIN, no RST."""
+    near, far = hosts
+    core = Master("ours", tmp_path, 11311)
+    here, there = (
+        core.environ(
+            python,
+            ROS_MASTER_URI=f"http://{near.address}:11311/",
+            ROS_HOSTNAME=None,
+            ROS_IP=host.address,
+            PYTHONPATH=str(SOURCE),
+        )
+        for python, host in (("ours", near), ("stock", far))
+    )
+    with contextlib.ExitStack() as stack:
+
+        def start(kind: type[Any], host: Host, environ: dict[str, str], *command: str) -> Any:
+            process = kind(host.inside(*command), environ)
+            stack.callback(process.close)
+            return process
+
+        master = start(Process, near, here, sys.executable, "-m", "pyros1", "core")
+        master.wait_line("started core service", PATIENCE)
+        watcher = start(Process, near, here, sys.executable, "-c", _WATCHER)
+        watcher.wait_line("^ready", PATIENCE)
+        peer = start(Peer, far, there, str(ROSCPP_PEER), "far")
+        peer.event("ready", timeout=PATIENCE)
+        watcher.wait_line("^found", PATIENCE)
+        for leave, come_back in (
+            ("ip link set eth0 down", "ip link set eth0 up"),
+            ("ip addr flush dev eth0", f"ip addr add {far.address}/24 dev eth0"),
+        ):
+            far.must(leave)
+            watcher.wait_line("^lost", PATIENCE)
+            assert peer.child.poll() is None
+            far.must(come_back)
+            watcher.wait_line("^found it answers again", PATIENCE)

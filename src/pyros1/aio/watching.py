@@ -1,0 +1,86 @@
+"""A watched node, for ``async for``."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import AsyncIterator
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+from pyros1.node.watching.telling import MOST_WAITING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from pyros1.node.watching.sighting import Sighting, State
+    from pyros1.node.watching.watch import Watch
+
+
+class Sightings:
+    """The news of a watched node, for ``async for``; made by ``Node.watch``. Ends when the node shuts down.
+
+    The oldest are dropped if more than 100 wait. Also a context manager that ends the watch.
+
+    Args:
+        loop: the asyncio loop that iterates.
+        begin: begins the watch; gets what is to be called with each Sighting, on the thread of the node.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, begin: Callable[[Callable[[Sighting], None]], Watch]) -> None:
+        self._loop = loop
+        self._waiting: deque[Sighting] = deque(maxlen=MOST_WAITING)
+        self._ready = asyncio.Event()
+        self._ended = False
+        self._watch = begin(self._told)
+
+    def _told(self, sighting: Sighting) -> None:
+        self._waiting.append(sighting)
+        self._wake()
+
+    def _wake(self) -> None:
+        try:
+            self._loop.call_soon_threadsafe(self._ready.set)
+        except RuntimeError:  # the asyncio loop is closed: nobody listens any more
+            self._ended = True
+
+    @property
+    def state(self) -> State:
+        """What the node is now."""
+        return self._watch.state
+
+    @property
+    def alive(self) -> bool:
+        """Whether the node is there."""
+        return self._watch.alive
+
+    @property
+    def last(self) -> Sighting | None:
+        """The newest sighting, whether it was iterated or not."""
+        return self._watch.last
+
+    def close(self) -> None:
+        """End the watch and, after what waits already, the iteration. Any thread."""
+        self._ended = True
+        self._watch.close()
+        self._wake()
+
+    def __aiter__(self) -> AsyncIterator[Sighting]:
+        return self
+
+    async def __anext__(self) -> Sighting:
+        while not self._waiting:
+            if self._ended:
+                raise StopAsyncIteration
+            self._ready.clear()
+            if not self._waiting and not self._ended:  # as it was before the event was cleared
+                await self._ready.wait()
+        return self._waiting.popleft()
+
+    def __enter__(self) -> Sightings:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,154 @@
+"""Deadlines of subscriptions: word of messages that do not come."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from pyros1.ground import shown
+
+if TYPE_CHECKING:
+    from pyros1.node.clock import Clock
+    from pyros1.node.context import Context
+    from pyros1.node.subscribing.subscription import Subscription
+    from pyros1.node.watching.telling import Teller, Tellers
+
+
+@dataclass(frozen=True)
+class Missed:
+    """Word that no message came in time.
+
+    Attributes:
+        topic: full name.
+        silent: seconds of the node's time since the last message, or since the first publisher was connected.
+        publishers: names of the nodes that are connected as publishers now.
+    """
+
+    topic: str
+    silent: float
+    publishers: tuple[str, ...]
+
+    def __str__(self) -> str:
+        whose = f", from {', '.join(map(shown.one_line, self.publishers))}" if self.publishers else ", no publisher"
+        return f"no message on {self.topic} for {self.silent:.3g} s{whose}"
+
+
+class Deadline:
+    """Calls a function when no message has come for a while: once, and again after the next message.
+
+    It takes the place of the callback and notes when a message comes: nothing else is done for each. The time is that
+    of the node, so nothing is missed while a simulation stands still.
+
+    Args:
+        seconds: how long no message may come.
+        callback: gets the messages.
+        on_missed: called with a `Missed`.
+        context: the node.
+        clock: its clock.
+        tellers: call ``on_missed``.
+    """
+
+    def __init__(
+        self,
+        seconds: float,
+        callback: Callable[[Any], object],
+        on_missed: Callable[[Missed], object],
+        context: Context,
+        clock: Clock,
+        tellers: Tellers,
+    ) -> None:
+        self._seconds = seconds
+        self._callback = callback
+        self._on_missed = on_missed
+        self._context = context
+        self._clock = clock
+        self._tellers = tellers
+        self._teller: Teller | None = None
+        self._subscription: Subscription | None = None
+        self._now = clock.seconds if clock.simulated else monotonic
+        self._last: float | None = None  # None before the first message and publisher
+        self._told: float | None = None  # when the gap began that was told last
+        self._begun = self._closed = False
+
+    def take(self, message: Any) -> None:
+        """Take a message: the callback of the subscriber."""
+        self._last = self._now()
+        self._callback(message)
+
+    def __repr__(self) -> str:
+        return repr(self._callback)  # in the log, if it raises
+
+    def begin(self, subscription: Subscription) -> None:
+        """Begin to look as soon as a publisher is connected."""
+        self._subscription = subscription
+        self._teller = self._tellers.make(f"deadline of {subscription.topic}")
+        subscription.on_change.append(self._links_changed)
+        self._links_changed()
+
+    def close(self) -> None:
+        """Look and tell no more. Any thread or signal handler may call it."""
+        self._closed = True
+        if self._teller is not None:
+            self._tellers.end(self._teller)
+            self._context.loop.call_soon(self._leave)
+
+    def _links_changed(self) -> None:
+        self._context.loop.call_soon(self._begin)
+
+    # On the loop ------------------------------------------------------------------------------------------------------
+
+    def _begin(self) -> None:
+        subscription = self._subscription
+        there = subscription is not None and (subscription.links or self._last is not None)
+        if self._closed or self._begun or not there:
+            return
+        self._begun = True
+        self._leave_links()
+        if self._last is None:
+            self._last = self._now()
+        if self._clock.simulated:
+            self._clock.on_tick.append(self._look)
+        else:
+            self._look_again()
+
+    def _leave_links(self) -> None:
+        subscription = self._subscription
+        if subscription is not None and self._links_changed in subscription.on_change:
+            subscription.on_change.remove(self._links_changed)
+
+    def _leave(self) -> None:
+        self._leave_links()
+        if self._look in self._clock.on_tick:
+            self._clock.on_tick.remove(self._look)
+
+    def _look_again(self) -> None:
+        """Look now, and when a message will be missed if none comes meanwhile."""
+        if not self._closed:
+            self._context.loop.call_later(self._look(), self._look_again)
+
+    def _look(self) -> float:
+        """Tell if a message is missed; return the seconds until one may be. On the loop, or in the thread of /clock."""
+        now, last = self._now(), self._last
+        if not last or now < last:  # simulated time has only begun, or jumped back
+            self._last = now
+            return self._seconds
+        silent = now - last
+        if silent < self._seconds:
+            return max(0.001, self._seconds - silent)
+        if last != self._told and not self._closed and self._teller is not None:
+            self._told = last
+            self._teller.tell(partial(self._tell, last), silent)
+        return self._seconds
+
+    # Where callbacks run ----------------------------------------------------------------------------------------------
+
+    def _tell(self, last: float, silent: float) -> None:
+        came = self._context.callbacks is not None and self._last != last  # it had come, and waited for spin
+        if self._closed or came or self._subscription is None:
+            return
+        links = self._subscription.links
+        names = tuple(sorted(str(link.header.get("callerid", "?")) for link in links))
+        self._on_missed(Missed(self._subscription.topic, silent, names))

@@ -1,0 +1,192 @@
+"""The watch of one node: asks it and the master in turn, on the loop, and tells what changes."""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Callable
+from functools import partial
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from pyros1.ground import shown
+from pyros1.ground.errors import DeadlineError, Error, XmlRpcFault
+from pyros1.node.watching.sighting import Sighting, State, Watched
+
+if TYPE_CHECKING:
+    from pyros1.net.loop import Loop
+    from pyros1.net.rpc_caller import RpcCaller
+    from pyros1.node.watching.lookups import Lookups
+
+RETRY = 0.1
+"""Seconds until a node is asked again that could not be reached, but may still be there."""
+STALL = 0.25
+"""Seconds by which a timer comes late if this process stood still: then it says nothing of others."""
+
+
+class Watch:
+    """A watched node; made by ``Node.watch``. Also a context manager that ends it.
+
+    Args:
+        loop: the node's loop.
+        rpc: makes calls of watched nodes only: others may wait long for a node that hangs.
+        lookups: asks the master.
+        caller_id: full name of the watching node.
+        name: full name of the watched one.
+        period: seconds between two questions.
+        limit: seconds that an answer may take.
+        tell: called on the loop with each `Sighting`.
+        on_close: called with this object when it is closed.
+    """
+
+    def __init__(
+        self,
+        loop: Loop,
+        rpc: RpcCaller,
+        lookups: Lookups,
+        caller_id: str,
+        name: str,
+        period: float,
+        limit: float,
+        tell: Callable[[Sighting], object],
+        on_close: Callable[[Watch], object],
+    ) -> None:
+        self.period = period
+        self.last: Sighting | None = None
+        self.closed = False
+        self._loop = loop
+        self._rpc = rpc
+        self._lookups = lookups
+        self._caller_id = caller_id
+        self._watched = Watched(name, limit)
+        self._tell = tell
+        self._on_close = on_close
+        self._asking = False
+        self._hinted = False  # in this period
+        self._excused = False  # since the last answer
+
+    # For the program --------------------------------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        """Full name of the watched node."""
+        return self._watched.name
+
+    @property
+    def state(self) -> State:
+        """What it is now; UNSEEN: it has not answered since the watch began."""
+        return self._watched.state
+
+    @property
+    def alive(self) -> bool:
+        """Whether it is there: found, and not lost."""
+        return self._watched.state is State.FOUND
+
+    def close(self) -> None:
+        """Watch and tell no more. A callback that is running goes on. Any thread or signal handler may call it."""
+        if not self.closed:
+            self.closed = True
+            self._on_close(self)
+
+    def __enter__(self) -> Watch:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # On the loop ------------------------------------------------------------------------------------------------------
+
+    def turn(self) -> None:
+        """Ask the master and the node; called once in each period."""
+        if self.closed:
+            return
+        self._hinted = False
+        self._lookups.ask(self.name, self._looked_up)
+        self._ask()
+
+    def hung_up(self, uri: str) -> None:
+        """Ask at once, as a node has closed its connection: it may have ended. (Some close each after a while.)"""
+        if uri == self._watched.uri and not self._hinted:
+            self._hinted = True
+            self._ask()
+
+    def _looked_up(self, uri: str) -> None:
+        if self.closed:
+            return
+        before = self._watched.uri
+        self._say(self._watched.looked_up(uri, monotonic()))
+        if uri != before:
+            self._asking = False  # an answer from the old place does not count
+            self._ask()
+
+    def _ask(self) -> None:
+        now = monotonic()
+        uri, patience = self._watched.uri, self._watched.patience(now)
+        if self.closed or self._asking or not uri:
+            return
+        self._asking = True
+        done = partial(self._answered, uri, now, patience)
+        self._rpc.call(uri, "getPid", (self._caller_id,), done, max(0.001, patience))
+
+    def _answered(self, uri: str, asked: float, patience: float, reply: Any, error: Error | None) -> None:
+        if self.closed or uri != self._watched.uri:
+            return
+        if error is None or isinstance(error, XmlRpcFault):  # a node without getPid is there, too
+            self._is_there(uri, asked, _pid(reply))
+        else:
+            self._asking = False
+            self._is_not_there(error, asked, patience)
+
+    def _is_there(self, uri: str, asked: float, pid: int | None) -> None:
+        if not self._watched.is_new(pid):
+            self._asking = False
+            self._excused = False
+            self._say(self._watched.answered(pid, monotonic()))
+            return
+        # The port of a node that died long ago may belong to another one by now.
+        done = partial(self._named, uri, asked, pid)
+        self._rpc.call(uri, "getName", (self._caller_id,), done, max(0.001, self._watched.patience(monotonic())))
+
+    def _named(self, uri: str, asked: float, pid: int | None, reply: Any, error: Error | None) -> None:
+        if self.closed or uri != self._watched.uri:
+            return
+        self._asking = False
+        name = reply[2] if isinstance(reply, list) and len(reply) == 3 and reply[0] == 1 else None
+        now = monotonic()
+        if isinstance(name, str) and name != self.name:
+            why = f"{shown.one_line(name)} answers in its place"
+            self._say(self._watched.failed(why, asked, now, closed=True))
+        elif error is None or isinstance(error, XmlRpcFault):  # stock's roscpp does not tell its name
+            self._excused = False
+            self._say(self._watched.answered(pid, now))
+        else:
+            self._is_not_there(error, asked, self._watched.patience(asked))
+
+    def _is_not_there(self, error: Error, asked: float, patience: float) -> None:
+        now = monotonic()
+        if isinstance(error, DeadlineError) and now > asked + patience + STALL and not self._excused:
+            self._excused = True
+            self._watched.stalled()
+            self._ask()
+            return
+        self._say(self._watched.failed(str(error), asked, now, _is_closed(error)))
+        if self.alive and not isinstance(error, DeadlineError):
+            self._loop.call_later(RETRY, self._ask)
+
+    def _say(self, news: list[Sighting]) -> None:
+        for sighting in news:
+            self.last = sighting
+            if not sighting.alive:
+                self._lookups.ask(self.name, self._looked_up)  # another one may be there already
+            self._tell(sighting)
+
+
+def _pid(reply: Any) -> int | None:
+    """Return the process id in an answer of getPid, None if there is none."""
+    if isinstance(reply, list) and len(reply) == 3 and reply[0] == 1 and isinstance(reply[2], int):
+        return reply[2]
+    return None
+
+
+def _is_closed(error: Error) -> bool:
+    """Return whether a machine has said that nobody listens at a port."""
+    return isinstance(error.__cause__, OSError) and error.__cause__.errno == errno.ECONNREFUSED

@@ -1,0 +1,128 @@
+"""The watches of a node, which share their calls of the master and their turns."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from time import monotonic
+from typing import TYPE_CHECKING
+
+from pyros1.net.rpc_caller import RpcCaller
+from pyros1.node import checks
+from pyros1.node.watching.lookups import Lookups
+from pyros1.node.watching.watch import Watch
+
+if TYPE_CHECKING:
+    from pyros1.node.context import Context
+    from pyros1.node.watching.sighting import Sighting
+    from pyros1.node.watching.telling import Tellers
+
+    Callback = Callable[[Sighting], object]
+
+_CALL = "watch(name, on_lost, on_found)"
+_LONGEST = 3600.0
+
+
+class Watches:
+    """All watches of a node. Those of the same period have their turns together, so that one call of the master does.
+
+    Args:
+        context: the node.
+        master_uri: the master's URI.
+        tellers: call the program's functions.
+    """
+
+    def __init__(self, context: Context, master_uri: str, tellers: Tellers) -> None:
+        self._context = context
+        self._tellers = tellers
+        self._rpc = RpcCaller(context.loop, on_hung_up=self._hung_up)
+        self._lookups = Lookups(context.loop, self._rpc, context.name, master_uri)
+        self._turns: dict[float, tuple[Watch, ...]] = {}  # by period; on the loop
+        self._phase = 1000.0 * random.random()
+        self._closed = False
+
+    def start(
+        self, name: str, on_lost: Callback | None, on_found: Callback | None, period: float, limit: float
+    ) -> Watch:
+        """Watch a node; see ``Node.watch``."""
+        for function, what in ((on_lost, "on_lost"), (on_found, "on_found")):
+            if function is not None:
+                checks.check_callback(function, _CALL, what)
+        teller = self._tellers.make(f"watch of {name}")
+
+        def tell(sighting: Sighting) -> None:
+            function = on_found if sighting.alive else on_lost
+            if function is not None:
+                teller.tell(function, sighting)
+
+        try:
+            return self.begin(name, period, limit, tell, lambda: self._tellers.end(teller))
+        except BaseException:
+            self._tellers.end(teller)
+            raise
+
+    def begin(
+        self, name: str, period: float, limit: float, tell: Callback, on_close: Callable[[], object] = lambda: None
+    ) -> Watch:
+        """Watch a node.
+
+        Args:
+            tell: called with each `Sighting`, on the loop.
+            on_close: called when the watch is closed.
+        """
+        checks.check_positive(period, "watch: period", "s", _LONGEST)
+        checks.check_positive(limit, "watch: limit", "s", _LONGEST)
+        context = self._context
+        context.check_here()
+
+        def closed(watch: Watch) -> None:
+            on_close()
+            context.loop.call_soon(self._forget, watch)
+
+        watch = Watch(
+            context.loop, self._rpc, self._lookups, context.name, name, float(period), float(limit), tell, closed
+        )
+        context.loop.call_soon(self._begin, watch)
+        return watch
+
+    def close(self) -> None:
+        """End all watches."""
+        self._context.loop.run(self._close)
+        self._rpc.close()
+
+    # On the loop ------------------------------------------------------------------------------------------------------
+
+    def _close(self) -> None:
+        self._closed = True
+        for watch in [watch for watches in self._turns.values() for watch in watches]:
+            watch.close()  # before their questions are given up, which would look like a loss
+
+    def _begin(self, watch: Watch) -> None:
+        if self._closed:
+            watch.close()
+            return
+        if watch.period not in self._turns:
+            self._next_turn(watch.period)
+        self._turns[watch.period] = (*self._turns.get(watch.period, ()), watch)
+        watch.turn()
+
+    def _next_turn(self, period: float) -> None:
+        # On a grid, so that turns do not drift; each node has its own, or all would ask at the same moment.
+        self._context.loop.call_later(period - (monotonic() + self._phase) % period, self._turn, period)
+
+    def _turn(self, period: float) -> None:
+        if self._closed or not self._turns.get(period):
+            self._turns.pop(period, None)
+            return
+        self._next_turn(period)
+        for watch in self._turns[period]:
+            watch.turn()
+
+    def _hung_up(self, uri: str) -> None:
+        for watches in list(self._turns.values()):
+            for watch in watches:
+                watch.hung_up(uri)
+
+    def _forget(self, watch: Watch) -> None:
+        if watch.period in self._turns:  # the next turn removes it if none is left
+            self._turns[watch.period] = tuple(other for other in self._turns[watch.period] if other is not watch)

@@ -1,0 +1,40 @@
+"""All scenes, each with some dozens of schedules; `python -m tests.schedules.exploring` plays many more."""
+
+from __future__ import annotations
+
+import pytest
+
+from .exploring import at_random, play, with_deviations
+from .plans import FewDeviations, RandomPlan
+from .scenes.every import SHARES
+from .scenes.lanes import RaisingLanes
+from .scenes.publishing import Ending, Joining
+from .scenes.subscribing import Spinning
+from .scheduler import Plan
+from .stage import Scenario, stage_for
+
+FAILED_BEFORE: list[tuple[type[Scenario], Plan]] = [
+    (RaisingLanes, RandomPlan(66)),  # the rest of the jobs was forgotten when one raised
+    (Ending, RandomPlan(114)),  # a frame was torn, as another thread had half of it on the wire
+    (Joining, FewDeviations(((10, 1), (25, 2)))),  # a link was never closed: it came just when the publisher ended
+    (Spinning, RandomPlan(12)),  # a message was counted as dropped that was just being taken
+]
+"""What many schedules have found, in Python 3.11."""
+RANDOM, DEVIATING = 0.12, 0.1
+"""Schedules of a scene: this times its share."""
+SLOW = 5
+"""The share of scenes that take long."""
+
+
+@pytest.mark.parametrize("scene", SHARES, ids=lambda scene: scene.__name__)
+def test_every_schedule_keeps_the_promises(scene: type[Scenario]) -> None:
+    at_random(scene(), max(1, round(RANDOM * SHARES[scene])))
+    if SHARES[scene] > SLOW:
+        with_deviations(scene(), max(1, round(DEVIATING * SHARES[scene])), bound=1)
+
+
+@pytest.mark.parametrize(("scene", "plan"), FAILED_BEFORE, ids=lambda each: str(getattr(each, "__name__", each)))
+def test_schedules_that_failed_before(scene: type[Scenario], plan: Plan) -> None:
+    with stage_for(scene()) as stage:
+        play(stage, scene(), FewDeviations())
+        play(stage, scene(), plan)
