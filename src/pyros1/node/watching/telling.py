@@ -42,15 +42,15 @@ class Teller:
         self._log = log
         self._callbacks = callbacks
         self._most = most
-        self._jobs: deque[tuple[Callable[[Any], object], Any]] = deque(maxlen=most)
+        self._jobs: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque(maxlen=most)
         self._queued: deque[None] = deque()  # one for each call that waits in the callback queue
         self._lock = threading.Lock()
         self._busy = False
         self._closed = False
         self._thread: threading.Thread | None = None
 
-    def tell(self, function: Callable[[Any], object], news: Any) -> None:
-        """Call ``function(news)`` soon. Any thread, but no signal handler."""
+    def tell(self, function: Callable[..., object], *news: Any) -> None:
+        """Call ``function(*news)`` soon. Any thread, but no signal handler."""
         if self._closed:
             return
         self._jobs.append((function, news))
@@ -92,7 +92,7 @@ class Teller:
         except IndexError:  # it was dropped
             return
         try:
-            function(news)
+            function(*news)
         except NodeShutdownError:
             pass  # it waited for something when the node began to shut down
         except SystemExit as error:
