@@ -23,6 +23,7 @@ if importlib.util.find_spec("pyros1") is None:
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--ours", default="pyros1", help="stand-in for pyros1 that checks the tests themselves")
     parser.addoption("--masters", default="ours,stock", help="the masters to run under: ours, stock or both")
+    parser.addoption("--long", action="store_true", help="repeat faults many times, which takes minutes")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -106,6 +107,12 @@ def own_master(new_master: Callable[[str], Master]) -> Iterator[Callable[[str], 
     yield make
     for each in made:
         each.close()
+
+
+@pytest.fixture
+def long(request: pytest.FixtureRequest) -> bool:
+    """Whether to repeat faults many times."""
+    return bool(request.config.getoption("--long"))
 
 
 @pytest.fixture

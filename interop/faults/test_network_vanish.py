@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 
 from harness import Peer, until
-from site_of_two import TEXT, WAIT, Site, hasty, linked
+from site_of_two import IMAGE, TEXT, WAIT, Site, hasty, linked
 
 STOCK = ("roscpp", "rospy")
 
@@ -26,53 +26,38 @@ def publish_until_heard(publisher: Peer, topic: str, subscriber: Peer) -> None:
     until(heard, f"{subscriber.label} hears {topic}", WAIT)
 
 
-def test_the_publishers_host(site: Site) -> None:
-    """Our subscriber's links end, other topics go on, and all is as before when the host is back."""
+def test_topics(site: Site) -> None:
+    """Links to the robot end, whether messages wait there or not; the others go on, and come again with the robot."""
     uri = site.laptop.core("ours")
     ours, near = hasty(site.laptop, "ours", uri), site.laptop.peer("roscpp", "near", uri)
     far = {kind: site.robot.peer(kind, f"far_{kind}", uri) for kind in STOCK}
-    for topic, publisher in (("/near", near), *((f"/{kind}", peer) for kind, peer in far.items())):
-        publisher.advertise(topic, TEXT)
+    ours.advertise("/out", TEXT)
+    ours.advertise("/images", IMAGE, queue_size=0)  # publishing waits for the subscribers
+    far["roscpp"].subscribe("/images", IMAGE)
+    for topic, peer in (("/near", near), *((f"/{kind}", peer) for kind, peer in far.items())):
+        peer.advertise(topic, TEXT)
         ours.subscribe(topic, TEXT)
-        linked(ours, topic, 1)
-        linked(publisher, topic, 1)
-        publish_and_hear(publisher, topic, ours, seed=1)
+        peer.subscribe("/out", TEXT)
+        linked(peer, topic, 1)
+        publish_and_hear(peer, topic, ours, seed=1)
+    linked(ours, "/out", 3)
+    linked(ours, "/images", 1)
+    publish_and_hear(ours, "/out", near, *far.values(), seed=1)
+
     site.wires.cut(site.robot)
+    publish_and_hear(ours, "/out", near, seed=2)  # this one stays under way to the robot
+    ours.ask("burst", "/images", 6_000_000, 3, event="burst /images", timeout=WAIT)
+    linked(ours, "/images", 0)
+    linked(ours, "/out", 1)
     for kind in STOCK:
         linked(ours, f"/{kind}", 0)
-    publish_and_hear(near, "/near", ours, seed=2)
+    publish_and_hear(ours, "/out", near, seed=3)
+    publish_and_hear(near, "/near", ours, seed=3)
+
     site.wires.mend(site.robot)
-    for kind, publisher in far.items():
+    for kind, peer in far.items():
         linked(ours, f"/{kind}", 1)
-        publish_until_heard(publisher, f"/{kind}", ours)
-
-
-def test_the_subscribers_host(site: Site) -> None:
-    """Our publisher's links end although messages wait there; the others get each message all the time."""
-    uri = site.laptop.core("ours")
-    ours, near = hasty(site.laptop, "ours", uri), site.laptop.peer("rospy", "near", uri)
-    far = [site.robot.peer(kind, f"far_{kind}", uri) for kind in STOCK]
-    ours.advertise("/t", TEXT)
-    for each in (near, *far):
-        each.subscribe("/t", TEXT)
-    linked(ours, "/t", 3)
-    publish_and_hear(ours, "/t", near, *far, seed=1)
-    site.wires.cut(site.robot)
-    publish_and_hear(ours, "/t", near, seed=2)  # this one stays under way to the robot
-    linked(ours, "/t", 1)
-    publish_and_hear(ours, "/t", near, seed=3)
-
-
-def test_a_publisher_that_waits_for_its_subscribers_goes_on(site: Site) -> None:
-    """Without a queue, publishing waits for a subscriber whose host is gone no longer than until that is noticed."""
-    uri = site.laptop.core("ours")
-    ours, far = hasty(site.laptop, "ours", uri), site.robot.peer("roscpp", "far", uri)
-    ours.advertise("/t", "sensor_msgs/Image", queue_size=0)
-    far.subscribe("/t", "sensor_msgs/Image")
-    linked(ours, "/t", 1)
-    site.wires.cut(site.robot)
-    ours.ask("burst", "/t", 6_000_000, 3, event="burst /t", timeout=WAIT)
-    linked(ours, "/t", 0)
+        publish_until_heard(peer, f"/{kind}", ours)
 
 
 def test_a_short_absence_loses_nothing(site: Site) -> None:

@@ -81,6 +81,16 @@ class Browser:
         self.wait(find, selector, text)
         self.run(f"{find}.click()", selector, text)
 
+    @contextmanager
+    def pressed(self, selector: str, text: str) -> Iterator[None]:
+        """Press the mouse's button on the first element that fits, and release it there with the context."""
+        find = "[...document.querySelectorAll(arguments[0])].find((each) => each.textContent.includes(arguments[1]))"
+        box = self.wait(f"{find}?.getBoundingClientRect().toJSON()", selector, text)
+        at = {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2, "button": "left", "clickCount": 1}
+        self.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": "mousePressed", **at})
+        yield
+        self.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": "mouseReleased", **at})
+
     def type(self, selector: str, text: str) -> None:
         """Fill a field, as if one typed."""
         self.wait("document.querySelector(arguments[0])", selector)

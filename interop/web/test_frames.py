@@ -17,6 +17,10 @@ def test_the_tree(browser: Browser, web: Web, start_program: Callable[..., Any])
     names = f"{rows}.map((row) => row.find((word) => /[a-z]/.test(word))).join()"
     browser.wait(f"{names} === 'map,odom,base_link'")
     browser.wait(f"{rows}[1].includes('static') && {rows}[2].includes('Hz')")
+    with browser.pressed(".frames tr", "base_link"):
+        age = f"{rows}[2].join()"
+        browser.wait(f"{age} !== arguments[0]", browser.run(f"return {age}"))  # the row goes on
+    browser.wait("/translation\\s+0\\s+0\\s+0.5\\s+m/.test(document.querySelector('.detail').innerText)")
     browser.click(".frames tr", "odom")
     browser.wait("/translation\\s+1\\s+2\\s+0\\s+m/.test(document.querySelector('.detail').innerText)")
     browser.click(".fold")

@@ -301,6 +301,14 @@ def test_boxes_are_dragged_and_put_back(browser: Browser, web: Web, make_node: C
     (x, y), (right, down), scale = browser.run(drag)
     assert abs(right - x - 80 / scale) < 8 and abs(down - y - 80 / scale) < 8
     assert browser.run(f"return {GRAPH}.chosen") is None  # it was no click
+    away = browser.run(f"return {GRAPH}.picture.scene.offsets")
+    browser.click("#bar button", "Link")
+    shared = browser.wait("location.hash.includes('=') && location.href")
+    browser.run("localStorage.clear()")
+    browser.open(shared)  # as others get it
+    browser.wait(f"JSON.stringify({GRAPH}?.picture.scene.offsets) === JSON.stringify(arguments[0])", away)
+    browser.wait(f"{GRAPH}.picture.scene.put.size === 1")
+    x = browser.run(f"return {GRAPH}.picture.scene.items.get('n:/talker').home[0]")
     browser.wait("document.querySelector('.zoom button:last-child').offsetParent")
     browser.click(".zoom button", "↺")
     browser.wait(f"Math.abs({GRAPH}.picture.scene.items.get('n:/talker').at[0] - arguments[0]) < 1", x)

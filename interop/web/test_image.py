@@ -102,6 +102,16 @@ def test_every_encoding(browser: Browser, picture: Callable[[Any], None]) -> Non
         assert close, (message.encoding, found, colours)
 
 
+def test_the_limits_of_depth(browser: Browser, picture: Callable[[Any], None]) -> None:
+    picture(Image(width=3, height=1, encoding="16UC1", step=6, data=struct.pack("<3H", 0, 500, 1000)))
+    assert [pixel[0] for pixel in shown(browser)] == [0, 128, 255]
+    assert "object" not in browser.run("return document.querySelector('.tools').innerText")
+    browser.type("[aria-label='least value']", "500")
+    browser.type("[aria-label='greatest value']", "600")
+    picture(Image(width=3, height=1, encoding="16UC1", step=6, data=struct.pack("<3H", 0, 500, 1000)))
+    assert [pixel[0] for pixel in shown(browser)] == [0, 0, 255]
+
+
 @pytest.mark.parametrize("form", ["png", "jpeg"])
 def test_compressed(browser: Browser, picture: Callable[[Any], None], form: str) -> None:
     file = io.BytesIO()

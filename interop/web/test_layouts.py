@@ -23,6 +23,25 @@ def test_panels_are_split_changed_and_closed(browser: Browser, web: Web) -> None
     browser.wait(f"JSON.stringify({PANELS}) === '[\"console\"]'")
 
 
+def test_two_pages_keep_what_each_has_changed(browser: Browser, web: Web) -> None:
+    driver = browser.driver
+    browser.open(web.page("plot"))
+    browser.wait("document.querySelector('[data-panel=plot]')")
+    first = driver.current_window_handle
+    driver.switch_to.new_window("tab")
+    try:
+        browser.open(web.page("console"))
+        browser.click("button[title='another panel below this one']")
+        browser.wait(f"{PANELS}.length === 2")
+    finally:
+        driver.close()
+        driver.switch_to.window(first)
+    browser.click("button[title='another panel beside this one']")
+    browser.wait(f'JSON.stringify({PANELS}) === \'["plot","plot"]\'')
+    browser.click(".tab", "Console")
+    browser.wait(f'JSON.stringify({PANELS}) === \'["console","console"]\'')
+
+
 def test_a_layout_that_is_made_in(browser: Browser, web: Web) -> None:
     browser.open(web.page(""))
     browser.click("#bar button", "Layouts")

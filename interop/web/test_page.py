@@ -30,6 +30,7 @@ def test_every_panel_opens_without_complaint(browser: Browser, web: Web, make_no
 def test_without_the_token_the_page_says_what_to_do(browser: Browser, web: Web) -> None:
     browser.open(web.link.replace("token=", "token=x"))
     browser.wait_for_text("Use the link that the server printed")
+    browser.driver.get("about:blank")  # the page would try again
     assert any("401" in text or "WebSocket" in text for text in browser.complaints())
 
 
@@ -43,11 +44,13 @@ def test_a_master_that_comes_later_is_found(
     browser.type(".tools form input", "/topic1/data")
     browser.click(".tools form button", "Add")
     browser.wait_for_text("start one with: pyros1 core")
+    browser.wait("document.querySelector('.state.lost').textContent === 'no master'")
     master = Master(port=port, bind_host="127.0.0.1")
     master.start()
     try:
         make_node("talker").advertise("topic1", "std_msgs/Float64", latch=True).publish(7.5)
         browser.wait("document.querySelector('.chip .value').textContent === '7.5'")
+        browser.wait("document.querySelector('.state.connected .master')?.textContent.includes('localhost')")
     finally:
         master.stop()
 
@@ -124,6 +127,26 @@ def test_the_log_of_a_new_run_is_shown_beside_the_old(
         time.sleep(0.1)
     browser.wait_for_text("old 2999")
     browser.complaints()  # of the time in between
+
+
+def test_a_slow_click_on_a_busy_log_and_the_keyboard(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
+    log = make_node("talker").log
+    browser.open(web.page("console"))
+    log_until_shown(browser, log)
+    log.error("the one")
+    with browser.pressed(".entry.error", "the one"):
+        for number in range(100):  # the list moves on, and the row with it
+            log.warn("line %d", number)
+        browser.wait("document.querySelector('.levels .warn').textContent === 'warn 100'")
+        browser.wait_for_text("line 99")
+    shown = "document.querySelector('.detail:not([hidden]) pre')?.textContent"
+    browser.wait(f"{shown} === 'the one'")
+    for key, text in (("Escape", None), ("ArrowUp", "line 99"), ("ArrowUp", "line 98"), ("ArrowDown", "line 99")):
+        browser.run(
+            "document.querySelector('.log').dispatchEvent(new KeyboardEvent('keydown', {key: arguments[0]}))", key
+        )
+        browser.wait(f"{shown} == arguments[0]", text)
+    browser.wait("document.querySelector('.entry[aria-selected=true]')?.textContent.includes('line 99')")
 
 
 def test_a_saved_log_keeps_its_nanoseconds(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:

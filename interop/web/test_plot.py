@@ -60,7 +60,7 @@ def test_a_wrong_field_says_so_and_others_go_on(browser: Browser, web: Web, make
     message = publisher.type(data=[3, 4, 5])
     publisher.publish(message)
     browser.open(web.page("plot"))
-    for text in ("/numbers/data[1]", "/numbers/data[0:2]", "/numbers: m.data[2] * 10", "/numbers/dat", "/nothing/here"):
+    for text in ("/numbers/data[1]", "numbers/data[0:2]", "/numbers: m.data[2] * 10", "/numbers/dat", "/nothing/here"):
         add(browser, text)
     browser.wait(f"{SHOWN}['/numbers/data[1]'] === '4' && {SHOWN}['/numbers/data[0:2]'] === '3  4'")
     browser.wait(f"{SHOWN}['/numbers: m.data[2] * 10'] === '50'")

@@ -145,6 +145,11 @@ def page(server: None, heard: Ear, browser: Browser, web: Web) -> Browser:
     browser.wait(READY)
     browser.run(HELPERS + "stage.place = {name: 'flat', position: [12, 0, 50], target: [12, 0, 0], zoom: 1};")
     assert heard.subscriber.wait_for_publishers(timeout=20)
+    browser.run(
+        "robot.stream('system', {}, {data: ({edges}) => { window.heard = edges.some(([topic, , to]) =>"
+        " topic === '/controls/feedback' && to === '/controls'); }})"
+    )
+    browser.wait("window.heard")  # the server, too: it would miss the first event else
     return browser
 
 

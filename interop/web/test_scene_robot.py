@@ -278,3 +278,15 @@ def test_a_marker_that_is_a_mesh(browser: Browser, package: Path, web: Web, make
     markers.publish(marker)
     browser.wait_for_text("No such file")
     assert_told_only_what_is_wrong(browser)
+
+
+def test_a_robot_alone_is_looked_at_where_it_is(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
+    node = make_node("robot")
+    node.params["/robot_description"] = "<robot name='box'><link name='base'><visual><geometry><box size='1 1 1'/>" + (
+        "</geometry></visual></link></robot>"
+    )
+    link = TransformStamped(child_frame_id="base")
+    link.header.frame_id, link.transform.translation.x, link.transform.rotation.w = "map", 50.0, 1.0
+    StaticTransformBroadcaster(node).send_transform([link])
+    browser.open(web.page("joints"))
+    browser.wait("document.querySelector('.scene')?.scene?.stage?.controls.target.x > 49")

@@ -83,6 +83,8 @@ def test_dynamic_reconfigure_is_live_both_ways(browser: Browser, web: Web, make_
     parameters.add("on", False)
     parameters.add("mode", 0, choices={"Slow": 0, "Fast": 1})
     parameters.add("frame", "map")
+    parameters.group("limits", type="collapse", state=False).add("most", 1)
+    parameters.group("expert", type="hide", state=False).add("secret", 1)
     current: dict[str, Any] = {}
 
     def changed(config: Any, level: int) -> Any:
@@ -94,6 +96,8 @@ def test_dynamic_reconfigure_is_live_both_ways(browser: Browser, web: Web, make_
     browser.wait("document.querySelector(\".tools option[value='/motor']\")")
     browser.type(".tools select[aria-label='dynamic_reconfigure']", "/motor")
     browser.wait("document.querySelector('.configure .num')?.value === '10'")
+    groups = browser.run("return [...document.querySelectorAll('details.group')].map(({open, hidden}) => [open, hidden])")
+    assert groups == [[False, False], [True, True]]
     browser.type(".configure input[type=range]", "50")
     browser.wait("document.querySelector('.configure .num').value === '50'")
     browser.click(".configure input[type=checkbox]")

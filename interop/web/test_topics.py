@@ -12,6 +12,7 @@ from browsing import Browser, Web
 from pyros1.msgs.geometry_msgs.msg import TwistStamped
 from pyros1.msgs.sensor_msgs.msg import LaserScan
 from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.web.links import panel_link
 
 PATIENCE = 20.0
 Make = Callable[..., Any]
@@ -113,6 +114,14 @@ def test_publish_with_a_form_and_yaml(browser: Browser, web: Web, make_node: Mak
     browser.wait("document.querySelector('.yaml')?.value.includes('y: 3')")
     browser.type(".yaml", "twist: 5")
     browser.wait("document.querySelector('.editor .outcome.wrong:not([hidden])')")
+
+
+def test_to_publish_as_its_command_opens_it(browser: Browser, web: Web, make_node: Make) -> None:
+    make_node("motor").subscribe("/speed", "std_msgs/Float64", lambda message: None)
+    browser.open(panel_link(web.link, "topics", {"publish": "/speed"}))
+    browser.wait("document.querySelector('.publisher input')")
+    browser.open(panel_link(web.link, "topics", {"publish": "/new"}))
+    browser.wait("document.querySelector('.about input[aria-label=topic]')?.value === '/new'")
 
 
 def test_publish_at_a_rate_until_the_page_goes(browser: Browser, web: Web, make_node: Make) -> None:

@@ -128,6 +128,17 @@ def test_m34_m35_o01_a_namesake_takes_over() -> None:
     assert registry.param_subscribers == {}
 
 
+def test_a_dead_nodes_port_that_another_node_has_now_is_not_told_to_end() -> None:
+    registry = Registry()
+    registry.register_publisher("/dead", "/t", "a/b", A)
+    registry.register_publisher("/guest", "/u", "a/b", A)
+    registry.register_subscriber("/other", "/t", "a/b", C)
+    notices = registry.register_publisher("/dead", "/t", "a/b", B)
+    assert {notice.method for notice in notices} == {"publisherUpdate"}
+    assert notices[-1] == Notice(C, "/other", "publisherUpdate", "/t", ([B],))
+    assert registry.node_api("/guest") == A
+
+
 def test_m34_every_kind_of_registration_takes_over() -> None:
     for register in (
         lambda registry, api: registry.register_publisher("/n", "/t", "a/b", api),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import socket
 import threading
 import time
@@ -455,6 +457,54 @@ def test_a_name_with_several_addresses_tries_them_all(
     caller.call(f"http://somewhere:{server.port}/", "echo", [3], results.done)
     results.wait(1)
     assert results.items == [([3], None)]
+
+
+class NoFiles:
+    """Sockets cannot be made until there is room."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.room = threading.Event()
+        real = socket.socket
+
+        def make(*args: Any, **options: Any) -> socket.socket:
+            if threading.current_thread().name == "test" and not self.room.is_set():
+                raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+            return real(*args, **options)
+
+        monkeypatch.setattr("pyros1.net.connect.socket.socket", make)
+
+
+def test_a_call_waits_until_files_can_be_opened(
+    server: XmlRpcServer, caller: RpcCaller, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.net.rpc_caller.PAUSE", 0.01)
+    results = Results()
+    files = NoFiles(monkeypatch)
+    asked: list[int] = []
+    caller.make_room = lambda: (asked.append(1), len(asked) > 2 and files.room.set())
+    for i in range(3):
+        caller.call(server.uri, "echo", [i], results.done)
+    results.wait(3)
+    assert results.items == [([i], None) for i in range(3)]
+    assert len(asked) == 3
+
+
+def test_kept_connections_are_closed_when_no_more_files_can_be_opened(
+    server: XmlRpcServer, caller: RpcCaller, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    results, other = Results(), Results()
+    caller.call(server.uri, "echo", [1], results.done)
+    results.wait(1)
+    NoFiles(monkeypatch)
+    with Peer() as peer:
+        caller.call(peer.uri, "m", [], other.done, timeout=0.3)
+        other.wait(1)
+    value, error = other.items[0]
+    assert value is None and isinstance(error, UnreachableError) and "Too many open files" in str(error)
+    until = time.monotonic() + 10
+    while server.num_connections:  # until it notices that the kept one was given up
+        assert time.monotonic() < until
+        time.sleep(0.01)
 
 
 def test_close_gives_up_what_is_pending(loop: Loop) -> None:

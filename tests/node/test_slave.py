@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from typing import Any
 
 import pytest
@@ -117,6 +118,18 @@ def test_shutdown_needs_no_reason_s06(make_node: Any, call_node: Any) -> None:
     assert call_node(node, "shutdown", "/me") == [1, "shutdown", 0]
     node.spin()
     node.shutdown()
+
+
+def test_an_end_that_is_meant_for_another_node_is_ignored_m34(make_node: Any, call_node: Any, watch_log: Any) -> None:
+    """A node died, its port went to this one, and it was started again: the master ends who has the port now."""
+    node = make_node("guest")
+    log, ended = watch_log(node), threading.Event()
+    node.on_shutdown(ended.set)
+    assert call_node(node, "shutdown", "/master", "[/dead] Reason: new node registered with same name")[0] == 1
+    assert log.saw("meant for /dead is ignored")
+    assert not ended.is_set()
+    call_node(node, "shutdown", "/master", "[/guest] Reason: new node registered with same name")
+    assert ended.wait(10)
 
 
 def test_bad_calls_m05_m06_s13(node: Any, call_node: Any) -> None:

@@ -65,6 +65,16 @@ def test_subscriber_checks_the_answer_too() -> None:
         h.check_publisher_answer({"type": "x"}, "/chatter", BOOL, "http://p/")
 
 
+def test_whoever_sends_back_our_header_is_no_node() -> None:
+    sent = ask(STRING)
+    with pytest.raises(ProtocolError, match="publisher http://p/ of /chatter only sends back what it gets"):
+        h.check_publisher_answer(dict(sent), "/chatter", STRING, "http://p/", sent)
+    h.check_publisher_answer(answer(sent), "/chatter", STRING, "http://p/", sent)
+    sent = h.service_client_header("/me", "/flip", SET_BOOL, True)
+    with pytest.raises(ProtocolError, match="service /flip only sends back what it gets"):
+        h.check_service_answer(dict(sent), "/flip", SET_BOOL, sent)
+
+
 def test_t23_t24_service_headers() -> None:
     header = h.service_client_header("/me", "/flip", SET_BOOL, True)
     assert header["persistent"] == "1"

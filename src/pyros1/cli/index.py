@@ -477,7 +477,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
         'show the running robot in a browser',
         'look',
         '',
-        {'rqt': ('--open',), 'rqt_bag': ('bag',), 'rqt_console': ('console',), 'rqt_graph': ('graph',), 'rqt_image_view': ('image',), 'rqt_launch': ('launches',), 'rqt_logger_level': ('nodes',), 'rqt_plot': ('plot',), 'rqt_publisher': ('topics',), 'rqt_reconfigure': ('reconfigure',), 'rqt_service_caller': ('services',), 'rqt_tf_tree': ('frames',), 'rqt_top': ('launches',), 'rqt_topic': ('topics',), 'rviz': ('scene',), 'rxbag': ('bag',), 'rxconsole': ('console',), 'rxgraph': ('graph',), 'rxplot': ('plot',)},
+        {'rqt': ('--open',), 'rqt_bag': ('bag',), 'rqt_console': ('console',), 'rqt_graph': ('graph',), 'rqt_image_view': ('image',), 'rqt_launch': ('launches',), 'rqt_logger_level': ('nodes',), 'rqt_plot': ('plot',), 'rqt_publisher': ('publisher',), 'rqt_reconfigure': ('reconfigure',), 'rqt_service_caller': ('services',), 'rqt_tf_tree': ('frames',), 'rqt_top': ('launches',), 'rqt_topic': ('topics',), 'rviz': ('scene',), 'rxbag': ('bag',), 'rxconsole': ('console',), 'rxgraph': ('graph',), 'rxplot': ('plot',)},
         (),
         ('', '+'),
         {

@@ -258,8 +258,11 @@ class Registry:
             return []
         notices = []
         if entry is not None:
-            reason = f"[{node}] Reason: new node registered with same name"
-            notices = [Notice(entry.api, node, "shutdown", reason), *self._purge(node, entry)]
+            notices = self._purge(node, entry)
+            if not any(other.api == entry.api for name, other in self._nodes.items() if name != node):
+                # Otherwise it is dead, and another node has got its port.
+                reason = f"[{node}] Reason: new node registered with same name"
+                notices = [Notice(entry.api, node, "shutdown", reason), *notices]
         self._nodes[node] = _Node(api)
         return notices
 

@@ -112,7 +112,9 @@ class Master:
             port=self._port,
             limits=self._limits,
             guests=self._guests,
+            say=self._trouble,
         )
+        self._caller.make_room = self._server.make_room
         self._api.uri = self._server.uri
         if self._found is not None:
             self._api.restore(self._found.calls)
@@ -160,6 +162,10 @@ class Master:
             timeout: seconds, None for ever.
         """
         return self._ended.wait(timeout)
+
+    def _trouble(self, text: str) -> None:
+        self._log("error", text)
+        self._loop.tell(f"ERROR: the master {text}")
 
     def _begin(self) -> None:
         if self._revival is not None:

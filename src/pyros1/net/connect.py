@@ -44,6 +44,11 @@ class ConnectHandle:
         self._next: TimerHandle | None = None  # the end of an address's share of the time
         self._until = 0.0
 
+    @property
+    def pending(self) -> bool:
+        """Whether ``on_done`` is still to be called."""
+        return self._on_done is not None
+
     def cancel(self) -> None:
         """Give up the connection; ``on_done`` will not be called. From any thread."""
         self._on_done = None

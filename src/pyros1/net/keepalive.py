@@ -13,8 +13,9 @@ INTERVAL: Final = 10
 """Seconds between such questions."""
 COUNT: Final = 9
 """Questions without an answer after which the link ends."""
+UNANSWERED: Final = 3
+"""Repetitions or questions without an answer before a silent machine counts as gone."""
 
-_UNANSWERED: Final = 3
 _ACKNOWLEDGED = struct.Struct("@2x2B52xI")  # of struct tcp_info: retransmits, probes, last_ack_recv in ms
 
 
@@ -43,4 +44,4 @@ def is_gone(sock: socket.socket) -> bool:
     if len(info) < _ACKNOWLEDGED.size:
         return False
     retransmits, probes, silent_ms = _ACKNOWLEDGED.unpack(info)
-    return bool(max(retransmits, probes) >= _UNANSWERED and silent_ms >= 1000 * (IDLE + INTERVAL * COUNT))
+    return bool(max(retransmits, probes) >= UNANSWERED and silent_ms >= 1000 * (IDLE + INTERVAL * COUNT))

@@ -1,14 +1,22 @@
-"""A log file that is rotated when it reaches a size."""
+"""A log file that is rotated when it reaches a size, and goes on after a full disk."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
-from typing import TextIO
+from io import FileIO
+from time import monotonic
+
+AGAIN = 5.0
+"""Seconds until the next attempt after one that failed."""
 
 
 class LogFile:
     """A log file, created with its folder at the first line. For one thread at a time.
+
+    An error, such as a full disk, is told once on stderr. What comes in the next seconds is dropped; then writing is
+    tried again, and the file says how much is missing.
 
     Args:
         path: the file; nothing is written if it is empty. Older parts are called ``<path>.1``, ``<path>.2`` and so on.
@@ -20,29 +28,55 @@ class LogFile:
         self._path = path or None
         self._most = most
         self._parts = parts
-        self._file: TextIO | None = None
+        self._file: FileIO | None = None
+        self._torn = False  # the last line is not complete
+        self._lost = 0  # lines
+        self._why = ""
+        self._again = 0.0  # on the monotonic clock
 
     def write(self, text: str) -> None:
-        """Append a text. An error, such as a full disk, is reported once on stderr; then nothing more is written."""
+        """Append lines."""
         if self._path is None:
+            return
+        if self._lost and monotonic() < self._again:
+            self._lost += text.count("\n")
             return
         try:
             if self._file is None:
                 os.makedirs(os.path.dirname(self._path) or ".", exist_ok=True)
-                self._file = open(self._path, "a", encoding="utf-8", errors="replace")  # noqa: SIM115 - stays open
-            self._file.write(text)
-            self._file.flush()
+                self._file = open(self._path, "ab", buffering=0)  # noqa: SIM115 - stays open
+            if self._lost:
+                end = "\n" if self._torn else ""
+                self._append(self._file, f"{end}... {self._lost} lines are missing here: {self._why}\n")
+                self._lost = 0
+            self._append(self._file, text)
             if self._file.seekable() and self._file.tell() > self._most:
                 self._rotate(self._file, self._path)
         except OSError as error:
-            path, self._path = self._path, None
-            sys.stderr.write(f"WARNING: cannot write the log file {path}: {error.strerror}; continuing without it\n")
+            self._fail(self._path, error, text)
+
+    def _append(self, file: FileIO, text: str) -> None:
+        data = memoryview(text.encode("utf-8", "replace"))
+        while data:
+            data = data[os.write(file.fileno(), data) :]  # a disk that becomes full takes the beginning
+            self._torn = bool(data)
+
+    def _fail(self, path: str, error: OSError, text: str) -> None:
+        if self._file is not None:
+            self._file.close()  # the next attempt opens it again: perhaps its disk has come back
+            self._file = None
+        self._why = error.strerror or str(error)
+        if not self._lost:
+            with contextlib.suppress(Exception):  # stderr may be on the same disk
+                sys.stderr.write(f"WARNING: cannot write the log file {path}: {self._why}; lines are lost\n")
+        self._lost += max(1, text.count("\n"))
+        self._again = monotonic() + AGAIN
 
     def again(self) -> LogFile:
         """Return another object for the same file, for a forked process."""
         return LogFile(self._path or "", self._most, self._parts)
 
-    def _rotate(self, file: TextIO, path: str) -> None:
+    def _rotate(self, file: FileIO, path: str) -> None:
         file.close()
         self._file = None
         for number in range(self._parts - 1, 0, -1):

@@ -22,9 +22,9 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from pyros1.ground.errors import DeadlineError
+from pyros1.net.reports import ErrorReports  # not when it is needed: perhaps no more files can be opened then
 
 if TYPE_CHECKING:
-    from pyros1.net.reports import ErrorReports
     from pyros1.net.resolve import Resolver
 
 _yield: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: None)
@@ -248,6 +248,10 @@ class Loop:
             with contextlib.suppress(Exception):
                 self._reporter.say(f"{self.name}: {error!r}; reporting this failed, too: {other!r}")
 
+    def tell(self, text: str) -> None:
+        """Write a text to stderr, without waiting for it. Repeated texts are counted. On the loop."""
+        self._reporter.say(text)
+
     def _print(self, error: BaseException) -> None:
         from traceback import format_exception  # noqa: PLC0415 - rarely needed
 
@@ -256,8 +260,6 @@ class Loop:
     @property
     def _reporter(self) -> ErrorReports:
         if self._reports is None:
-            from pyros1.net.reports import ErrorReports  # noqa: PLC0415 - rarely needed
-
             self._reports = ErrorReports(self)
         return self._reports
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from pyros1.ground.errors import DeadlineError, Error, ProtocolError, UnreachableError
+from pyros1.net.acceptor import PAUSE, lacks_files
 from pyros1.net.connect import ConnectHandle, connect
 from pyros1.net.hosts import parse_uri
 from pyros1.net.loop import READ, WRITE
@@ -52,7 +53,8 @@ class _Peer:
         self.writing = False
         self.parser = ResponseParser(caller.limits)
         self.fresh = True
-        self.connecting: ConnectHandle | None = None
+        self.connecting: ConnectHandle | TimerHandle | None = None  # a timer: no file can be opened just now
+        self.lack: Error | None = None  # why there is no connection, if no file can be opened
         self.deadline: TimerHandle | None = None
         self.patience = Patience(0.0)  # with the call that is under way
         self.idle: TimerHandle | None = None
@@ -84,7 +86,7 @@ class _Peer:
             if self.sock is None:
                 self.caller.forget(self)
             else:
-                self.idle = self.loop.call_later(_IDLE_S, self._drop_idle)
+                self.idle = self.loop.call_later(_IDLE_S, self.drop_idle)
             return
         job = self.job = self.queue.popleft()
         self.patience = Patience(job.timeout_s)
@@ -102,17 +104,22 @@ class _Peer:
             return
         self.connecting = None
         handle = connect(self.loop, self.host, self.port, job.timeout_s + 1.0, self._connected)
-        if self.sock is None and self.job is job:  # still under way
+        if handle.pending:
             self.connecting = handle
 
     def _connected(self, sock: socket.socket | None, error: Error | None) -> None:
         self.connecting = None
+        if sock is None and lacks_files(error):  # try again until the call's deadline
+            self.lack = error
+            self.caller.drop_idle()
+            self.connecting = self.loop.call_later(PAUSE, self._connect)
+            return
         if sock is None:
             self._finish(None, error)
             return
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         show_progress(sock)
-        self.sock = sock
+        self.sock, self.lack = sock, None
         self.parser = ResponseParser(self.caller.limits)
         self.loop.register(sock, READ, self._ready)
         self._send()
@@ -213,10 +220,10 @@ class _Peer:
             self.deadline = self.loop.call_later(left, self._too_late, job)
         else:
             self._drop()
-            self._finish(None, DeadlineError(f"{self.uri} did not answer within {job.timeout_s:g} s"))
+            self._finish(None, self.lack or DeadlineError(f"{self.uri} did not answer within {job.timeout_s:g} s"))
 
     def _finish(self, value: Any, error: Error | None) -> None:
-        job, self.job = self.job, None
+        job, self.job, self.lack = self.job, None, None
         if self.deadline is not None:
             self.deadline.cancel()
             self.deadline = None
@@ -228,7 +235,8 @@ class _Peer:
             if self.job is None:
                 self._next()
 
-    def _drop_idle(self) -> None:
+    def drop_idle(self) -> None:
+        """Close the kept connection, unless a call is under way."""
         if self.job is None:
             self._drop()
             self.caller.forget(self)
@@ -257,6 +265,9 @@ class RpcCaller:
             data move (`Patience`).
         limits: largest sizes of an answer.
         on_hung_up: called on the loop with a URI whose kept connection was closed by the other side between two calls.
+
+    Attributes:
+        make_room: called when no more files can be opened, to close what others on the loop do not need.
     """
 
     def __init__(
@@ -273,6 +284,7 @@ class RpcCaller:
         self._timeout = timeout
         self._peers: dict[str, _Peer] = {}
         self._closed = False
+        self.make_room: Callable[[], object] = lambda: None
 
     def call(self, uri: str, method: str, params: Sequence[Any], on_done: OnDone, timeout: float | None = None) -> None:
         """Queue a call; from any thread.
@@ -295,6 +307,14 @@ class RpcCaller:
     def close(self) -> None:
         """Give up all calls (their ``on_done`` gets an UnreachableError) and close all connections; any thread."""
         self.loop.run(self._close)
+
+    def drop_idle(self) -> None:
+        """Close the connections that are kept for later calls, or what else is not needed. Called by the peers."""
+        idle = [peer for peer in self._peers.values() if peer.idle is not None]
+        for peer in idle:
+            peer.drop_idle()
+        if not idle:
+            self.make_room()
 
     def forget(self, peer: _Peer) -> None:
         """Remove the state of a URI, as it has nothing left to do. Called by the peers."""

@@ -16,6 +16,7 @@ from time import gmtime, monotonic, time
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from pyros1.ground.errors import Error, XmlRpcFault
+from pyros1.net.acceptor import Acceptor
 from pyros1.net.hosts import make_uri
 from pyros1.net.loop import READ, WRITE
 from pyros1.net.ports import listening_socket
@@ -202,6 +203,7 @@ class XmlRpcServer:
         limits: what peers may use.
         ports: ports to choose from, if ``port`` is 0; None for any.
         guests: decides who may connect; None lets everybody in.
+        say: called with a text when connections cannot be taken; None: it is written to stderr.
 
     Attributes:
         uri: ``http://host:port/``.
@@ -223,6 +225,7 @@ class XmlRpcServer:
         limits: ServerLimits = ServerLimits(),  # noqa: B008 - immutable
         ports: PortRange | None = None,
         guests: Guests | None = None,
+        say: Callable[[str], object] | None = None,
     ) -> None:
         self.loop = loop
         self.limits = limits
@@ -231,15 +234,13 @@ class XmlRpcServer:
         self._connections: dict[_Connection, None] = {}
         self._buffered = 0
         self._sweeper: TimerHandle | None = None
-        self._closed = False
         self._dated = -1
         self._date_field = b""
         self.scratch = memoryview(bytearray(_RECEIVE))  # shared by all connections: it is emptied before the next read
-        self._guests = guests
-        self._listener = listening_socket(bind_host, port, ports)
-        self.port: int = self._listener.getsockname()[1]
+        listener = listening_socket(bind_host, port, ports)
+        self.port: int = listener.getsockname()[1]
         self.uri = make_uri(advertised_host, self.port)
-        loop.call_soon(self._listen)
+        self._acceptor = Acceptor(loop, listener, self._accepted, say or loop.tell, self.make_room, guests)
 
     @property
     def num_connections(self) -> int:
@@ -251,11 +252,9 @@ class XmlRpcServer:
         self.loop.run(self._close)
 
     def _close(self) -> None:
-        self._closed = True
+        self._acceptor.close()
         if self._sweeper is not None:
             self._sweeper.cancel()
-        self.loop.unregister(self._listener)
-        self._listener.close()
         for connection in list(self._connections):
             connection.close()
 
@@ -315,34 +314,16 @@ class XmlRpcServer:
             connection.buffered = buffered
         return self._buffered <= self.limits.max_buffered
 
-    def _listen(self) -> None:
-        if not self._closed:
-            self.loop.register(self._listener, READ, self._acceptable)
+    def _accepted(self, sock: socket.socket) -> None:
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        if len(self._connections) >= self.limits.max_connections:
+            self.make_room()
+        self._connections[_Connection(self, sock)] = None
+        if self._sweeper is None:
+            self._schedule_sweep()
 
-    def _acceptable(self, mask: int) -> None:
-        for _ in range(64):  # then the others' turn
-            try:
-                sock, address = self._listener.accept()
-            except (BlockingIOError, InterruptedError, ConnectionAbortedError):
-                return
-            except OSError:
-                # Out of file descriptors: accept() would fail again at once, so pause.
-                self._evict()
-                self.loop.unregister(self._listener)
-                self.loop.call_later(0.2, self._listen)
-                return
-            if self._guests is not None and not self._guests.lets_in(sock, address):
-                continue
-            sock.setblocking(False)
-            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            if len(self._connections) >= self.limits.max_connections:
-                self._evict()
-            self._connections[_Connection(self, sock)] = None
-            if self._sweeper is None:
-                self._schedule_sweep()
-
-    def _evict(self) -> None:
-        """Close a connection to make room: an idle one if possible, else the one with the oldest request."""
+    def make_room(self) -> None:
+        """Close a connection: an idle one if possible, else the one with the oldest request. On the loop."""
         if not self._connections:
             return
         idle = [peer for peer in self._connections if not peer.parser.in_message and not peer.out]

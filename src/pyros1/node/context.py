@@ -15,6 +15,7 @@ from pyros1.net.bell import Event
 from pyros1.net.loop import Loop, LoopThread
 from pyros1.net.reach import how_to_reach
 from pyros1.node.checks import check_timeout
+from pyros1.node.log.levels import ERROR
 from pyros1.node.subscribing.threads import DeliveryThreads
 
 if TYPE_CHECKING:
@@ -136,6 +137,10 @@ class Context:
         self.log.warn(
             "no messages of %s from the publisher at %s: %s. %s", topic, uri, error, how_to_reach(error.host, error)
         )
+
+    def tell_trouble(self, text: str) -> None:
+        """Log what this machine does not let the node do. Repeated texts are counted."""
+        self.log.peer(ERROR, "%s", text)
 
     def pause(self, seconds: float) -> None:
         """Wait in wall time.

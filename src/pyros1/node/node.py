@@ -9,10 +9,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 from pyros1.ground import names, shown
-from pyros1.ground.errors import Error, NodeError, NodeShutdownError
+from pyros1.ground.errors import Error, NodeShutdownError
 from pyros1.msgs import load_message
 from pyros1.net.bell import Event
-from pyros1.net.guests import Guests
 from pyros1.net.hosts import host_from_environment, make_uri
 from pyros1.net.hosts import master_uri as find_master_uri
 from pyros1.net.loop import Loop
@@ -33,7 +32,7 @@ from pyros1.node.parameters.parameters import Parameters
 from pyros1.node.parameters.private import left_over, odd_arguments, set_private
 from pyros1.node.publishing.publisher import Publisher
 from pyros1.node.registrar import Registrar, await_master
-from pyros1.node.server import TcprosServer
+from pyros1.node.server import TcprosServer, open_ports
 from pyros1.node.services.provided import ServiceMethods, Services
 from pyros1.node.slave import SlaveApi
 from pyros1.node.subscribing.deadline import Deadline, Missed
@@ -42,7 +41,7 @@ from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.node.topic_type import topic_type
 from pyros1.node.topics import LONGEST_CALLBACK, Topics
 from pyros1.node.watching.sighting import Sighting
-from pyros1.node.watching.telling import Tellers
+from pyros1.node.watching.telling import Teller, Tellers
 from pyros1.node.watching.watch import Watch
 from pyros1.node.watching.watches import Watches
 from pyros1.wire.handshake import TopicType
@@ -118,10 +117,10 @@ class Node(ServiceMethods, TimeMethods):
         stopping = Event()
         self._clock = Clock(stopping)
         log_file = default_log_file(self.name, environ, special)
-        self._sink = LogSink(self.name, environ, log_file, self._clock.read, self._later)
+        loop = Loop(f"{self.name}:loop", on_error=lambda error: self.log.internal(error))  # noqa: PLW0108 - it needs the loop
+        self._sink = LogSink(self.name, environ, log_file, self._clock.read, loop.call_later)
         self.log = Log(self._sink, level=level_from_name(log_level))
         self._callbacks = CallbackQueue() if callbacks == "spin" else None
-        loop = Loop(f"{self.name}:loop", on_error=self.log.internal)
         self._context = Context(self.name, loop, RpcCaller(loop), self.log, self._callbacks, environ, stopping=stopping)
         loop.thread.owner = self._context
         self._topics = Topics(self._context, lambda: self._registrar)
@@ -131,7 +130,9 @@ class Node(ServiceMethods, TimeMethods):
         self._watches = Watches(self._context, self.master_uri, self._tellers)
         self._life = Life(self._context, self._clock, self._close)
         self.master = MasterClient(self.name, self.master_uri)
-        self.params = Parameters(self.master, self.resolve, lambda: self.uri, self.arguments.remappings, loop.call_soon)
+        teller = Teller("changes of parameters", self.log)
+        uri, remappings = lambda: self.uri, self.arguments.remappings
+        self.params = Parameters(self.master, self.resolve, uri, remappings, loop.call_soon, teller.tell)
         self._registrar = Registrar(self._context, self.master_uri, self._topics.publishers_found, self.params.renew)
         self._slave: XmlRpcServer | None = None
         self._tcpros: TcprosServer | None = None
@@ -147,15 +148,11 @@ class Node(ServiceMethods, TimeMethods):
     # Starting ---------------------------------------------------------------------------------------------------------
 
     def _open(self, patience: float | None, rosout: bool, signals: bool, wall_time: bool, ports: _Ports) -> None:
-        loop = self._context.loop
-        address = host_from_environment(self.environ, self.arguments.special)
+        self._context.address = address = host_from_environment(self.environ, self.arguments.special)
         self._host = address.advertised
-        self._context.address = address
         self._life.watch(signals)
         for warning in (*address.warnings, *odd_arguments(self.arguments)):
             self.log.warn("%s", warning)
-        if address.allowed is not None:
-            self._context.guests = Guests(address.allowed, lambda text: self.log.warn("%s", text))
         slave = SlaveApi(
             self._context,
             self.master_uri,
@@ -163,19 +160,10 @@ class Node(ServiceMethods, TimeMethods):
             lambda: self.params,
             self._on_shutdown_request,
         )
-        try:
-            self._tcpros = TcprosServer(self._context, address, lambda: self._services.servers, ports[1])
-            self._slave = XmlRpcServer(
-                loop,
-                slave.dispatch,
-                bind_host=address.bind,
-                advertised_host=address.advertised,
-                port=ports[0],
-                ports=address.ports,
-                guests=self._context.guests,
-            )
-        except OSError as error:
-            raise NodeError(f"{self.name} cannot listen on {address.bind}: {error.strerror or error}") from error
+        self._tcpros, self._slave = open_ports(
+            self._context, address, lambda: self._services.servers, slave.dispatch, ports
+        )
+        self._context.rpc.make_room = self._slave.make_room
         self._context.uri = self._slave.uri
         await_master(self._context, self.master, patience)
         sim_time, private = set_private(self.master, self.resolve, self.arguments.parameters)
@@ -194,9 +182,6 @@ class Node(ServiceMethods, TimeMethods):
         self._clock.use_simulated_time()
         clock = load_message("rosgraph_msgs/Clock")
         self._topics.subscribe("/clock", clock, lambda message: self._clock.tick(message.clock), 1, direct=True)
-
-    def _later(self, seconds: float, function: Callable[..., object], argument: object) -> None:
-        self._context.loop.call_later(seconds, function, argument)
 
     # Names ------------------------------------------------------------------------------------------------------------
 

@@ -12,15 +12,19 @@ import socket
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from pyros1.ground.errors import Error, ProtocolError
+from pyros1.ground.errors import Error, NodeError, ProtocolError
+from pyros1.net.acceptor import Acceptor
+from pyros1.net.guests import Guests
 from pyros1.net.ports import listening_socket
-from pyros1.node.log.levels import ERROR, WARN
+from pyros1.net.xmlrpc_server import XmlRpcServer
+from pyros1.node.log.levels import WARN
 from pyros1.wire.handshake import Refusal
 from pyros1.wire.header import HeaderReader, encode_header
 
 if TYPE_CHECKING:
     from pyros1.net.hosts import LocalAddress
     from pyros1.net.loop import TimerHandle
+    from pyros1.net.xmlrpc_server import Dispatch
     from pyros1.node.context import Context
     from pyros1.node.services.server import ServiceServer
 
@@ -64,28 +68,12 @@ class TcprosServer:
         self._context = context
         self._services = services
         self._greetings: dict[socket.socket, _Greeting] = {}
-        self._listener = listening_socket(address.bind, port, address.ports)
-        self.port: int = self._listener.getsockname()[1]
-        context.loop.call_soon(self._start)
+        listener = listening_socket(address.bind, port, address.ports)
+        self.port: int = listener.getsockname()[1]
+        say, guests = context.tell_trouble, context.guests
+        self._acceptor = Acceptor(context.loop, listener, self._accepted, say, guests=guests)
 
-    def _start(self) -> None:
-        if self._listener.fileno() >= 0:
-            self._context.loop.register(self._listener, selectors.EVENT_READ, self._accept)
-
-    def _accept(self, _mask: int) -> None:
-        try:
-            sock, peer = self._listener.accept()
-        except BlockingIOError:
-            return
-        except OSError as error:  # no file descriptors left: leave the peer in the backlog for a while
-            self._context.log.peer(ERROR, "cannot accept a connection: %s", error)
-            self._context.loop.unregister(self._listener)
-            self._context.loop.call_later(1.0, self._start)
-            return
-        guests = self._context.guests
-        if guests is not None and not guests.lets_in(sock, peer):
-            return
-        sock.setblocking(False)
+    def _accepted(self, sock: socket.socket) -> None:
         if len(self._greetings) >= MOST_GREETINGS:
             self._end(next(iter(self._greetings.values())))
         greeting = _Greeting(sock)
@@ -164,8 +152,47 @@ class TcprosServer:
 
     def close(self) -> None:
         """Stop to listen. On the loop."""
-        with contextlib.suppress(KeyError, ValueError):
-            self._context.loop.unregister(self._listener)
-        self._listener.close()
+        self._acceptor.close()
         for greeting in list(self._greetings.values()):
             self._end(greeting)
+
+
+def open_ports(
+    context: Context,
+    address: LocalAddress,
+    services: Callable[[], dict[str, ServiceServer]],
+    dispatch: Dispatch,
+    ports: tuple[int, int],
+) -> tuple[TcprosServer, XmlRpcServer]:
+    """Listen for other nodes: return the server for topics and services, and that of the slave API.
+
+    Args:
+        context: the node.
+        address: where to listen, and for whom.
+        services: returns the node's services by name.
+        dispatch: answers calls of the slave API.
+        ports: of the slave API, and of topics and services; 0 for any.
+
+    Raises:
+        NodeError: it cannot listen there.
+    """
+    if address.allowed is not None:
+        context.guests = Guests(address.allowed, lambda text: context.log.warn("%s", text))
+    tcpros: TcprosServer | None = None
+    try:
+        tcpros = TcprosServer(context, address, services, ports[1])
+        slave = XmlRpcServer(
+            context.loop,
+            dispatch,
+            bind_host=address.bind,
+            advertised_host=address.advertised,
+            port=ports[0],
+            ports=address.ports,
+            guests=context.guests,
+            say=context.tell_trouble,
+        )
+    except OSError as error:
+        if tcpros is not None:
+            context.loop.run(tcpros.close)
+        raise NodeError(f"{context.name} cannot listen on {address.bind}: {error.strerror or error}") from error
+    return tcpros, slave

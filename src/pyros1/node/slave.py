@@ -7,6 +7,7 @@ Runs on the loop. Every method answers ``[code, message, value]``; wrong argumen
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     from pyros1.node.parameters.parameters import Parameters
 
 Triple = list[Any]
+
+_NAMESAKE = re.compile(r"\[(/[^\]]*)\] Reason: new node registered with same name")
+"""What a master tells a node whose name another one has taken (M34)."""
 
 
 class _BadArgumentError(Exception):
@@ -186,6 +190,10 @@ class SlaveApi:
     def _shutdown(self, reason: Any = "") -> Triple:
         if not isinstance(reason, str):
             raise _BadArgumentError("parameter [msg] must be a string")
+        meant = _NAMESAKE.fullmatch(reason)
+        if meant is not None and meant[1] != self._context.name:  # a dead node had our port, and was started again
+            self._context.log.peer(WARN, "a request to end that was meant for %s is ignored", meant[1])
+            return [1, "shutdown", 0]
         self._on_shutdown(reason)
         return [1, "shutdown", 0]
 

@@ -159,13 +159,20 @@ class Robot:
                     self.trouble = str(error)
                 self._ended.wait(_TRY_AGAIN)
                 continue
-            except Error as error:
+            except (Error, OSError) as error:
                 self.trouble = f"the server's node cannot start: {error}"
                 self._ended.wait(_TRY_AGAIN)
                 continue
+            try:
+                with suppress(NodeError):  # it has ended while the master was away
+                    self.console.start(node)
+            except OSError as error:  # such as that no more files can be opened
+                self.trouble = f"the server's node cannot start: {error}"
+                node.shutdown(self.trouble)
+                self._ended.wait(_TRY_AGAIN)
+                continue
             self._node, self.trouble = node, ""
-            with suppress(NodeError):  # it has ended while the master was away
-                self.console.start(node)
+            with suppress(NodeError):
                 node.on_shutdown(self._node_ends)
             self._found.set()
             return

@@ -100,7 +100,9 @@ def answer_subscriber(
     }
 
 
-def _check_answer(header: Mapping[str, str], who: str, *needed: str) -> None:
+def _check_answer(header: Mapping[str, str], sent: Mapping[str, str] | None, who: str, *needed: str) -> None:
+    if header == sent:
+        raise ProtocolError(f"{who} only sends back what it gets: another program has its port now")
     if "error" in header:
         raise ConnectionRefusedByPeerError(f"{who} refused the connection: {one_line(header['error'])}")
     for name in needed:
@@ -108,17 +110,24 @@ def _check_answer(header: Mapping[str, str], who: str, *needed: str) -> None:
             raise ProtocolError(f"{who} answered without the field {name!r}")
 
 
-def check_publisher_answer(header: Mapping[str, str], topic: str, wanted: TopicType, publisher: str) -> None:
+def check_publisher_answer(
+    header: Mapping[str, str],
+    topic: str,
+    wanted: TopicType,
+    publisher: str,
+    sent: Mapping[str, str] | None = None,
+) -> None:
     """Check a publisher's answer to a subscriber's header.
 
     Args:
         publisher: its name in error messages, usually its API URI.
+        sent: the subscriber's header: a program that echoes would seem to be a publisher. None: there was none.
 
     Raises:
         ConnectionRefusedByPeerError: the publisher refused.
         ProtocolError: a field is missing, or type and md5 sum are not the subscriber's.
     """
-    _check_answer(header, f"publisher {publisher} of {topic}", "type", "md5sum")
+    _check_answer(header, sent, f"publisher {publisher} of {topic}", "type", "md5sum")
     if not _md5_equal(wanted.md5sum, header["md5sum"]):
         raise ProtocolError(
             f"publisher {publisher} sends {topic} as {one_line(header['type'])} [{one_line(header['md5sum'])}], "
@@ -162,14 +171,19 @@ def answer_service_client(header: Mapping[str, str], node: str, service: str, of
     }
 
 
-def check_service_answer(header: Mapping[str, str], service: str, wanted: ServiceType) -> None:
+def check_service_answer(
+    header: Mapping[str, str], service: str, wanted: ServiceType, sent: Mapping[str, str] | None = None
+) -> None:
     """Check a service's answer to a client's header. roscpp servers send no ``type`` (T24), so only the md5 sum counts.
+
+    Args:
+        sent: the client's header, as in `check_publisher_answer`.
 
     Raises:
         ConnectionRefusedByPeerError: the service refused.
         ProtocolError: the md5 sum is missing or not the client's.
     """
-    _check_answer(header, f"service {service}", "md5sum")
+    _check_answer(header, sent, f"service {service}", "md5sum")
     if not _md5_equal(wanted.md5sum, header["md5sum"]):
         raise ProtocolError(
             f"service {service} has md5sum [{one_line(header['md5sum'])}], "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable
 from typing import Any
@@ -128,14 +129,33 @@ def test_cached_values_follow_changes(node: Any, other: Any, updates: Any) -> No
     assert params.cached("rate", 1) == 1
 
 
-def test_changes_by_others_are_told(node: Any, other: Any, updates: Any) -> None:
-    calls: list[tuple[str, Any]] = []
-    node.params.on_update(lambda name, value: calls.append((name, value)))
+def test_changes_by_others_are_told(node: Any, other: Any, updates: Any, collect: Any) -> None:
+    calls = collect()
+    node.params.on_update(lambda name, value: calls((name, value)))
     assert node.params.cached("rate", 1) == 1
     updates(lambda: other.set("/robot/rate", 2))
-    assert calls == [("/robot/rate", 2)]
+    assert calls.wait(1) == [("/robot/rate", 2)]
     updates(lambda: other.__delitem__("/robot/rate"))
-    assert calls[1:] == [("/robot/rate", {})]
+    assert calls.wait(2)[1:] == [("/robot/rate", {})]
+
+
+def test_a_function_that_does_not_return_holds_up_only_its_like(node: Any, other: Any, updates: Any) -> None:
+    begun, go_on, told = threading.Event(), threading.Event(), threading.Semaphore(0)
+
+    def stuck(name: str, value: Any) -> None:
+        begun.set()
+        go_on.wait(20)
+        told.release()
+        raise ValueError("bad")
+
+    node.params.on_update(stuck)
+    assert node.params.cached("rate", 1) == 1
+    for value in (2, 3):
+        updates(lambda value=value: other.set("/robot/rate", value))
+        assert begun.wait(10)
+        assert node.params.cached("rate", 1) == value, "the loop takes changes"
+    go_on.set()
+    assert told.acquire(timeout=10) and told.acquire(timeout=10)
 
 
 def test_cached_needs_no_master_once_it_is_there(node: Any, monkeypatch: pytest.MonkeyPatch) -> None:

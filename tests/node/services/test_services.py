@@ -646,3 +646,22 @@ def test_a_request_that_trickles_in_is_given_up(make_node: Any, monkeypatch: pyt
             except ConnectionError:
                 ended = True
     assert ended
+
+
+def test_a_program_that_echoes_is_no_service(caller: Any) -> None:
+    """It has the port of a service that died: what it sends back would be taken for a response."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+
+        def echo() -> None:
+            sock, _ = listener.accept()
+            with sock:
+                while data := sock.recv(4096):
+                    sock.sendall(data)
+
+        thread = threading.Thread(target=echo)
+        thread.start()
+        port = listener.getsockname()[1]
+        caller.master.register_service("/flip", f"rosrpc://127.0.0.1:{port}", caller.uri)
+        with pytest.raises(ServiceError, match="only sends back what it gets: another program has its port"):
+            caller.service("/flip", SetBool).call(SetBool._request_class(True), timeout=10)
+        thread.join(10)

@@ -9,14 +9,15 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from pyros1.ground.errors import UnknownHostError, UnreachableError
+from pyros1.ground.errors import ProtocolError, UnknownHostError, UnreachableError, XmlRpcFault
 from pyros1.node.subscribing import dialogue as do
-from pyros1.node.subscribing.dialogue import FIRST_REST, LONGEST_REST, UNDER_WAY, Dialogue, State
+from pyros1.node.subscribing.dialogue import FIRST_REST, LONGEST_REST, TOLD_REST, UNDER_WAY, Dialogue, State
 from pyros1.wire.handshake import TopicType
 from pyros1.wire.header import encode_header
 
 FLOAT = TopicType("std_msgs/Float64", "fdb28210bfa9d7c91146260178d9a584", "float64 data\n")
 GOOD = {"callerid": "/talker", "type": FLOAT.name, "md5sum": FLOAT.md5sum, "latching": "0"}
+SENT = {"callerid": "/listener", "topic": "/t", "type": FLOAT.name, "md5sum": FLOAT.md5sum}
 URI = "http://talker:1/"
 
 
@@ -28,7 +29,7 @@ def test_the_way_to_a_publisher() -> None:
     talk = make()
     assert talk.announced() == [do.Drop(), do.Ask(watched=True)]
     assert talk.answered([1, "ready", ["TCPROS", "talker", 5000]]) == [do.Connect("talker", 5000)]
-    assert talk.connected() == [do.Greet()]
+    assert talk.connected(SENT) == [do.Greet(SENT)]
     data = encode_header(GOOD)
     assert [talk.received(bytes([byte])) for byte in data[:-1]] == [[]] * (len(data) - 1)
     assert talk.received(data[-1:] + b"first") == [do.Link(GOOD, b"first")]
@@ -101,13 +102,61 @@ def test_rests_become_longer_until_there_is_a_link_or_news() -> None:
     assert talk.lost("reset")[-1] == do.Rest(FIRST_REST)
 
 
+def test_another_programs_answer_is_told_once_until_there_is_a_link_or_news() -> None:
+    talk = make()
+    for _ in range(2):
+        talk.announced()
+        told, *rest = talk.failed(ProtocolError("http://talker:1/ answered with HTTP status 404"))
+        assert isinstance(told, do.Tell) and told.args[:2] == ("/t", URI)
+        assert told.args[2].endswith("HTTP status 404") and "another program taken the port" in told.args[3]
+        assert rest == [do.Drop(), do.Rest(FIRST_REST)]
+        talk.rested()
+        assert talk.failed(XmlRpcFault(1, "no such method"))[0] == do.Drop()
+    talk.rested()
+    talk.linked()
+    talk.lost(None)
+    talk.rested()
+    assert isinstance(talk.failed(ProtocolError("no HTTP"))[0], do.Tell)
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        ([-1, "Not a publisher of [/t]", []], "it answers: Not a publisher of [/t]"),
+        ("hello", "it does not answer as a node"),
+        (UnreachableError("Connection refused"), "Connection refused"),
+    ],
+)
+def test_what_may_be_a_node_that_ends_is_told_only_if_it_lasts(answer: Any, words: str) -> None:
+    talk = make()
+    talk.announced()
+    rests, told = [], []
+    for _ in range(12):
+        *said, _, rest = talk.failed(answer) if isinstance(answer, Exception) else talk.answered(answer)
+        rests.append(rest.seconds)  # type: ignore[union-attr]
+        told += [(rest.seconds, each.args[2]) for each in said]  # type: ignore[union-attr]
+        talk.rested()
+    assert len(told) == 1 and words in told[0][1]
+    assert told[0][0] == min(seconds for seconds in rests if seconds >= TOLD_REST)
+
+
+def test_one_who_sends_back_our_header_is_refused() -> None:
+    talk = make()
+    talk.announced()
+    talk.answered([1, "", ["TCPROS", "talker", 5000]])
+    talk.connected(SENT)
+    told, dropped = talk.received(encode_header(SENT))
+    assert isinstance(told, do.Tell) and "only sends back what it gets" in told.args[0] and dropped == do.Drop()
+    assert talk.state is State.REFUSED
+
+
 @pytest.mark.parametrize("answer", [{"error": "no"}, {**GOOD, "md5sum": "x", "type": "a/B"}, {"type": "a/B"}])
 def test_a_refusal_is_told_once_until_the_master_announces(answer: dict[str, str]) -> None:
     talk = make()
     for _ in range(2):
         talk.announced()
         talk.answered([1, "", ["TCPROS", "talker", 5000]])
-        talk.connected()
+        talk.connected(SENT)
         told, dropped = talk.received(encode_header(answer))
         assert isinstance(told, do.Tell) and told.is_error and dropped == do.Drop()
         assert talk.state is State.REFUSED
@@ -118,7 +167,7 @@ def test_a_broken_header_is_told_with_publisher_and_topic(data: bytes) -> None:
     talk = make()
     talk.announced()
     talk.answered([1, "", ["TCPROS", "talker", 5000]])
-    talk.connected()
+    talk.connected(SENT)
     told, dropped = talk.received(data)
     assert isinstance(told, do.Tell) and dropped == do.Drop()
     assert told.args[0].startswith(f"publisher {URI} of /t: connection header")
@@ -223,7 +272,7 @@ class Dialogues(RuleBasedStateMachine):
     @precondition(lambda self: self.talk.state is State.CONNECTING)
     @rule()
     def connected(self) -> None:
-        self.take(self.talk.connected())
+        self.take(self.talk.connected(SENT))
 
     @precondition(lambda self: self.talk.state is State.GREETING)
     @rule(data=st.sampled_from([encode_header(GOOD), encode_header({"error": "no"}), b"", b"\x10\0", b"\xff" * 8]))
@@ -232,7 +281,9 @@ class Dialogues(RuleBasedStateMachine):
         self.linked_now()
 
     @precondition(lambda self: self.talk.state in UNDER_WAY)
-    @rule(error=st.sampled_from([None, OSError("unreachable"), UnknownHostError("nowhere", None)]))
+    @rule(
+        error=st.sampled_from([None, OSError("unreachable"), ProtocolError("odd"), UnknownHostError("nowhere", None)])
+    )
     def failed(self, error: Exception | None) -> None:
         self.take(self.talk.failed(error))
 

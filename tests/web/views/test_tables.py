@@ -128,7 +128,9 @@ def test_groups_of_dynamic_reconfigure(make_node: Make, watch: Make) -> None:
 
 def test_groups_that_the_node_closes_and_hides() -> None:
     kinds = {1: "collapse", 2: "hide", 3: "collapse", 4: ""}
-    groups = [Group(name=f"g{number}", id=number, parent=1 if number == 2 else 0, type=kinds[number]) for number in kinds]
+    groups = [
+        Group(name=f"g{number}", id=number, parent=1 if number == 2 else 0, type=kinds[number]) for number in kinds
+    ]
     states = [GroupState(id=number, state=number == 3) for number in kinds]
     both = ConfigDescription(groups=groups), Config(groups=states)
     assert reconfigure.off(*both, "collapse") == [["g1"]]

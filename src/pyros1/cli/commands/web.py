@@ -28,6 +28,8 @@ _ONE = {
     "launches": ("node", "node"),
 }
 """Panels that take one name: the setting that gets it, and what it is."""
+_PARTS = {"reconfigure": ("params", "reconfigure"), "publisher": ("topics", "publish")}
+"""Parts of panels, as rqt has them alone: the panel, and the setting that gets the name of a node or topic, or ""."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -107,10 +109,9 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
 
     panel, *words = args
     panels = Assets().panels
-    if panel == "reconfigure" and len(words) < 2:  # a part of the panel of parameters
-        return "params", {"reconfigure": invocation.resolve(words[0]) if words else ""}
-    if panel == "publisher" and len(words) < 2:  # a part of the panel of topics
-        return "topics", {"publish": invocation.resolve(words[0]) if words else ""}
+    if panel in _PARTS and len(words) < 2:
+        name, setting = _PARTS[panel]
+        return name, {setting: invocation.resolve(words[0]) if words else ""}
     if panel not in panels:
         raise UsageError(f"there is no panel {panel!r}; there are {', '.join(panels)}")
     if panel == "bag":

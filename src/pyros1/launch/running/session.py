@@ -25,6 +25,7 @@ from pyros1.ground.errors import (
     SerializationError,
     UnknownHostError,
 )
+from pyros1.ground.whole_file import write_whole
 from pyros1.launch.plan import NodePlan, Plan, TestPlan
 from pyros1.launch.reading.report import summary
 from pyros1.launch.reading.resources import PackageFinder
@@ -371,7 +372,7 @@ class Session:
                 else:
                     from pyros1.values import dump_yaml  # noqa: PLC0415 - rarely used
 
-                    Path(action.path).write_text(dump_yaml(self._master.get_param(action.name)), encoding="utf-8")
+                    write_whole(action.path, dump_yaml(self._master.get_param(action.name)))
             except ParameterNotSetError as error:
                 self.console.error(str(error))
             except OSError as error:

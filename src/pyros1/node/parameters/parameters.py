@@ -30,6 +30,7 @@ class Parameters:
         api: URI of the node's slave API, to which the master sends changes.
         remappings: of the command line, as written; `search` follows them.
         later: calls a function soon, on another thread.
+        tell: calls a function of the program, elsewhere than where changes are received.
     """
 
     def __init__(
@@ -39,11 +40,13 @@ class Parameters:
         api: Callable[[], str],
         remappings: Mapping[str, str],
         later: Callable[[Callable[[], None]], object] = lambda work: work(),
+        tell: Callable[..., object] = lambda function, *args: function(*args),
     ) -> None:
         self._master = master
         self._resolve = resolve
         self._api = api
         self._remappings = remappings
+        self._tell = tell
         self._copies = Copies()
         self._lane = Lane(later)  # of the copies
         self._watchers: list[Callable[[str, Any], object]] = []
@@ -171,7 +174,7 @@ class Parameters:
             self._lane.do(self._copies.set_by_others, key, value)
             name = key.rstrip("/") or "/"  # as masters send it, it ends in a slash
             for watcher in self._watchers:
-                self._lane.do(watcher, name, value)
+                self._lane.do(self._tell, watcher, name, value)
         return known
 
     def on_update(self, callback: Callable[[str, Any], object]) -> None:
@@ -180,6 +183,6 @@ class Parameters:
         The value of a parameter that was deleted is an empty dict.
 
         Args:
-            callback: must return soon, since it is called by the thread that receives the change.
+            callback: called in a thread of its own, one change after the other.
         """
         self._watchers.append(callback)

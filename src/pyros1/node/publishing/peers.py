@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from pyros1.node.watching.telling import Log, Teller
+from pyros1.node.watching.telling import Teller
 
 if TYPE_CHECKING:
+    from pyros1.node.log.logger import Log
     from pyros1.node.publishing.publication import Link, Publication
 
 
@@ -41,10 +42,7 @@ Told = Callable[[Peer], object]
 
 
 class Watch:
-    """Calls functions when subscribers come and go, one call after the other.
-
-    The calls are made by a thread that exists while there is something to tell: they are the program's code, which
-    must not run on the loop.
+    """Calls functions when subscribers come and go, one call after the other, in a thread of their own.
 
     Args:
         publication: what is watched.

@@ -315,7 +315,7 @@ class ServiceClient:
         answer = None
         while answer is None:
             answer = reader.feed(call.receive())
-        check_service_answer(answer, self.name, self._wire_type)
+        check_service_answer(answer, self.name, self._wire_type, header)
         call.data = reader.rest
         call.greeted = True  # type: ignore[attr-defined]
 

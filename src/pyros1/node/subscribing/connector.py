@@ -5,11 +5,12 @@ from __future__ import annotations
 import contextlib
 import selectors
 import socket
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pyros1.ground.errors import Error
+from pyros1.net.acceptor import lacks_files
 from pyros1.net.connect import connect
 from pyros1.net.keepalive import keep_alive
 from pyros1.node.context import Context, find_local_context
@@ -114,8 +115,8 @@ class Connector:
                 case do.Connect(host, port):
                     self._close_offered()
                     connect(self._context.loop, host, port, STEP_TIMEOUT, self._of_this_attempt(self._connected))
-                case do.Greet():
-                    self._greet()
+                case do.Greet(header):
+                    self._greet(header)
                 case do.Link(header, rest):
                     self._link(header, rest)
                 case do.LinkDatagrams(header, place, number):
@@ -215,9 +216,14 @@ class Connector:
 
     def _answered(self, value: Any, error: Exception | None) -> None:
         if error is not None:
-            self._do(self.dialogue.failed(error))
+            self._failed(error)
         else:
             self._do(self.dialogue.answered(value, offered=self._offered is not None))
+
+    def _failed(self, error: Exception | None) -> None:
+        if lacks_files(error):
+            self._context.tell_trouble(f"no messages of {self._subscription.topic} from {self.uri}: {error}")
+        self._do(self.dialogue.failed(error))
 
     def _silent(self) -> None:
         self._silence = None
@@ -227,17 +233,17 @@ class Connector:
 
     def _connected(self, sock: socket.socket | None, error: Exception | None) -> None:
         if sock is None:
-            self._do(self.dialogue.failed(error))
+            self._failed(error)
             return
         self._sock = sock
         keep_alive(sock)
         with contextlib.suppress(OSError):  # some systems report here that the peer has gone; a read reports it, too
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._do(self.dialogue.connected())
+        self._do(self.dialogue.connected(self._subscription.request_header()))
 
-    def _greet(self) -> None:
+    def _greet(self, header: Mapping[str, str]) -> None:
         assert self._sock is not None
-        self._unsent = encode_header(self._subscription.request_header())
+        self._unsent = encode_header(header)
         self._context.loop.register(
             self._sock,
             selectors.EVENT_READ | selectors.EVENT_WRITE,

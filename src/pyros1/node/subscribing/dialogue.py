@@ -22,11 +22,11 @@ events of an attempt that `Drop` has ended.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from enum import Enum
 from typing import Any, NamedTuple
 
-from pyros1.ground.errors import ConnectionRefusedByPeerError, ProtocolError, UnknownHostError
+from pyros1.ground.errors import ConnectionRefusedByPeerError, ProtocolError, UnknownHostError, XmlRpcFault
 from pyros1.net.hosts import parse_uri
 from pyros1.net.reach import how_to_reach
 from pyros1.wire.handshake import TopicType, check_publisher_answer
@@ -73,6 +73,8 @@ class Connect(NamedTuple):
 
 class Greet(NamedTuple):
     """Send our connection header, and wait for the publisher's."""
+
+    header: Mapping[str, str]
 
 
 class Link(NamedTuple):
@@ -142,6 +144,7 @@ Action = Ask | Connect | Greet | Link | LinkDatagrams | Rest | Drop | EndDatagra
 
 _SILENT = "no messages of %s from the publisher at %s yet: %s does not answer. Is it stopped? Else: %s"
 _UNREACHED = "no messages of %s from the publisher at %s: %s. %s"
+_TAKEN = "Has another program taken the port of a node that has ended?"
 
 
 class Dialogue:
@@ -171,6 +174,7 @@ class Dialogue:
         self._connecting: tuple[str, int] | None = None
         self._named = False  # logged as one that does not answer
         self._rest = FIRST_REST
+        self._sent: Mapping[str, str] = {}
         self._header = HeaderReader()
 
     # From the master --------------------------------------------------------------------------------------------------
@@ -230,13 +234,20 @@ class Dialogue:
                 self.state = State.CONNECTING
                 self._connecting = (host, port)
                 return [Connect(host, port)]
-        return self._retry()  # it is not a publisher (not yet, or no longer), or its answer is invalid
+            case [int(), str(reason), *_]:  # it is not a publisher, not yet or no longer
+                return self._no_publisher(f"it answers: {reason}")
+        return self._no_publisher("it does not answer as a node")
 
-    def connected(self) -> list[Action]:
-        """Take the event that the connection is open."""
+    def connected(self, header: Mapping[str, str]) -> list[Action]:
+        """Take the event that the connection is open.
+
+        Args:
+            header: the subscription's connection header.
+        """
         self.state = State.GREETING
+        self._sent = header
         self._header = HeaderReader()
-        return [Greet()]
+        return [Greet(header)]
 
     def received(self, data: bytes) -> list[Action]:
         """Take bytes from the connection; no bytes mean its end."""
@@ -249,7 +260,7 @@ class Dialogue:
         if header is None:
             return []
         try:
-            check_publisher_answer(header, self._topic, self._wanted(), self._uri)
+            check_publisher_answer(header, self._topic, self._wanted(), self._uri, self._sent)
         except (ConnectionRefusedByPeerError, ProtocolError) as refusal:
             return self.refused(str(refusal))
         self._succeed()
@@ -259,10 +270,10 @@ class Dialogue:
         """Take the event that the publisher could not be reached, or did not answer in time: that may change."""
         if isinstance(error, UnknownHostError) and self.listed:
             return [TellHost(error), *self._retry()]
-        if error is not None and self.listed and not self._named and self._rest >= TOLD_REST:
-            self._named = True
-            cure = how_to_reach(self._place()[0], error)
-            return [Tell(False, _UNREACHED, (self._topic, self._uri, str(error), cure)), *self._retry()]
+        if isinstance(error, (ProtocolError, XmlRpcFault)):
+            return self._fail(str(error), _TAKEN)
+        if error is not None and self._rest >= TOLD_REST:
+            return self._fail(str(error), how_to_reach(self._place()[0], error))
         return self._retry()
 
     def refused(self, reason: str) -> list[Action]:
@@ -324,6 +335,17 @@ class Dialogue:
         self._datagrams = datagrams
         self._named = False
         self._rest = FIRST_REST
+
+    def _no_publisher(self, answer: str) -> list[Action]:
+        """Rest, and tell the answer if it has lasted."""
+        return self._fail(answer, _TAKEN) if self._rest >= TOLD_REST else self._retry()
+
+    def _fail(self, why: str, cure: str) -> list[Action]:
+        """Rest, and tell why, once until there is a link or news."""
+        if not self.listed or self._named:
+            return self._retry()
+        self._named = True
+        return [Tell(False, _UNREACHED, (self._topic, self._uri, why, cure)), *self._retry()]
 
     def _retry(self) -> list[Action]:
         if not self.listed:

@@ -42,15 +42,15 @@ class Teller:
         self._log = log
         self._callbacks = callbacks
         self._most = most
-        self._jobs: deque[tuple[Callable[[Any], object], Any]] = deque(maxlen=most)
+        self._jobs: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque(maxlen=most)
         self._queued: deque[None] = deque()  # one for each call that waits in the callback queue
         self._lock = threading.Lock()
         self._busy = False
         self._closed = False
         self._thread: threading.Thread | None = None
 
-    def tell(self, function: Callable[[Any], object], news: Any) -> None:
-        """Call ``function(news)`` soon. Any thread, but no signal handler."""
+    def tell(self, function: Callable[..., object], *news: Any) -> None:
+        """Call ``function(*news)`` soon. Any thread, but no signal handler."""
         if self._closed:
             return
         self._jobs.append((function, news))
@@ -92,7 +92,7 @@ class Teller:
         except IndexError:  # it was dropped
             return
         try:
-            function(news)
+            function(*news)
         except NodeShutdownError:
             pass  # it waited for something when the node began to shut down
         except SystemExit as error:
@@ -114,23 +114,24 @@ class Tellers:
     def __init__(self, log: Log, callbacks: CallbackQueue | None) -> None:
         self._log = log
         self._callbacks = callbacks
-        self._tellers: tuple[Teller, ...] = ()
+        self._tellers: dict[Teller, None] = {}
 
     def make(self, what: str) -> Teller:
         """Return a new one."""
         teller = Teller(what, self._log, self._callbacks)
-        self._tellers = (*self._tellers, teller)
+        self._tellers[teller] = None
         return teller
 
     def end(self, teller: Teller) -> None:
         """Make no more of its calls."""
         teller.close()
-        self._tellers = tuple(other for other in self._tellers if other is not teller)
+        self._tellers.pop(teller, None)
 
     def close(self, timeout: float) -> None:
         """Make no more calls; wait at most ``timeout`` seconds for those that are running."""
         until = time.monotonic() + timeout
-        for teller in self._tellers:
+        tellers = list(self._tellers)
+        for teller in tellers:
             teller.close()
-        for teller in self._tellers:
+        for teller in tellers:
             teller.close(max(0.0, until - time.monotonic()))

@@ -39,7 +39,7 @@ def depths(message: Any) -> NDArray[np.float32]:
     except MessageError as error:
         raise ShapeError(str(error)) from None
     if found.ndim == 2 and found.dtype == np.uint16:
-        return found * np.float32(0.001)
+        return _metres(found)
     if found.ndim == 2 and found.dtype.kind == "f":
         return found.astype(np.float32)
     raise ShapeError(f"depths are pictures of 16UC1 or 32FC1, but these are {message.encoding}"[:200])
@@ -82,21 +82,22 @@ def depth_cloud(
     with np.errstate(all="ignore"):
         known = (depth > 0) & (depth < np.inf)
         step = max(1, math.ceil(math.sqrt(np.count_nonzero(known) / most)))
-        z = depth[::step, ::step]
-        rows, columns = np.nonzero(known[::step, ::step])
-        far = z[rows, columns]
+        z, known = depth[::step, ::step], known[::step, ::step]
+        across, down = np.arange(0, width, step), np.arange(0, height, step)
+        far = z[known]
         places = np.empty((len(far), 3), np.float32)
-        places[:, 0] = ((np.arange(0, width, step, np.float32) - camera.cx) / camera.fx)[columns] * far + camera.tx
-        places[:, 1] = ((np.arange(0, height, step, np.float32) - camera.cy) / camera.fy)[rows] * far + camera.ty
+        places[:, 0] = (z * ((across - camera.cx) / camera.fx).astype(np.float32))[known] + camera.tx
+        places[:, 1] = (z * ((down - camera.cy) / camera.fy).astype(np.float32)[:, None])[known] + camera.ty
         places[:, 2] = far
     facts: dict[str, Any] = {"kind": "cloud", "count": len(far), "every": step * step, "fields": ["z"]}
     blob = places.tobytes()
     if numbers:
         facts["numbers"] = True
-        blob += (rows * step * width + columns * step).astype(np.uint32).tobytes()
+        blob += (down[:, None] * width + across)[known].astype(np.uint32).tobytes()
     if picture is not None:
         high, wide = picture.shape[:2]
-        seen = picture[(rows * step * high) // height, (columns * step * wide) // width]
+        whole = picture.view(np.uint32)[:, :, 0]  # a pixel is one number
+        seen = whole[np.ix_(down * high // height, across * wide // width)][known]
         return {**facts, "by": "rgb", "colour": "rgb", "least": 0.0, "most": 1.0}, blob + seen.tobytes()
     least, greatest = (float(far.min()), float(far.max())) if len(far) else (0.0, 1.0)
     return {**facts, "by": "z", "colour": "z", "least": least, "most": greatest}, blob
@@ -112,10 +113,16 @@ def _unpacked(message: Any) -> NDArray[np.float32]:
     if found.ndim != 2:
         raise ShapeError("compressed depths with colours")
     if kind == "16UC1":
-        return found.astype(np.float32) * np.float32(0.001)
+        return _metres(found)
     _, one, other = _HEAD.unpack_from(data)
     with np.errstate(all="ignore"):
-        return np.where(found > 0, one / (found.astype(np.float32) - other), np.float32(0)).astype(np.float32)
+        metres: NDArray[np.float32] = np.where(found > 0, one / (found.astype(np.float32) - other), 0)
+    return metres.astype(np.float32)
+
+
+def _metres(millimetres: NDArray[Any]) -> NDArray[np.float32]:
+    metres: NDArray[np.float32] = (millimetres * np.float32(0.001)).astype(np.float32, copy=False)
+    return metres
 
 
 def _opened(data: bytes) -> Any:

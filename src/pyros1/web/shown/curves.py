@@ -33,8 +33,9 @@ class Curve:
     """Values of a topic's messages over time.
 
     Args:
-        text: ``/topic/field``, ``/topic`` if it has one field, ``/topic/array[2]``, ``/topic/array[0:3]``, or ``/topic: EXPRESSION`` where ``m`` is the
-            message, as ``/odom: hypot(m.twist.twist.linear.x, m.twist.twist.linear.y)``.
+        text: ``/topic/field``, ``/topic`` if its messages have one field, ``/topic/array[2]``, ``/topic/array[0:3]``,
+            or ``/topic: EXPRESSION`` where ``m`` is the message, as
+            ``/odom: hypot(m.twist.twist.linear.x, m.twist.twist.linear.y)``.
         stamped: whether the time of a point is that of the message's header, not that of its arrival.
 
     Attributes:

@@ -31,8 +31,8 @@ class ReconfigureView(View):
         node: the node's name, or the namespace of its parameters.
 
     Pushes ``{"parameters": [{"name", "type", "groups", "description", "min", "max", "default", "choices"}, ...],
-    "values": {name: value}, "closed": [groups, ...], "hidden": [groups, ...]}``; groups are the names of the groups that
-    it is in, from the outermost, without the one that all are in; choices are a list of name and value. Closed and
+    "values": {name: value}, "closed": [groups, ...], "hidden": [groups, ...]}``; groups are the names of the groups
+    that it is in, from the outermost, without the one that all are in; choices are a list of name and value. Closed and
     hidden are groups of the types collapse and hide whose state is false.
     """
 

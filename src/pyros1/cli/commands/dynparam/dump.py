@@ -10,6 +10,7 @@ from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_with_negative_numbers
 from pyros1.cli.records import Argument, Verb
+from pyros1.ground.whole_file import write_whole
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -42,7 +43,6 @@ VERB = Verb(
 
 def _write(path: str, text: str) -> None:
     try:
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(text)
+        write_whole(path, text)
     except OSError as error:
         raise CommandError(f"cannot write [{path}]: {error.strerror}") from None

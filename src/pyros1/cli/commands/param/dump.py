@@ -11,6 +11,7 @@ from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
 from pyros1.ground.errors import ParameterNotSetError
+from pyros1.ground.whole_file import write_whole
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -34,8 +35,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if path is None:
         sys.stdout.write(text)
         return
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(text)
+    write_whole(path, text)
 
 
 VERB = Verb(

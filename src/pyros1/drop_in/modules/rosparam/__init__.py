@@ -18,6 +18,7 @@ from rosgraph.names import get_ros_namespace, make_caller_id, ns_join, script_re
 from pyros1.drop_in.commands import main as _main
 from pyros1.drop_in.missing import missing
 from pyros1.ground.expressions import ExpressionError
+from pyros1.ground.whole_file import write_whole
 from pyros1.values.angles import radians as _radians
 
 __getattr__ = missing(__name__)
@@ -156,8 +157,7 @@ def dump_params(filename: str | None, param: str, verbose: bool = False) -> None
     if filename is None:
         sys.stdout.write(yaml.dump(tree))
         return
-    with open(filename, "w", encoding="utf-8") as file:
-        file.write(yaml.dump(tree))
+    write_whole(filename, yaml.dump(tree))
 
 
 # Parameters ----------------------------------------------------------------------------------------------------------

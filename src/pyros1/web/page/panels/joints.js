@@ -134,7 +134,7 @@ class Joints {
 
   _numbers() {
     fill(this.unit, this.degrees ? "deg" : "rad");
-    for (const row of this.rows) row.draw();
+    for (const row of this.rows) row.draw(true);
   }
 
   _filter() {
@@ -223,14 +223,15 @@ class Row {
     return this.joint.type !== "prismatic" && this.panel.degrees ? DEGREES : 1;
   }
 
-  draw() {
+  // always: also a field in which one types; what is in it has another unit now.
+  draw(always = false) {
     const scale = this._scale();
     const { position, joint } = this;
     const shown = (value) => number(Number((value * scale).toFixed(scale === 1 ? 4 : 2)));
     fill(this.unit, joint.type === "prismatic" ? "m" : scale === 1 ? "rad" : "°");
     fill(this.ends[0], shown(joint.lower));
     fill(this.ends[1], shown(joint.upper));
-    if (document.activeElement !== this.field || performance.now() - this.touched < QUIET) {
+    if (always || document.activeElement !== this.field || performance.now() - this.touched < QUIET) {
       this.field.value = position === null || position === undefined ? "" : shown(position);
       this.field.classList.remove("wrong");
     }

@@ -64,11 +64,11 @@ def root_of_most(parents: Mapping[str, str]) -> str:
     """
     roots: dict[str, str] = {}
     for name in parents:
-        way: dict[str, None] = {}
-        while name not in roots and name not in way and parents.get(name):
-            way[name] = None
-            name = parents[name]
-        root = roots.get(name, "" if name in way else name)
-        roots.update(dict.fromkeys([*way, name], root))
+        at, way = name, dict[str, None]()
+        while at not in roots and at not in way and parents.get(at):
+            way[at] = None
+            at = parents[at]
+        root = roots.get(at, "" if at in way else at)
+        roots.update(dict.fromkeys([*way, at], root))
     sizes = Counter(root for root in roots.values() if root)
     return max(sizes, key=sizes.__getitem__, default="")

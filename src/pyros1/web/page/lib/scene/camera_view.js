@@ -51,6 +51,7 @@ export class CameraView {
 
   set(options) {
     Object.assign(this.options, options);
+    this.options.zoom = Math.min(20, Math.max(0.1, this.options.zoom)); // a link may say anything
   }
 
   // Take a push of the view scene_camera. Returns a promise: the next one may come when this one is shown.

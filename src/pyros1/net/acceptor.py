@@ -1,0 +1,106 @@
+"""Takes the connections of a port on a loop, also when no more files can be opened for a while."""
+
+from __future__ import annotations
+
+import errno
+import os
+import socket
+from collections.abc import Callable
+from math import inf
+from time import monotonic
+from typing import TYPE_CHECKING, Final
+
+from pyros1.net.loop import READ
+
+if TYPE_CHECKING:
+    from pyros1.net.guests import Guests
+    from pyros1.net.loop import Loop
+
+PAUSE: Final = 0.2
+"""Seconds until the next attempt after one that failed: the system would report the waiting peer again at once."""
+QUIET: Final = 60.0
+"""Seconds without trouble after which trouble is told again."""
+_AT_ONCE: Final = 64  # then the others' turn
+
+
+def lacks_files(error: BaseException | None) -> bool:
+    """Return whether an error, or its cause, says that no more files can be opened, here or in the whole system."""
+    while error is not None:
+        if isinstance(error, OSError) and error.errno in (errno.EMFILE, errno.ENFILE):
+            return True
+        error = error.__cause__
+    return False
+
+
+class Acceptor:
+    """Takes connections as soon as the loop runs. Peers that cannot be taken wait in the system's queue.
+
+    Args:
+        loop: the loop on which everything happens.
+        listener: a listening socket; from now on the acceptor's.
+        take: called with each connection, which does not block.
+        say: called with a text when connections cannot be taken; once until that has been well for a minute.
+        make_room: called then, to close what is not needed.
+        guests: decides who may connect; None lets everybody in.
+    """
+
+    def __init__(
+        self,
+        loop: Loop,
+        listener: socket.socket,
+        take: Callable[[socket.socket], object],
+        say: Callable[[str], object],
+        make_room: Callable[[], object] = lambda: None,
+        guests: Guests | None = None,
+    ) -> None:
+        self._loop = loop
+        self._listener = listener
+        self._take = take
+        self._say = say
+        self._make_room = make_room
+        self._guests = guests
+        self._failed = -inf  # when, on the monotonic clock
+        self._closed = False
+        listener.setblocking(False)
+        loop.call_soon(self._listen)
+
+    def close(self) -> None:
+        """Close the port. On the loop."""
+        if not self._closed:
+            self._closed = True
+            self._loop.unregister(self._listener)
+            self._listener.close()
+
+    def _listen(self) -> None:
+        if not self._closed:
+            self._loop.register(self._listener, READ, self._acceptable)
+
+    def _acceptable(self, _mask: int) -> None:
+        for _ in range(_AT_ONCE):
+            try:
+                sock, address = self._listener.accept()
+            except (BlockingIOError, InterruptedError, ConnectionAbortedError):
+                return
+            except OSError as error:
+                self._rest(error)
+                return
+            if self._guests is not None and not self._guests.lets_in(sock, address):
+                continue
+            sock.setblocking(False)
+            self._take(sock)
+            if self._closed:
+                return
+
+    def _rest(self, error: OSError) -> None:
+        self._loop.unregister(self._listener)
+        self._loop.call_later(PAUSE, self._listen)
+        self._make_room()
+        failed, self._failed = self._failed, monotonic()
+        if self._failed - failed > QUIET:
+            self._say(f"cannot accept a connection: {error.strerror}{_limit() if lacks_files(error) else ''}")
+
+
+def _limit() -> str:
+    """Return how many files this process may open, and how to change that; empty if the system does not say."""
+    # Not from the module resource: it may not be loaded yet, and it is a file.
+    return f". This process may open {os.sysconf('SC_OPEN_MAX')}: see ulimit -n" if hasattr(os, "sysconf") else ""
