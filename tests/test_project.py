@@ -169,7 +169,7 @@ def test_readme_features_are_backed_by_tests(feature: str, reference: str) -> No
 # Names with an underscore that stock's message classes have, too: programs use them.
 MESSAGE_NAMES = {"_type", "_md5sum", "_full_text", "_slot_types", "_has_header", "_connection_header", "_buff"}
 MESSAGE_NAMES |= {"_request_class", "_response_class", "_get_types", "_check_types"}
-STANDARD = {"_replace", "_asdict", "_exit"}  # of named tuples, and os._exit
+STANDARD = {"_replace", "_asdict", "_exit", "_current_frames"}  # of named tuples, os and sys
 
 
 def is_private(name: str) -> bool:

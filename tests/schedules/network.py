@@ -53,7 +53,7 @@ class Network:
         self.files: dict[int, Socket | Watching] = {}
         self.listeners: dict[int, Socket] = {}
         self.epolls: list[Watching] = []
-        self._port = FIRST_PORT
+        self._last_port = FIRST_PORT
 
     def open(self, file: Socket | Watching) -> int:
         """Return a descriptor for a file."""
@@ -71,8 +71,8 @@ class Network:
 
     def new_port(self) -> int:
         """Return a port that was not used in this run."""
-        self._port += 1
-        return self._port
+        self._last_port += 1
+        return self._last_port
 
     def pair(self) -> tuple[Socket, Socket]:
         """Return two ends of a connection."""
@@ -82,32 +82,42 @@ class Network:
 
 
 class Socket:
-    """As socket.socket, for TCP."""
+    """As socket.socket, for TCP.
+
+    Attributes:
+        fd: its descriptor, -1 after the end.
+        inbox: bytes that have come.
+        other: the other end.
+        port: its port.
+        queue: connections to accept, if it listens.
+        ended: whether the other end sends no more.
+        broken: error of the connection, told once; or 0.
+    """
 
     def __init__(self, network: Network) -> None:
         self._network = network
-        self._fd = network.open(self)
+        self.fd = network.open(self)
         self._timeout: float | None = None
         self._kernel_timeouts: dict[int, float] = {}
-        self._inbox = bytearray()
-        self._other: Socket | None = None
-        self._waiting: deque[Socket] | None = None  # connections to accept
-        self._port = 0
-        self._ended = False  # the other end sends no more
+        self.inbox = bytearray()
+        self.other: Socket | None = None
+        self.queue: deque[Socket] | None = None  # connections to accept
+        self.port = 0
+        self.ended = False  # the other end sends no more
         self._mute = False  # this end sends no more
-        self._broken = 0  # error of the connection, told once
+        self.broken = 0  # error of the connection, told once
 
     # Setting up -------------------------------------------------------------------------------------------------------
 
     def join(self, other: Socket) -> None:
         """Connect two sockets."""
-        self._other, other._other = other, self
-        self._port = self._port or self._network.new_port()
-        other._port = other._port or self._network.new_port()
+        self.other, other.other = other, self
+        self.port = self.port or self._network.new_port()
+        other.port = other.port or self._network.new_port()
 
     def fileno(self) -> int:
         """Return its descriptor, -1 after the end."""
-        return self._fd
+        return self.fd
 
     def setblocking(self, flag: bool) -> None:
         """Let calls wait, or not."""
@@ -131,27 +141,27 @@ class Socket:
 
     def getsockopt(self, _level: int, _option: int) -> int:
         """Return the error of a connection."""
-        number, self._broken = self._broken, 0
+        number, self.broken = self.broken, 0
         return number
 
     def bind(self, address: tuple[str, int]) -> None:
         """Take a port."""
-        self._port = address[1] or self._network.new_port()
+        self.port = address[1] or self._network.new_port()
 
     def listen(self, _backlog: int = 0) -> None:
         """Accept connections."""
-        if self._port in self._network.listeners:
+        if self.port in self._network.listeners:
             raise fault(errno.EADDRINUSE)
-        self._waiting = deque()
-        self._network.listeners[self._port] = self
+        self.queue = deque()
+        self._network.listeners[self.port] = self
 
     def accept(self) -> tuple[Socket, tuple[str, int]]:
         """Return the next connection."""
-        waiting = self._waiting
+        waiting = self.queue
         assert waiting is not None
         self._until(lambda: waiting, self._timeout)
         sock = waiting.popleft()
-        return sock, (HOST, sock._port)
+        return sock, (HOST, sock.port)
 
     def connect(self, address: tuple[str, int]) -> None:
         """Connect to a port."""
@@ -163,53 +173,53 @@ class Socket:
         """Connect to a port; return the number of an error."""
         self._check()
         listener = self._network.listeners.get(address[1])
-        if listener is None or listener._waiting is None:
+        if listener is None or listener.queue is None:
             return errno.ECONNREFUSED
         far = Socket(self._network)
-        far._port = listener._port
+        far.port = listener.port
         self.join(far)
-        listener._waiting.append(far)
+        listener.queue.append(far)
         self._network.scheduler.point()
         return errno.EINPROGRESS if self._timeout == 0.0 else 0
 
     def getsockname(self) -> tuple[str, int]:
         """Return its address."""
         self._check()
-        return (HOST, self._port)
+        return (HOST, self.port)
 
     def getpeername(self) -> tuple[str, int]:
         """Return the address of the other end."""
         self._check()
-        if self._other is None:
+        if self.other is None:
             raise fault(errno.ENOTCONN)
-        return (HOST, self._other._port)
+        return (HOST, self.other.port)
 
     # Receiving --------------------------------------------------------------------------------------------------------
 
     @property
     def readable(self) -> bool:
         """Whether a read does not wait."""
-        if self._waiting is not None:
-            return bool(self._waiting)
-        return bool(self._inbox or self._ended or self._broken)
+        if self.queue is not None:
+            return bool(self.queue)
+        return bool(self.inbox or self.ended or self.broken)
 
     def recv(self, size: int, flags: int = 0) -> bytes:
         """Receive bytes."""
         whole = bool(flags & socket.MSG_WAITALL)
         self._until(
-            lambda: len(self._inbox) >= size or self._ended or self._broken if whole else self.readable,
+            lambda: len(self.inbox) >= size or self.ended or self.broken if whole else self.readable,
             self._patience(socket.SO_RCVTIMEO, flags),
-            short=whole and bool(self._inbox),
+            short=whole and bool(self.inbox),
         )
-        if self._inbox:
-            count = min(size, len(self._inbox))
+        if self.inbox:
+            count = min(size, len(self.inbox))
             if not whole:
                 count = self._network.part(count)
-            data = bytes(self._inbox[:count])
-            del self._inbox[:count]
+            data = bytes(self.inbox[:count])
+            del self.inbox[:count]
             return data
-        if self._broken:
-            number, self._broken, self._ended = self._broken, 0, True
+        if self.broken:
+            number, self.broken, self.ended = self.broken, 0, True
             raise fault(number)
         return b""
 
@@ -225,26 +235,26 @@ class Socket:
     @property
     def writable(self) -> bool:
         """Whether a write does not wait."""
-        other = self._other
-        return self._waiting is None and (
-            bool(self._mute or self._broken) or other is None or other._fd < 0 or self._room > 0
+        other = self.other
+        return self.queue is None and (
+            bool(self._mute or self.broken) or other is None or other.fd < 0 or self._room > 0
         )
 
     @property
     def _room(self) -> int:
-        return self._network.room - len(self._other._inbox) if self._other is not None else 0
+        return self._network.room - len(self.other.inbox) if self.other is not None else 0
 
     def send(self, data: Buffer, flags: int = 0) -> int:
         """Send as much as there is room for."""
         self._until(lambda: self.writable, self._patience(socket.SO_SNDTIMEO, flags))
-        if self._broken:
-            number, self._broken = self._broken, 0
+        if self.broken:
+            number, self.broken = self.broken, 0
             raise fault(number)
-        other = self._other
-        if other is None or self._mute or other._fd < 0:
+        other = self.other
+        if other is None or self._mute or other.fd < 0:
             raise fault(errno.EPIPE)
         data = memoryview(data).cast("B")[: self._room]
-        other._inbox += data
+        other.inbox += data
         return len(data)
 
     def sendmsg(self, buffers: Iterable[Buffer]) -> int:
@@ -263,40 +273,40 @@ class Socket:
         """End one direction, or both."""
         self._check()
         self._network.scheduler.point()
-        if self._other is None:
+        if self.other is None:
             raise fault(errno.ENOTCONN)
         if how in (socket.SHUT_RD, socket.SHUT_RDWR):
-            self._ended = True
+            self.ended = True
         if how in (socket.SHUT_WR, socket.SHUT_RDWR):
             self._mute = True
-            self._other._ended = True
+            self.other.ended = True
 
     def close(self) -> None:
         """Close it; the other end is reset if bytes were not read."""
-        if self._fd < 0:
+        if self.fd < 0:
             return
-        number, self._fd = self._fd, -1
+        number, self.fd = self.fd, -1
         self._network.close(number)
-        if self._waiting is not None:
-            self._network.listeners.pop(self._port, None)
-            for sock in self._waiting:
+        if self.queue is not None:
+            self._network.listeners.pop(self.port, None)
+            for sock in self.queue:
                 sock.break_off()
-        other = self._other
+        other = self.other
         if other is not None:
-            other._ended = True
-            if self._inbox and other._fd >= 0:
-                other._broken = errno.ECONNRESET
+            other.ended = True
+            if self.inbox and other.fd >= 0:
+                other.broken = errno.ECONNRESET
         if not self._network.scheduler.over:
             self._network.scheduler.point()
 
     def break_off(self) -> None:
         """Reset the connection, as if a machine had gone."""
-        if self._other is not None and self._other._fd >= 0:
-            self._other._broken = errno.ECONNRESET
-            self._other._ended = True
-        if self._fd >= 0:
-            self._broken = errno.ECONNRESET
-            self._ended = True
+        if self.other is not None and self.other.fd >= 0:
+            self.other.broken = errno.ECONNRESET
+            self.other.ended = True
+        if self.fd >= 0:
+            self.broken = errno.ECONNRESET
+            self.ended = True
 
     def __enter__(self) -> Socket:
         return self
@@ -307,7 +317,7 @@ class Socket:
     # Waiting ----------------------------------------------------------------------------------------------------------
 
     def _check(self) -> None:
-        if self._fd < 0:
+        if self.fd < 0:
             raise fault(errno.EBADF)
 
     def _patience(self, option: int, flags: int) -> float | None:
@@ -324,7 +334,7 @@ class Socket:
             self._check()
             return
         self._check()
-        if short or self._inbox:
+        if short or self.inbox:
             return
         if timeout is not None and timeout > 0:
             raise TimeoutError("timed out")

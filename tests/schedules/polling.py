@@ -19,7 +19,7 @@ class Epoll:
 
     def __init__(self, network: Network) -> None:
         self._network = network
-        self._fd = network.open(self)
+        self.fd = network.open(self)
         self.watched: dict[int, int] = {}
         network.epolls.append(self)
 
@@ -48,10 +48,10 @@ class Epoll:
 
     def poll(self, timeout: float | None = None, maxevents: int = -1) -> list[tuple[int, int]]:
         """Wait for descriptors."""
-        if self._fd < 0:
+        if self.fd < 0:
             raise ValueError("I/O operation on closed epoll object")
         self._network.scheduler.wait(self._events, None if timeout is None or timeout < 0 else timeout)
-        if self._fd < 0:
+        if self.fd < 0:
             raise ValueError("I/O operation on closed epoll object")
         events = self._events()
         if 0 < maxevents < len(events):
@@ -72,24 +72,24 @@ class Epoll:
             if not mask or not isinstance(file, Socket):
                 continue
             event = mask & ((select.EPOLLIN * file.readable) | (select.EPOLLOUT * file.writable))
-            if file._broken:
+            if file.broken:
                 event |= select.EPOLLERR | select.EPOLLHUP
             if event:
                 found.append((number, event))
         return found
 
     def _check(self, number: int) -> None:
-        if self._fd < 0:
+        if self.fd < 0:
             raise ValueError("I/O operation on closed epoll object")
         if number not in self._network.files:
             raise fault(errno.EBADF) if number >= 0 else ValueError("a negative descriptor")
 
     def close(self) -> None:
         """Close it."""
-        if self._fd >= 0:
-            self._network.close(self._fd)
+        if self.fd >= 0:
+            self._network.close(self.fd)
             self._network.epolls.remove(self)
-            self._fd = -1
+            self.fd = -1
 
 
 class Poll:

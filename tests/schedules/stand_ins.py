@@ -150,7 +150,11 @@ class Event:
 
 
 class Thread:
-    """As threading.Thread; a task of the scheduler."""
+    """As threading.Thread.
+
+    Attributes:
+        task: the task of the scheduler, once it is started.
+    """
 
     current: Callable[[], Scheduler]  # set by subclasses
     table: Callable[[], dict[object, Any]]
@@ -169,16 +173,16 @@ class Thread:
         self.daemon = bool(daemon)
         self.ident: int | None = None
         self._target, self._args, self._kwargs = target, tuple(args), dict(kwargs or {})
-        self._task: Any = None
+        self.task: Any = None
 
     def start(self) -> None:
         """Start it."""
-        if self._task is not None:
+        if self.task is not None:
             raise RuntimeError("threads can only be started once")
         scheduler = type(self).current()
-        self._task = scheduler.start(self.name, self.run)
-        type(self).table()[self._task] = self
-        self.ident = self._task.thread.ident
+        self.task = scheduler.start(self.name, self.run)
+        type(self).table()[self.task] = self
+        self.ident = self.task.thread.ident
         scheduler.point()
 
     def run(self) -> None:
@@ -188,15 +192,15 @@ class Thread:
 
     def is_alive(self) -> bool:
         """Return whether it runs."""
-        return self._task is not None and not self._task.ended
+        return self.task is not None and not self.task.ended
 
     def join(self, timeout: float | None = None) -> None:
         """Wait for its end."""
-        if self._task is None:
+        if self.task is None:
             raise RuntimeError("cannot join thread before it is started")
-        if self._task is type(self).current().current:
+        if self.task is type(self).current().current:
             raise RuntimeError("cannot join current thread")
-        type(self).current().wait(lambda: self._task.ended, timeout)
+        type(self).current().wait(lambda: self.task.ended, timeout)
 
 
 class Threading:
@@ -241,7 +245,7 @@ class Threading:
         task = self._now().current
         if task not in self._table:  # the first one
             thread = self._table[task] = self.Thread(name="main")
-            thread._task = task
+            thread.task = task
             thread.ident = threading.get_ident()
         return self._table[task]
 

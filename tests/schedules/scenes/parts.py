@@ -91,13 +91,16 @@ class Reader:
         most: bytes after which it breaks the connection off; None: it reads to the end.
     """
 
-    def __init__(self, stage: Stage, pause: float = 0.0, most: int | None = None, size: int = 64) -> None:
+    def __init__(
+        self, stage: Stage, pause: float = 0.0, most: int | None = None, size: int = 64, name: str = "/reader"
+    ) -> None:
         self.near, self._far = stage.network.pair()
         self.data = b""
         self._stage = stage
         self._pause = pause
         self._most = most
         self._size = size
+        self._name = name
 
     def link(self, publication: Publication) -> None:
         """Become a subscriber. From any thread."""
@@ -107,7 +110,7 @@ class Reader:
         """Do what a node's server does with a connection. On the loop."""
         near: Any = self.near
         try:
-            publication.accept(near, subscriber_header("/reader", "/t", publication.type, False))
+            publication.accept(near, subscriber_header(self._name, "/t", publication.type, False))
         except Refusal:
             near.close()
 

@@ -122,11 +122,11 @@ class Watching(Scenario):
         told: list[tuple[str, str]] = []
         watch = Watch(
             publication,
-            lambda peer: told.append(("came", peer._link)),  # type: ignore[arg-type]
-            lambda peer: told.append(("went", peer._link)),  # type: ignore[arg-type]
+            lambda peer: told.append(("came", peer.name)),
+            lambda peer: told.append(("went", peer.name)),
             context.log,
         )
-        readers = [Reader(stage, most=most) for most in (1, 200, None)]
+        readers = [Reader(stage, most=most, name=f"/reader{most}") for most in (1, 200, None)]
         threads = stage.spawn(*(reader.read for reader in readers))
         stage.together(*(lambda reader=reader: reader.link(publication) for reader in readers))  # type: ignore[misc]
         stage.until(lambda: readers[2].data)
@@ -135,8 +135,8 @@ class Watching(Scenario):
         for thread in threads:
             thread.join()
         stage.until(lambda: sum(what == "went" for what, _ in told) == sum(what == "came" for what, _ in told))
-        for link in {id(link) for _, link in told}:
-            assert [what for what, other in told if id(other) == link] == ["came", "went"], told
+        for name in {name for _, name in told}:
+            assert [what for what, other in told if other == name] == ["came", "went"], told
         watch.close()
         end_context(context)
 
