@@ -219,6 +219,31 @@ def test_unregistering_needs_no_master(make_node: Any, late_master: Any) -> None
     assert "/t" not in [name for name, _ in node.master.get_published_topics()]
 
 
+def test_a_registration_says_that_it_waits_although_a_check_has_noticed_it(
+    make_node: Any, late_master: Any, in_thread: Any, watch_log: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    late_master()
+    node = make_node("node")
+    log = watch_log(node)
+    failed = threading.Event()
+    look_up = MasterClient.lookup_node
+
+    def watched(client: MasterClient, name: str) -> str:
+        try:
+            return look_up(client, name)
+        except MasterUnreachableError:
+            failed.set()
+            raise
+
+    monkeypatch.setattr(MasterClient, "lookup_node", watched)
+    late_master.stop()
+    assert failed.wait(10)
+    advertising = in_thread(node.advertise, "t", Float64)
+    log.saw("does not answer; waiting")
+    late_master()
+    advertising.join()
+
+
 def test_shutdown_while_the_master_is_away(make_node: Any, late_master: Any, in_thread: Any, watch_log: Any) -> None:
     late_master()
     node = make_node("node")

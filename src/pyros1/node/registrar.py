@@ -74,6 +74,7 @@ class Registrar:
         self._changed = Bell()
         self._closed = False
         self._away = False
+        self._told = False  # the log says so
         self._incomplete = False  # a new master does not have all registrations yet
         self._thread = threading.Thread(target=self._run, name=f"{context.name}:registrar", daemon=True)
 
@@ -172,7 +173,7 @@ class Registrar:
         while True:
             try:
                 value = self._call_once(entry)
-                self._away = False
+                self._away = self._told = False
                 return value
             except MasterMethodError as error:
                 if entry[0] in _INVERSE:
@@ -183,8 +184,9 @@ class Registrar:
                 if entry[0] not in _INVERSE:
                     self._away = True
                     return 0
-                if not self._away:
-                    self._away = True
+                self._away = True
+                if not self._told:  # the check, which says nothing, may have noticed it before
+                    self._told = True
                     self._context.log.warn("the master at %s does not answer; waiting for it to come back", self._uri)
                 if self._closed or self._context.stopping.wait(RETRY_TIME):
                     raise NodeShutdownError(f"{self._context.name} is shutting down") from None
@@ -235,7 +237,7 @@ class Registrar:
             return
         try:
             self._master.lookup_node(self._context.name)
-            self._away = False
+            self._away = self._told = False
         except MasterUnreachableError:
             self._away = True
         except MasterMethodError:
