@@ -111,6 +111,16 @@ def test_the_port_of_a_service(launcher: Master, topic: str, taker: type, words:
         client.call(topic, FLIP)
 
 
+def test_the_port_of_a_service_at_a_server_that_waits(launcher: Master, topic: str) -> None:
+    client, server = launcher.ready_peer("pyros1", "customer"), launcher.ready_peer("pyros1", "shop")
+    server.serve(topic, FLIP)
+    port = parse_uri(launcher.call("lookupService", topic)[2], "rosrpc")[1]
+    kill(server)
+    with takes(port, Web):
+        client.tell("call", topic, FLIP, 1, 0)
+        client.wait_line("which does not answer. Is its node stopped, or has another program its port", 30)
+
+
 def test_the_port_of_a_service_at_a_node_with_other_services(launcher: Master, topic: str) -> None:
     client = launcher.ready_peer("pyros1", "customer")
     server = launcher.ready_peer("pyros1", "shop")

@@ -13,6 +13,7 @@ from harness import SOURCE, Master, until
 
 from pyros1.bag.format.reader import BagReader
 
+MASTERS = ("ours",)
 HOUR = 3600.0
 OFFSET = """
 import time

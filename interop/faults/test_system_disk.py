@@ -12,6 +12,7 @@ import pytest
 from harness import Master, until
 from vitals import limited
 
+MASTERS = ("ours",)
 TEXT = "std_msgs/String"
 
 

@@ -22,6 +22,8 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 PAGE = ROOT / "interop" / "modules.md"
+SPEED = HERE / "speed.md"
+"""Figures of `python interop/bench/run.py --only rospy:`, put there by hand."""
 STOCK_PYTHON = "/usr/bin/python3"
 START = ROOT / "src" / "pyros1" / "drop_in" / "start"
 
@@ -125,7 +127,7 @@ def page() -> str:
         for index, part in enumerate((names, there, tested)):
             sums[index] += len(part)
     rows.append(f"| all | {sums[0]} | {sums[1]} | {sums[2]} | |\n")
-    return BEGINNING + "".join(rows) + PROGRAMS
+    return BEGINNING + "".join(rows) + PROGRAMS + SPEED.read_text(encoding="utf-8")
 
 
 def main() -> int:

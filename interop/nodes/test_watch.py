@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
 import signal
-import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
-from harness import DEADLINE, ROSCPP_PEER, SOURCE, Master, Peer, Process
+from harness import Master
+from hosts import Network
 
 from pyros1.node import Node
 
@@ -112,84 +110,17 @@ with Node("watcher") as node:
 """
 
 
-class Host:
-    """A machine: a network namespace, which lives until `close`."""
-
-    def __init__(self, address: str) -> None:
-        self.address = address
-        self._keeper = subprocess.Popen(
-            ["unshare", "--net", "sh", "-ec", "ip link set lo up; echo ready; read -r _"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        assert self._keeper.stdout is not None
-        assert self._keeper.stdout.readline() == "ready\n", "no network namespaces: do the tests run as root?"
-
-    def inside(self, *command: str) -> list[str]:
-        """Return the command that runs another one here."""
-        return ["nsenter", f"--target={self._keeper.pid}", "--net", "--", *command]
-
-    def must(self, command: str) -> None:
-        """Run a command that must succeed."""
-        subprocess.run(self.inside(*command.split()), check=True, timeout=DEADLINE)
-
-    def link(self, other: Host) -> None:
-        """Join two machines by a cable."""
-        self.must(f"ip link add eth0 type veth peer name eth0 netns {other._keeper.pid}")
-        for host in (self, other):
-            host.must(f"ip addr add {host.address}/24 dev eth0")
-            host.must("ip link set eth0 up")
-
-    def close(self) -> None:
-        self._keeper.communicate("\n", DEADLINE)
-
-
-@pytest.fixture
-def hosts() -> Iterator[tuple[Host, Host]]:
-    """Two machines that are joined."""
-    with contextlib.ExitStack() as stack:
-        pair = Host("10.87.0.1"), Host("10.87.0.2")
-        for host in pair:
-            stack.callback(host.close)
-        pair[0].link(pair[1])
-        yield pair
-
-
-def test_a_machine_vanishes(hosts: tuple[Host, Host], tmp_path: Path) -> None:
+def test_a_machine_vanishes() -> None:
     """Nobody sends an end of the connections: no FIN, no RST."""
-    near, far = hosts
-    core = Master("ours", tmp_path, 11311)
-    here, there = (
-        core.environ(
-            python,
-            ROS_MASTER_URI=f"http://{near.address}:11311/",
-            ROS_HOSTNAME=None,
-            ROS_IP=host.address,
-            PYTHONPATH=str(SOURCE),
-        )
-        for python, host in (("ours", near), ("stock", far))
-    )
-    with contextlib.ExitStack() as stack:
-
-        def start(kind: type[Any], host: Host, environ: dict[str, str], *command: str) -> Any:
-            process = kind(host.inside(*command), environ)
-            stack.callback(process.close)
-            return process
-
-        master = start(Process, near, here, sys.executable, "-m", "pyros1", "core")
-        master.wait_line("started core service", PATIENCE)
-        watcher = start(Process, near, here, sys.executable, "-c", _WATCHER)
+    with Network() as network:
+        near, far = network.add("near"), network.add("far")
+        uri = near.core()
+        watcher = near.start([sys.executable, "-c", _WATCHER], near.environ(uri))
         watcher.wait_line("^ready", PATIENCE)
-        peer = start(Peer, far, there, str(ROSCPP_PEER), "far")
-        peer.event("ready", timeout=PATIENCE)
+        peer = far.peer("roscpp", "far", uri)
         watcher.wait_line("^found", PATIENCE)
-        for leave, come_back in (
-            ("ip link set eth0 down", "ip link set eth0 up"),
-            ("ip addr flush dev eth0", f"ip addr add {far.address}/24 dev eth0"),
-        ):
-            far.must(leave)
-            watcher.wait_line("^lost", PATIENCE)
-            assert peer.child.poll() is None
-            far.must(come_back)
-            watcher.wait_line("^found it answers again", PATIENCE)
+        network.cut(far)
+        watcher.wait_line("^lost", PATIENCE)
+        assert peer.child.poll() is None
+        network.mend(far)
+        watcher.wait_line("^found it answers again", PATIENCE)

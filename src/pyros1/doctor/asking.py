@@ -9,7 +9,7 @@ from pyros1.doctor.facts import HANGS, OTHER, REFUSED, TIMEOUT, UNRESOLVED, Fail
 from pyros1.graph import NodeApi
 from pyros1.ground.errors import DeadlineError, Error, MasterError, ProtocolError, UnreachableError, XmlRpcFault
 from pyros1.net.hosts import parse_uri
-from pyros1.net.resolve import direct_addresses, look_up
+from pyros1.net.resolve import LookUp
 from pyros1.net.xmlrpc_client import XmlRpcClient
 from pyros1.wire.header import HeaderReader, encode_header
 from pyros1.wire.xmlrpc import dumps_call
@@ -38,9 +38,9 @@ def failure_of(error: BaseException) -> Failure:
 
 
 def addresses(host: str) -> list[str] | None:
-    """Return the IP addresses of a host name, None if it cannot be resolved. May block as long as the resolver does."""
+    """Return the IP addresses of a host name, None if it cannot be resolved in time."""
     try:
-        return direct_addresses(host) or look_up(host)
+        return LookUp(host).wait(NODE_TIMEOUT)
     except OSError:
         return None
 

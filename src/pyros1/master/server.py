@@ -5,17 +5,19 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable, Sequence
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pyros1.master.api import Log, MasterApi
 from pyros1.master.journal import ALIVE_S, Found, Journal
 from pyros1.master.notify import Notifier
 from pyros1.master.registry import Known
 from pyros1.master.revival import Revival
-from pyros1.net.guests import Guests
 from pyros1.net.loop import Loop
 from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_server import ServerLimits, XmlRpcServer
+
+if TYPE_CHECKING:
+    from pyros1.net.guests import Guests
 
 DEFAULT_PORT: Final = 11311
 NOTIFY_TIMEOUT_S: Final = 10.0

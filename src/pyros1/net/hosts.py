@@ -8,12 +8,14 @@ import re
 import socket
 import struct
 from collections.abc import Mapping, Sequence
-from typing import Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from pyros1.ground.errors import ProtocolError, SettingError
-from pyros1.net.guests import Networks
-from pyros1.net.ports import PortRange, parse_ports
 from pyros1.net.resolve import direct_addresses, look_up
+
+if TYPE_CHECKING:
+    from pyros1.net.guests import Networks
+    from pyros1.net.ports import PortRange
 
 DEFAULT_MASTER_URI: Final = "http://localhost:11311"
 EVERYWHERE: Final = ("0.0.0.0", "::")
@@ -83,9 +85,21 @@ def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str,
         bind,
         socket.AF_INET6 if ":" in bind else socket.AF_INET,
         warnings,
-        parse_ports(ports) if ports else None,
-        Networks(allowed) if allowed else None,
+        _port_range(ports) if ports else None,
+        _networks(allowed) if allowed else None,
     )
+
+
+def _port_range(text: str) -> PortRange:
+    from pyros1.net.ports import parse_ports  # noqa: PLC0415 - most commands need none of this, and start quickly
+
+    return parse_ports(text)
+
+
+def _networks(text: str) -> Networks:
+    from pyros1.net.guests import Networks  # noqa: PLC0415
+
+    return Networks(text)
 
 
 def _bind_address(text: str) -> str:

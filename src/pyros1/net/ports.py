@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import random
 import re
 import socket
 from collections.abc import Callable, Iterator
@@ -28,6 +27,8 @@ class PortRange(NamedTuple):
         """Return all of them, from a random one on: a new node seldom gets the port of one that has just ended, which
         others still call.
         """
+        import random  # noqa: PLC0415 - slow to import, and most processes have no range
+
         count = self.last - self.first + 1
         begin = random.randrange(count)
         return (self.first + (begin + step) % count for step in range(count))

@@ -41,7 +41,7 @@ from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.node.topic_type import topic_type
 from pyros1.node.topics import LONGEST_CALLBACK, Topics
 from pyros1.node.watching.sighting import Sighting
-from pyros1.node.watching.telling import Teller, Tellers
+from pyros1.node.watching.telling import Tellers
 from pyros1.node.watching.watch import Watch
 from pyros1.node.watching.watches import Watches
 from pyros1.wire.handshake import TopicType
@@ -130,9 +130,8 @@ class Node(ServiceMethods, TimeMethods):
         self._watches = Watches(self._context, self.master_uri, self._tellers)
         self._life = Life(self._context, self._clock, self._close)
         self.master = MasterClient(self.name, self.master_uri)
-        teller = Teller("changes of parameters", self.log)
-        uri, remappings = lambda: self.uri, self.arguments.remappings
-        self.params = Parameters(self.master, self.resolve, uri, remappings, loop.call_soon, teller.tell)
+        tell, remappings = self._tellers.make("changes of parameters").tell, self.arguments.remappings
+        self.params = Parameters(self.master, self.resolve, lambda: self.uri, remappings, loop.call_soon, tell)
         self._registrar = Registrar(self._context, self.master_uri, self._topics.publishers_found, self.params.renew)
         self._slave: XmlRpcServer | None = None
         self._tcpros: TcprosServer | None = None
@@ -163,7 +162,6 @@ class Node(ServiceMethods, TimeMethods):
         self._tcpros, self._slave = open_ports(
             self._context, address, lambda: self._services.servers, slave.dispatch, ports
         )
-        self._context.rpc.make_room = self._slave.make_room
         self._context.uri = self._slave.uri
         await_master(self._context, self.master, patience)
         sim_time, private = set_private(self.master, self.resolve, self.arguments.parameters)

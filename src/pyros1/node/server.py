@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 
 from pyros1.ground.errors import Error, NodeError, ProtocolError
 from pyros1.net.acceptor import Acceptor
-from pyros1.net.guests import Guests
 from pyros1.net.ports import listening_socket
 from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node.log.levels import WARN
@@ -177,6 +176,8 @@ def open_ports(
         NodeError: it cannot listen there.
     """
     if address.allowed is not None:
+        from pyros1.net.guests import Guests  # noqa: PLC0415 - slow to import, and most nodes let everybody in
+
         context.guests = Guests(address.allowed, lambda text: context.log.warn("%s", text))
     tcpros: TcprosServer | None = None
     try:
@@ -195,4 +196,5 @@ def open_ports(
         if tcpros is not None:
             context.loop.run(tcpros.close)
         raise NodeError(f"{context.name} cannot listen on {address.bind}: {error.strerror or error}") from error
+    context.rpc.make_room = slave.make_room
     return tcpros, slave

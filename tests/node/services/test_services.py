@@ -665,3 +665,16 @@ def test_a_program_that_echoes_is_no_service(caller: Any) -> None:
         with pytest.raises(ServiceError, match="only sends back what it gets: another program has its port"):
             caller.service("/flip", SetBool).call(SetBool._request_class(True), timeout=10)
         thread.join(10)
+
+
+def test_a_provider_that_does_not_greet_is_named(caller: Any, watch_log: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its node is stopped, or a web server has its port, which waits for a line of text."""
+    monkeypatch.setattr("pyros1.node.services.client.SILENCE", 0.0)
+    log = watch_log(caller)
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        place = f"rosrpc://127.0.0.1:{listener.getsockname()[1]}"
+        caller.master.register_service("/flip", place, caller.uri)
+        with pytest.raises(WaitTimeoutError):
+            caller.service("/flip", SetBool).call(SetBool._request_class(True), timeout=0.7)
+    assert [text for text in log.texts if "/flip waits for" in text and place in text and "another program" in text]
+    assert len(log.texts) == 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -13,6 +14,9 @@ import pytest
 from pyros1.ground.errors import NodeShutdownError
 from pyros1.master.server import Master
 from pyros1.node.watching.sighting import State
+from pyros1.node.watching.watch import STALL
+
+from ...parts import context_of
 
 QUICK = {"period": 0.02, "limit": 5.0}
 SHORT = {"period": 0.02, "limit": 0.1}
@@ -102,6 +106,18 @@ def test_a_node_that_hangs_is_lost_after_the_limit(watcher: Any, fake: Any, hang
     fake.answers["getPid"] = [1, "", 7]
     event.set()
     assert heard.alive(3)[2] and heard.last.reason == "it answers again"
+
+
+def test_a_watcher_that_stood_still_itself_asks_again(watcher: Any, fake: Any, hang: Any, heard: Heard) -> None:
+    watcher.watch("/x", heard.on_lost, heard.on_found, period=0.02, limit=0.3)
+    heard.news.wait(1)
+    event = hang()
+    fake.calls.wait(len(fake.calls.items) + 1)
+    context_of(watcher).loop.run(time.sleep, 0.3 + 1.5 * STALL)  # as if this process had been stopped
+    fake.answers["getPid"] = [1, "", 7]
+    event.set()
+    fake.calls.wait(len(fake.calls.items) + 5)
+    assert heard.alive(1) == [True]
 
 
 def test_a_second_node_of_the_name_is_a_replacement(watcher: Any, fake: Any, fake_node: Any, heard: Heard) -> None:

@@ -113,7 +113,7 @@ class Calling(Scenario):
 class Watching(Scenario):
     """Who watches is told of subscribers that come and go: of each once, first that it came."""
 
-    modules = (*PUBLISHING, "pyros1.node.publishing.peers")
+    modules = (*PUBLISHING, "pyros1.node.publishing.peers", "pyros1.node.watching.telling")
 
     def play(self, stage: Stage) -> None:
         """Play it."""

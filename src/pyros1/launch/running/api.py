@@ -11,17 +11,19 @@ import os
 import socket
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import LaunchError
 from pyros1.launch.running.callers import why_refused
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.supervisor import Supervisor
 from pyros1.launch.running.usage import Usage, group_usages
-from pyros1.net.guests import Guests
 from pyros1.net.hosts import LocalAddress
 from pyros1.net.loop import Loop
 from pyros1.net.xmlrpc_server import XmlRpcServer, unknown_method
+
+if TYPE_CHECKING:
+    from pyros1.net.guests import Guests
 
 Triple = list[Any]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import MasterMethodError, ParameterNotSetError, SerializationError
@@ -30,7 +31,7 @@ class Parameters:
         api: URI of the node's slave API, to which the master sends changes.
         remappings: of the command line, as written; `search` follows them.
         later: calls a function soon, on another thread.
-        tell: calls a function of the program, elsewhere than where changes are received.
+        tell: calls a function of the program with news, elsewhere than where changes are received.
     """
 
     def __init__(
@@ -40,7 +41,7 @@ class Parameters:
         api: Callable[[], str],
         remappings: Mapping[str, str],
         later: Callable[[Callable[[], None]], object] = lambda work: work(),
-        tell: Callable[..., object] = lambda function, *args: function(*args),
+        tell: Callable[[Callable[[Any], object], Any], object] = lambda function, news: function(news),
     ) -> None:
         self._master = master
         self._resolve = resolve
@@ -174,7 +175,7 @@ class Parameters:
             self._lane.do(self._copies.set_by_others, key, value)
             name = key.rstrip("/") or "/"  # as masters send it, it ends in a slash
             for watcher in self._watchers:
-                self._lane.do(self._tell, watcher, name, value)
+                self._lane.do(self._tell, partial(watcher, name), value)
         return known
 
     def on_update(self, callback: Callable[[str, Any], object]) -> None:
@@ -183,6 +184,6 @@ class Parameters:
         The value of a parameter that was deleted is an empty dict.
 
         Args:
-            callback: called in a thread of its own, one change after the other.
+            callback: called where the node's callbacks run, one change after the other.
         """
         self._watchers.append(callback)

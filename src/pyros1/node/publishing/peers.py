@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from pyros1.node.watching.telling import Teller
+from pyros1.node.watching.telling import Log, Teller
 
 if TYPE_CHECKING:
-    from pyros1.node.log.logger import Log
     from pyros1.node.publishing.publication import Link, Publication
 
 

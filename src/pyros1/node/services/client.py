@@ -8,6 +8,7 @@ import os
 import socket
 import threading
 from collections.abc import Mapping
+from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
@@ -44,6 +45,8 @@ if TYPE_CHECKING:
 
 CONNECT_TIMEOUT = 10.0
 PROBE_TIMEOUT = 5.0
+SILENCE = 5.0
+"""Seconds after which a provider that does not greet, as its node does even while it is busy, is named in the log."""
 STEP = 0.2
 """Seconds between checks of a waiting call whether its node is shutting down."""
 
@@ -69,6 +72,9 @@ class _Call:
         keep_alive(self.sock)
         self.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._bound = 0.0
+        self._uri = uri
+        self._silent_at = monotonic() + SILENCE
+        self.greeted = False
 
     def _bound_wait(self) -> None:
         """Set the timeout of the next call on the socket, so that node and deadline are checked in time."""
@@ -115,11 +121,22 @@ class _Call:
                 data = self.sock.recv(65536)
             except WaitOver as error:
                 self._check_peer(error)  # and _left raises at the deadline
+                self._name_silent()
                 continue
             if not data:
                 self._context.check_running()
                 raise ConnectionError("the provider closed the connection")
             return data
+
+    def _name_silent(self) -> None:
+        if not self.greeted and monotonic() > self._silent_at:
+            self._silent_at = inf
+            self._context.log.warn(
+                "a call of service %s waits for %s, which does not answer. "
+                "Is its node stopped, or has another program its port?",
+                self.service,
+                self._uri,
+            )
 
     def take(self, count: int) -> bytes:
         """Return exactly ``count`` bytes."""
@@ -279,7 +296,7 @@ class ServiceClient:
         self._under_way.add(call)
         complete = False
         try:
-            if call is not self._kept or not getattr(call, "greeted", False):
+            if not call.greeted:
                 self._greet(call)
             call.send(request)
             ok, size = decode_response_head(call.take(RESPONSE_HEAD_SIZE))
@@ -317,7 +334,7 @@ class ServiceClient:
             answer = reader.feed(call.receive())
         check_service_answer(answer, self.name, self._wire_type, header)
         call.data = reader.rest
-        call.greeted = True  # type: ignore[attr-defined]
+        call.greeted = True
 
     def wait(self, timeout: float | None = None) -> None:
         """Wait until the service is provided; see ``Node.wait_for_service``."""

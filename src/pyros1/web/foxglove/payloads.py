@@ -11,6 +11,7 @@ from pyros1.msgs import Message, from_definition, load_message
 from pyros1.msgs.json_form import from_json, to_json
 from pyros1.web.foxglove.frames import ENCODINGS
 from pyros1.web.foxglove.requests import ClientChannel, FrameError
+from pyros1.web.json_texts import loads
 
 
 def type_name(channel: ClientChannel) -> str:
@@ -56,8 +57,8 @@ def decode(cls: type[Message], encoding: str, payload: bytes, now: Time) -> Mess
         found: Message = cls._decode(payload, 0, len(payload))
         return found
     try:
-        value = json.loads(payload)
-    except (ValueError, RecursionError):
+        value = loads(payload)
+    except ValueError:
         raise MessageError("the message is not JSON") from None
     try:
         return from_json(cls, value, now)

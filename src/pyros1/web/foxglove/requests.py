@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from pyros1.ground.errors import Error
+from pyros1.web.json_texts import loads
 
 MAX_TEXT = 1 << 20
 """Most characters of a text frame."""
@@ -195,8 +195,8 @@ def _parse_text(text: str) -> Request:
     if len(text) > MAX_TEXT:
         raise FrameError(f"a text frame has at most {MAX_TEXT} characters")
     try:
-        value = json.loads(text)
-    except (ValueError, RecursionError):
+        value = loads(text)
+    except ValueError:
         raise FrameError("a text frame is JSON") from None
     if not isinstance(value, dict) or not isinstance(value.get("op"), str):
         raise FrameError("a text frame is a JSON object with the text op")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from pyros1.web.json_texts import loads
 from pyros1.web.rosbridge import picture
 from pyros1.web.rosbridge.operations import Action, BridgeError, Id, Part, parse
 
@@ -94,8 +95,8 @@ def _text(frame: str | bytes) -> str:
 
 def _load(text: str) -> Any:
     try:
-        return json.loads(text)
-    except (ValueError, RecursionError):
+        return loads(text)
+    except ValueError:
         raise BridgeError("a frame must be JSON, in UTF-8") from None
 
 

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pyros1.ground.errors import Error
+from pyros1.web.json_texts import loads
 
 MAX_REQUEST = 1 << 20
 """Most characters of a request: it may hold a message to publish."""
@@ -100,8 +101,8 @@ def parse(text: str | bytes) -> Request:
     if len(text) > MAX_REQUEST:
         raise RequestError(f"a request has at most {MAX_REQUEST} characters")
     try:
-        value = json.loads(text)
-    except (ValueError, RecursionError):
+        value = loads(text)
+    except ValueError:
         raise RequestError("a request is JSON") from None
     if not isinstance(value, dict):
         raise RequestError("a request is a JSON object")

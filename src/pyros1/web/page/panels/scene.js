@@ -175,7 +175,7 @@ class Scene {
   }
 
   _restream() {
-    for (const entry of this.displays.values()) if (entry.topic) this._again(entry);
+    for (const entry of this.displays.values()) if (entry.topic && entry.kind !== "Image") this._again(entry); // a picture alone is nowhere
   }
 
   // A browser that has been slow may draw more points again.

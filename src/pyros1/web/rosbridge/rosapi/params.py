@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import Any
 
 from pyros1.ground.errors import ParameterNotSetError
+from pyros1.web.json_texts import loads
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.frames import text
 from pyros1.web.rosbridge.operations import BridgeError
@@ -39,8 +39,8 @@ def _plain(value: Any) -> Any:
 def _set(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     _check_may_change(robot)
     try:
-        value = json.loads(args["value"])
-    except (ValueError, RecursionError):
+        value = loads(args["value"])
+    except ValueError:
         raise BridgeError("the value must be JSON") from None
     robot.parameters.set(_name(robot, args), value)
     return {}

@@ -1,0 +1,40 @@
+"""JSON from clients, as values that are not nested so deeply that code which calls itself fails on them. Pure."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+DEEPEST = 200
+"""Most levels of arrays and objects. Messages and parameters have a few; XML-RPC takes 100."""
+
+
+def loads(text: str | bytes) -> Any:
+    """Return the value of a text.
+
+    Raises:
+        ValueError: it is not JSON, or is nested too deeply.
+    """
+    try:
+        value = json.loads(text)
+    except RecursionError:  # some versions of Python stop at a depth of their own, others read any
+        raise ValueError("nested too deeply") from None
+    openings = text.count("[") + text.count("{") if isinstance(text, str) else text.count(b"[") + text.count(b"{")
+    if openings > DEEPEST and _is_deep(value):
+        raise ValueError("nested too deeply")
+    return value
+
+
+def _is_deep(value: Any) -> bool:
+    level = [value]
+    for _ in range(DEEPEST):
+        level = [
+            inner
+            for each in level
+            if isinstance(each, (dict, list))
+            for inner in (each.values() if isinstance(each, dict) else each)
+            if isinstance(inner, (dict, list))
+        ]
+        if not level:
+            return False
+    return True
