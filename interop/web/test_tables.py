@@ -96,8 +96,8 @@ def test_dynamic_reconfigure_is_live_both_ways(browser: Browser, web: Web, make_
     browser.wait("document.querySelector(\".tools option[value='/motor']\")")
     browser.type(".tools select[aria-label='dynamic_reconfigure']", "/motor")
     browser.wait("document.querySelector('.configure .num')?.value === '10'")
-    groups = browser.run("return [...document.querySelectorAll('details.group')].map(({open, hidden}) => [open, hidden])")
-    assert groups == [[False, False], [True, True]]
+    states = "[...document.querySelectorAll('details.group')].map(({open, hidden}) => [open, hidden])"
+    assert browser.run(f"return {states}") == [[False, False], [True, True]]
     browser.type(".configure input[type=range]", "50")
     browser.wait("document.querySelector('.configure .num').value === '50'")
     browser.click(".configure input[type=checkbox]")

@@ -16,7 +16,7 @@ from pyros1.web.server.access import Access
 def test_a_start_for_which_no_files_can_be_opened_is_tried_again(
     environ: dict[str, str], make_node: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.web.robot._TRY_AGAIN", 0.01)
+    monkeypatch.setattr("pyros1.web.robot.TRY_AGAIN", 0.01)
     made: list[Any] = []
     attempts: list[int] = []
 

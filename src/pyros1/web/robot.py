@@ -26,7 +26,7 @@ from pyros1.web.shown.console import Console
 from pyros1.web.system import System
 from pyros1.web.types import Types
 
-_TRY_AGAIN = 1.0
+TRY_AGAIN = 1.0
 """Seconds between two looks for a master."""
 _TOPICS_AGE = 0.5
 """Seconds for which the master's list of topics is believed."""
@@ -157,11 +157,11 @@ class Robot:
                 self.trouble = f"no ROS master at {self.master_uri}: start one with: pyros1 core"
                 if isinstance(error, ProtocolError):
                     self.trouble = str(error)
-                self._ended.wait(_TRY_AGAIN)
+                self._ended.wait(TRY_AGAIN)
                 continue
             except (Error, OSError) as error:
                 self.trouble = f"the server's node cannot start: {error}"
-                self._ended.wait(_TRY_AGAIN)
+                self._ended.wait(TRY_AGAIN)
                 continue
             try:
                 with suppress(NodeError):  # it has ended while the master was away
@@ -169,7 +169,7 @@ class Robot:
             except OSError as error:  # such as that no more files can be opened
                 self.trouble = f"the server's node cannot start: {error}"
                 node.shutdown(self.trouble)
-                self._ended.wait(_TRY_AGAIN)
+                self._ended.wait(TRY_AGAIN)
                 continue
             self._node, self.trouble = node, ""
             with suppress(NodeError):
