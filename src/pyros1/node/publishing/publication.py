@@ -341,10 +341,10 @@ class Publication:
         return answer_subscriber(header, self.context.name, self.topic, self.type, self.latch, self.headers)
 
     def _add(self, link: Link) -> None:
-        self._set_links((*self.links, link))
-        if self._closed:  # asked last: `close` ends the links that it finds
+        if self._closed:
             link.close()
             return
+        self._set_links((*self.links, link))
         link.start()
         for frame in self._latched.values():
             link.send(frame)
@@ -382,6 +382,12 @@ class Publication:
             until = perf_counter() + FAREWELL
         for link in self.links:
             link.finish(until)
+        self.lane.do(self._close_rest)
+
+    def _close_rest(self) -> None:
+        """Close the links that came just when the publication was closed. In the lane, so after they have come."""
+        for link in self.links:
+            link.close()
 
 
 def _safe(frame: Frame | None, copy: Any) -> tuple[Frame | None, Any]:
