@@ -20,7 +20,7 @@ def test_nothing_comes_from_the_publishers_host(site: Site) -> None:
     assert ours.received("/t", timeout=WAIT) == body
     for _ in far:
         ours.wait_line(
-            r"no messages of /t from the publisher at http://robot:\d+/ yet: it does not answer", timeout=WAIT
+            r"no messages of /t from the publisher at http://robot:\d+/ yet: robot:\d+ does not answer", timeout=WAIT
         )
     site.wires.path(site.robot, site.laptop).open = True
     for seed, peer in enumerate(far.values(), 2):
