@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import warnings
 from typing import Any
 
 import pytest
@@ -80,3 +82,13 @@ def test_the_masters_whole_answer(make_node: Any) -> None:
     node = make_node("a")
     assert node.master.ask("getParam", "/nope")[::2] == [-1, 0]
     assert node.master.ask("lookupNode", "/a")[::2] == [1, node.uri]
+
+
+@pytest.mark.parametrize("wrong", [{"log_level": "loud"}, {"master_uri": "nonsense"}, {"callbacks": "twist"}])
+def test_a_node_that_is_refused_leaves_nothing_open(environ: dict[str, str], wrong: dict[str, Any]) -> None:
+    with warnings.catch_warnings(record=True) as left:
+        warnings.simplefilter("always")
+        with pytest.raises((ValueError, pyros1.ProtocolError)):
+            pyros1.Node("a", argv=[], environ=environ, handle_signals=False, **wrong)
+        gc.collect()
+    assert not left

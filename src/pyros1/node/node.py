@@ -114,12 +114,15 @@ class Node(ServiceMethods, TimeMethods):
         self._remappings = self.arguments.resolved_remappings(self.name, strict_names)
         self.master_uri = master_uri or find_master_uri(environ, special)
 
+        level = level_from_name(log_level)
+        self.master = MasterClient(self.name, self.master_uri)
+        # From here nothing is refused: the loop has sockets, which only `shutdown` closes.
         stopping = Event()
         self._clock = Clock(stopping)
         log_file = default_log_file(self.name, environ, special)
         loop = Loop(f"{self.name}:loop", on_error=lambda error: self.log.internal(error))  # noqa: PLW0108 - it needs the loop
         self._sink = LogSink(self.name, environ, log_file, self._clock.read, loop.call_later)
-        self.log = Log(self._sink, level=level_from_name(log_level))
+        self.log = Log(self._sink, level=level)
         self._callbacks = CallbackQueue() if callbacks == "spin" else None
         self._context = Context(self.name, loop, RpcCaller(loop), self.log, self._callbacks, environ, stopping=stopping)
         loop.thread.owner = self._context
@@ -129,7 +132,6 @@ class Node(ServiceMethods, TimeMethods):
         self._tellers = Tellers(self.log, self._callbacks)
         self._watches = Watches(self._context, self.master_uri, self._tellers)
         self._life = Life(self._context, self._clock, self._close)
-        self.master = MasterClient(self.name, self.master_uri)
         tell, remappings = self._tellers.make("changes of parameters").tell, self.arguments.remappings
         self.params = Parameters(self.master, self.resolve, lambda: self.uri, remappings, loop.call_soon, tell)
         self._registrar = Registrar(self._context, self.master_uri, self._topics.publishers_found, self.params.renew)
