@@ -22,8 +22,8 @@ def handle(*_):
     global count
     count += 1
     assert lazy.module("pyros1.ground.timing") is wanted
-    if count < 3000:
-        signal.setitimer(signal.ITIMER_REAL, 30e-6)
+    again = (30e-6, 0.01) if count < 3000 else (0,)  # the second one in case that the interpreter misses the first
+    signal.setitimer(signal.ITIMER_REAL, *again)
 
 signal.signal(signal.SIGALRM, handle)
 signal.setitimer(signal.ITIMER_REAL, 30e-6)
