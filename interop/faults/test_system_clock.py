@@ -79,7 +79,8 @@ def test_a_rospy_program(launcher: Master, tmp_path: Path, face: str) -> None:
         del program.lines[:]
         for _ in range(4):
             for what in ALL:
-                program.wait_line(what, 20)
+                if what != "service" or face == "ours":  # stock's may stand still after a jump
+                    program.wait_line(what, 20)
 
 
 def test_a_core_a_recorder_and_nodes(own_master: Callable[[str], Master], tmp_path: Path) -> None:

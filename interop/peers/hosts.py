@@ -196,7 +196,7 @@ class Host:
             rules: of nft, such as ``tcp dport 11311 accept``.
         """
         chain = "type filter hook input priority 0; policy accept;"
-        first = ("iif lo accept", "ct state established,related accept", "meta l4proto ipv6-icmp accept")
+        first = ("iif lo accept", "ct state established,related accept", "meta l4proto 58 accept")
         lines = "\n".join([chain, *first, *rules, "reject"])
         self.no_firewall()
         self.must("nft -f -", f"table inet filter {{\nchain input {{\n{lines}\n}}\n}}\n")
