@@ -183,7 +183,7 @@ def parse_manifest_file(dirpath: str, manifest_name: str, rospack: Any = None) -
         content = file.read()
     if source == modern:
         filename = os.path.join(dirpath, MANIFEST_FILE)
-        with _complaints(f"[{filename}]"):
+        with _not_too_deep(f"[{filename}]"):
             return _modern(content, filename, rospack)
     return parse_manifest(manifest_name, content, path)
 
@@ -194,6 +194,7 @@ def parse_manifest(manifest_name: str, string: str | bytes, filename: str = "str
 
     with _complaints(f"[{filename}]"):
         document = parseString(string)
+    with _not_too_deep(f"[{filename}]"):
         return _old(document.documentElement, "stack" if manifest_name == STACK_FILE else "package", filename)
 
 
@@ -206,6 +207,12 @@ def _complaints(where: str) -> Iterator[None]:
         yield
     except (ParseError, ExpatError, DefusedXmlException, ValueError, TypeError, LookupError) as error:
         raise InvalidManifest(f"{where} invalid XML: {error}") from error
+
+
+@contextmanager
+def _not_too_deep(where: str) -> Iterator[None]:
+    try:
+        yield
     except RecursionError as error:
         raise InvalidManifest(f"{where} invalid XML: elements are nested too deeply") from error
 
@@ -231,7 +238,8 @@ def _person(element: Element) -> str:
 def _modern(content: bytes, filename: str, rospack: Any) -> Manifest:
     from defusedxml.ElementTree import fromstring  # type: ignore[import-untyped]
 
-    root: Element = fromstring(content)
+    with _complaints(f"[{filename}]"):
+        root: Element = fromstring(content)
     result = Manifest(filename=filename, is_catkin=True)
     result.description = _inner(root.find("description"))
     people = [f"Maintainer: {_person(each)}" for each in root.findall("maintainer")]
