@@ -38,6 +38,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if not checking:
         width = min(shutil.get_terminal_size().columns, _WIDEST)
         print(for_terminal(step, width, use_colour(sys.stdout)), end="")
+        if step.files:
+            print(f"\npyros1 guide -w {step.number} writes the files of this step into the folder where you are.")
         return 0
     from pyros1.guide.checks import check  # noqa: PLC0415 - only checks need nodes
 
