@@ -17,44 +17,48 @@ RAISES = """
 import sys
 from pyros1 import Node
 topic = sys.argv[1]
+def say(*words):
+    sys.stdout.write(" ".join(words) + "\\n")  # one system call: threads do not share lines
 def bad(what):
     def call(*_):
-        print("called", what, flush=True)
+        say("called", what)
         raise ValueError(f"bad {what}")
     return call
 with Node("clumsy") as node:
     node.on_shutdown(bad("hook"))
     node.subscribe(f"{topic}/bad", "std_msgs/String", bad("message"))
-    node.subscribe(f"{topic}/good", "std_msgs/String", lambda message: print("good", message.data, flush=True))
+    node.subscribe(f"{topic}/good", "std_msgs/String", lambda message: say("good", message.data))
     node.advertise_service(f"{topic}/flip", "std_srvs/SetBool", bad("service"))
     node.timer(0.2, bad("timer"))
     node.params.cached(f"{topic}/param", 0)
     node.params.on_update(bad("parameter"))
     node.advertise(f"{topic}/peers", "std_msgs/String").watch(bad("joined"), bad("left"))
-    print("ready", flush=True)
+    say("ready")
     node.spin()
-print("over", flush=True)
+say("over")
 """
 
 BLOCKS = """
 import sys, time
 from pyros1 import Node
 topic = sys.argv[1]
+def say(*words):
+    sys.stdout.write(" ".join(words) + "\\n")  # one system call: threads do not share lines
 def stuck(what):
     def call(*_):
-        print("stuck", what, flush=True)
+        say("stuck", what)
         time.sleep(600)
     return call
 with Node("stuck") as node:
     node.subscribe(f"{topic}/stuck", "std_msgs/String", stuck("message"))
-    node.subscribe(f"{topic}/good", "std_msgs/String", lambda message: print("good", message.data, flush=True))
+    node.subscribe(f"{topic}/good", "std_msgs/String", lambda message: say("good", message.data))
     node.advertise_service(f"{topic}/stuck", "std_srvs/SetBool", stuck("service"))
     node.advertise_service(f"{topic}/flip", "std_srvs/SetBool", lambda request: (request.data, ""))
     node.timer(0.2, stuck("timer"))
-    node.timer(0.2, lambda _: print("tick", flush=True))
+    node.timer(0.2, lambda _: say("tick"))
     node.params.cached(f"{topic}/param", 0)
     node.params.on_update(stuck("parameter"))
-    print("ready", flush=True)
+    say("ready")
     node.spin()
 """
 

@@ -5,6 +5,7 @@ They differ on purpose in this, and the tests named ``deliberate`` show it:
 - Subscribers of a node that lost its name to another are told; stock tells nobody (M35).
 - Values that could be stored but never be read again are refused: null in a container, ints beyond 32 bits.
 - A provider whose service was taken over leaves nothing behind when it unregisters; stock then knows its node for ever.
+- A replaced node that is told to end can read parameters, but does not get its name back with that.
 - Deleting a key below a scalar is answered with "not set"; stock shows a Python error in the same -1.
 - Of notifications about the same thing that wait for a busy node only the newest is sent.
 """
@@ -110,12 +111,13 @@ def test_m09_m10_odd_arguments(sides: Pair, method: str) -> None:
     if method in ("subscribeParam", "unsubscribeParam"):
         good = [A, "/p"]
     for position in range(METHODS[method]):
-        for odd in ODD:
+        for index, odd in enumerate(ODD):
             if method == "setParam" and position == 0 and odd == "/":
                 continue
             params: list[Any] = list(good)
             params[position] = odd
-            same(sides, method, X, *params)
+            # One caller per call: a replaced node that subscribes to a parameter is a deliberate difference.
+            same(sides, method, f"{X}/{position}/{index}", *params)
 
 
 def test_m05_unknown_methods(sides: Pair) -> None:
@@ -233,12 +235,15 @@ def test_m14_to_m37_random_registrations(sides: Pair, seed: int) -> None:
     chance = random.Random(seed)
     nodes = [f"/rnd{seed}/{name}" for name in "abc"]
     apis = dict(zip(nodes, (A, B, C), strict=True))
+    newest = dict(apis)  # a replaced node that subscribes to a parameter is a deliberate difference
     topics = ["t", "/t", "~t", "/u/v"]
     for step in range(250):
         node = chance.choice(nodes)
         api = apis[node] if chance.random() < 0.9 else chance.choice([A, B, C])
         topic = chance.choice(topics)
         what = chance.choice(sorted(METHODS))
+        if what.startswith("register"):
+            newest[node] = api
         if what in ("registerPublisher", "registerSubscriber"):
             same(sides, what, node, topic, chance.choice(["*", "a/b", "a/c"]), api)
         elif what in ("unregisterPublisher", "unregisterSubscriber"):
@@ -249,7 +254,7 @@ def test_m14_to_m37_random_registrations(sides: Pair, seed: int) -> None:
         elif what == "unregisterService":
             same(sides, what, node, f"~{topic.strip('~/')}", chance.choice([R, R + "1"]))
         elif what in ("subscribeParam", "unsubscribeParam"):
-            same(sides, what, node, api, chance.choice(["/k", "~k"]))
+            same(sides, what, node, newest[node], chance.choice(["/k", "~k"]))
         elif what in ("lookupNode", "getPublishedTopics"):
             same(sides, what, "/me", node)
         if step % 10 == 0:
@@ -328,6 +333,18 @@ def test_deliberate_m35_subscribers_hear_of_a_takeover(told_sides: Pair) -> None
     shutdown = ["A", "shutdown", "/master", "[/taker] Reason: new node registered with same name"]
     assert stock == [shutdown]
     assert ours == [shutdown, extra]
+
+
+def test_deliberate_a_replaced_node_does_not_take_its_name_back_to_read_a_parameter(told_sides: Pair) -> None:
+    sides = told_sides
+    same(sides, "registerPublisher", "/renewed", "/news", "a/b", "A")
+    same(sides, "registerPublisher", "/renewed", "/news", "a/b", "B")
+    stock, ours = told(sides)
+    shutdown = ["shutdown", "/master", "[/renewed] Reason: new node registered with same name"]
+    assert ours == stock == [["A", *shutdown]]
+    same(sides, "subscribeParam", "/renewed", "A", "/tcp_keepalive")
+    stock, ours = told(sides, [])
+    assert stock == [["B", *shutdown]] and ours == []
 
 
 def test_deliberate_values_that_stock_could_never_give_back(sides: Pair) -> None:

@@ -152,6 +152,21 @@ def test_m34_every_kind_of_registration_takes_over() -> None:
         assert registry.node_api("/n") == B
 
 
+def test_a_replaced_node_that_reads_a_parameter_does_not_take_its_name_back() -> None:
+    registry = Registry()
+    registry.register_publisher("/n", "/t", "a/b", A)
+    registry.register_publisher("/n", "/t", "a/b", B)
+    assert registry.subscribe_param("/n", "/tcp_keepalive", A) == []
+    assert registry.node_api("/n") == B and registry.param_subscribers == {}
+    registry.unsubscribe_param("/n", "/tcp_keepalive", A)
+    assert registry.subscribe_param("/n", "/tcp_keepalive", B) == []
+    assert registry.param_subscribers == {"/tcp_keepalive": {"/n": B}}
+    assert registry.register_publisher("/n", "/t", "a/b", A)[0].method == "shutdown", "a new one may have the old port"
+    registry.unregister_publisher("/n", "/t", A)
+    registry.subscribe_param("/n", "/p", B)
+    assert registry.node_api("/n") == B
+
+
 def test_a_takeover_leaves_a_service_that_another_node_has_taken() -> None:
     registry = Registry()
     registry.register_service("/n", "/s", "rosrpc://h:1", A)

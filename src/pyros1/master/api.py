@@ -82,12 +82,13 @@ class MasterApi:
             if not isinstance(caller, str):
                 raise Refused("caller_id must be a string")
             values = [check(value, caller) for check, value in zip(entry.arguments, params[1:], strict=True)]
+            before = self.registry.version, self.parameters.version
             message, value = entry.perform(self, caller, *values)
         except Refused as refused:
             if not entry.question:
                 self._log("error", f"{method}: {refused.message}")
             return [refused.code, refused.message, entry.default if refused.value is None else refused.value]
-        if entry.change and self._record is not None:
+        if self._record is not None and before != (self.registry.version, self.parameters.version):
             self._record(method, (caller, *values))
         return [1, message, value]
 
@@ -274,7 +275,7 @@ class Method(NamedTuple):
         default: the value of an answer with a code other than 1.
         arguments: checks of the arguments after the caller's id.
         question: whether it asks for something that may not exist, so that a refusal is not logged.
-        change: whether it changes what the master knows.
+        change: whether it may change what the master knows.
     """
 
     perform: Callable[..., Answer]

@@ -73,6 +73,8 @@ class Parameters:
 
     def __init__(self) -> None:
         self._root = PreparedDict()
+        self.version = 0
+        """Grows with every change."""
 
     def set(self, key: str, value: Any) -> None:
         """Set a value; a dict replaces the whole branch (M46), a scalar on the way becomes a branch (M47).
@@ -86,10 +88,12 @@ class Parameters:
         if not path:
             if not isinstance(stored, PreparedDict):
                 raise ValueError("cannot set root of parameter tree to non-dictionary")
+            self.version += 1
             self._root = stored
             return
         if len(path) > MAX_DEPTH:
             raise ValueError(_TOO_DEEP)
+        self.version += 1
         branch = self._root
         for part in path[:-1]:
             branch.text = None
@@ -130,6 +134,7 @@ class Parameters:
         path = _path(key)
         if not path or key not in self:
             raise KeyError(key)
+        self.version += 1
         branch = self._root
         for part in path[:-1]:
             branch.text = None

@@ -54,6 +54,7 @@ class Known(NamedTuple):
 @dataclass(slots=True)
 class _Node:
     api: str
+    replaced: str = ""  # API URI of the namesake whose place it took
     publications: set[str] = field(default_factory=set)
     subscriptions: set[str] = field(default_factory=set)
     services: set[str] = field(default_factory=set)
@@ -87,7 +88,7 @@ class Registry:
         self._types: dict[str, str] = {}
         self.param_subscribers: Members = {}
         self.version = 0
-        """Grows with every change of the result of ``system_state``."""
+        """Grows with every change."""
 
     # ---- questions
 
@@ -157,7 +158,14 @@ class Registry:
         return notices
 
     def subscribe_param(self, node: str, key: str, api: str) -> list[Notice]:
-        """Subscribe a node to changes at, above and below a key (M29)."""
+        """Subscribe a node to changes at, above and below a key (M29).
+
+        A node that was replaced and is told to end only reads the value. Stock lets it take the name back, and then ends
+        the new one, too: roscpp's nodes often read `/tcp_keepalive` at that moment, for a connection that they accept.
+        """
+        entry = self._nodes.get(node)
+        if entry is not None and api == entry.replaced:
+            return []
         self.version += 1
         notices = self._settle(node, api)
         self._nodes[node].parameters.add(key)
@@ -193,6 +201,7 @@ class Registry:
         entry = self._nodes.get(node)
         if entry is not None and (current or self._services.get(service, ("", ""))[0] != node):
             # Also if another node has taken over the service: this one has stopped providing it.
+            self.version += 1
             entry.services.discard(service)
             self._drop_if_idle(node)
         return current
@@ -201,6 +210,7 @@ class Registry:
         """End a parameter subscription; do nothing if none has that API (M30)."""
         if self.param_subscribers.get(key, {}).get(node) != api:
             return
+        self.version += 1
         _remove(self.param_subscribers, key, node)
         self._nodes[node].parameters.discard(key)
         self._drop_if_idle(node)
@@ -263,7 +273,7 @@ class Registry:
                 # Otherwise it is dead, and another node has got its port.
                 reason = f"[{node}] Reason: new node registered with same name"
                 notices = [Notice(entry.api, node, "shutdown", reason), *notices]
-        self._nodes[node] = _Node(api)
+        self._nodes[node] = _Node(api, entry.api if entry is not None else "")
         return notices
 
     def _purge(self, node: str, entry: _Node) -> list[Notice]:
