@@ -160,8 +160,8 @@ class Registry:
     def subscribe_param(self, node: str, key: str, api: str) -> list[Notice]:
         """Subscribe a node to changes at, above and below a key (M29).
 
-        A node that was replaced and is told to end only reads the value. Stock lets it take the name back, and then ends
-        the new one, too: roscpp's nodes often read `/tcp_keepalive` at that moment, for a connection that they accept.
+        A node that was replaced and is told to end only reads the value. Stock lets it take the name back, and then
+        ends the new one, too: roscpp's nodes often read `/tcp_keepalive` at that moment, for a connection they accept.
         """
         entry = self._nodes.get(node)
         if entry is not None and api == entry.replaced:
