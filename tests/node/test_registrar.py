@@ -80,6 +80,31 @@ def test_a_node_waits_for_its_master_and_says_so_p01(
     assert node.master.lookup_node("/early") == node.uri
 
 
+def test_a_node_waits_for_a_master_that_ends_while_it_is_asked(
+    make_node: Any, late_master: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    late_master()
+    asked, go_on, stderr = threading.Event(), threading.Event(), Output()
+    ping = MasterClient.ping
+
+    def ping_and_pause(master: MasterClient, timeout: float | None = None) -> None:
+        ping(master, timeout)
+        if not asked.is_set():
+            asked.set()
+            assert go_on.wait(5)
+
+    monkeypatch.setattr(MasterClient, "ping", ping_and_pause)
+    monkeypatch.setattr("sys.stderr", stderr)
+    starting = in_thread(make_node, "early")
+    assert asked.wait(5)
+    late_master.stop()
+    go_on.set()
+    assert stderr.said.wait(5)
+    late_master()
+    node = starting.join()
+    assert node.master.lookup_node("/early") == node.uri
+
+
 def test_patience_has_a_limit(make_node: Any, late_master: Any) -> None:
     with pytest.raises(MasterUnreachableError, match=late_master.uri) as caught:
         make_node("early", wait_for_master=0.05)

@@ -291,6 +291,7 @@ class Socket:
             self._network.listeners.pop(self.port, None)
             for sock in self.queue:
                 sock.break_off()
+                sock.close()
         other = self.other
         if other is not None:
             other.ended = True

@@ -165,8 +165,12 @@ class Node(ServiceMethods, TimeMethods):
             self._context, address, lambda: self._services.servers, slave.dispatch, ports
         )
         self._context.uri = self._slave.uri
-        await_master(self._context, self.master, patience)
-        sim_time, private = set_private(self.master, self.resolve, self.arguments.parameters)
+        sim_time, private = await_master(
+            self._context,
+            self.master,
+            patience,
+            lambda: set_private(self.master, self.resolve, self.arguments.parameters),
+        )
         if self._strict and "__log" not in self.arguments.special:  # launchers set parameters themselves
             for line in left_over(self.name, private, self.arguments.parameters):
                 self.log.info("%s", shown.one_line(line, 10_000))

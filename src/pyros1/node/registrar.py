@@ -10,7 +10,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterable
 from time import monotonic
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from pyros1.ground.errors import (
     DeadlineError,
@@ -35,6 +35,7 @@ FAREWELL_TIMEOUT = 2.0
 PING_TIMEOUT = 3.0
 
 Entry = tuple[str, ...]  # (method of registration, *arguments)
+_T = TypeVar("_T")
 
 
 class _Job:
@@ -284,11 +285,15 @@ def _inverse(entry: Entry) -> Entry:
     return (_INVERSE[method], name, rest[-1])  # (topic, type, caller_api) -> (topic, caller_api)
 
 
-def await_master(context: Context, master: MasterClient, patience: float | None) -> None:
-    """Wait until the master answers; log once that the node waits.
+def await_master(context: Context, master: MasterClient, patience: float | None, ask: Callable[[], _T]) -> _T:
+    """Wait until the master answers, and ask it; log once that the node waits.
 
     Args:
         patience: seconds; None: no limit.
+        ask: calls the master; called again if the master ends just then.
+
+    Returns:
+        What ``ask`` returns.
 
     Raises:
         MasterUnreachableError: it did not answer in time.
@@ -299,8 +304,9 @@ def await_master(context: Context, master: MasterClient, patience: float | None)
     while True:
         try:
             master.ping(PING_TIMEOUT)
-            return
+            return ask()
         except MasterUnreachableError as error:
+            context.check_running()  # Ctrl-C closes the connection to the master
             if until is not None and monotonic() >= until:
                 raise
             why: object = error.__cause__ if isinstance(error.__cause__, UnknownHostError) else None

@@ -74,8 +74,8 @@ class Publishing(Scenario):
         for reader in readers:
             reader.join()
         self.check(first, late, broken, {link: link for link in (*counted, *links)})
+        stage.until(lambda: publication.lane.free == [True] and not publication.lane.jobs)
         end_context(context)
-        assert publication.lane.free == [True] and not publication.lane.jobs
 
     def check(self, first: Reader, late: Reader, broken: Reader, links: dict[Any, Any]) -> None:
         """Check what the readers got."""

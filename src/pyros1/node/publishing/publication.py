@@ -375,19 +375,25 @@ class Publication:
         Args:
             until: the deadline, as `perf_counter` time; None: in FAREWELL seconds.
         """
-        self._closed = True
         self.publish = self._publish_to_nobody
-        self.lane.do(self._latched.clear)
         if until is None:
             until = perf_counter() + FAREWELL
+        self.lane.do(self._seal)
+        while not (self._closed or self.lane.mine) and perf_counter() < until:
+            time.sleep(PAUSE)  # the thread that works there does it
+        if self._closed:
+            self._finish(until)
+        else:  # that thread is stuck, or interrupted by this call, which a signal handler makes
+            self.lane.do(self._finish, until)
+
+    def _seal(self) -> None:
+        """Take no more links. In the lane, so those that come at the same time are there before, with a greeting."""
+        self._closed = True
+        self._latched.clear()
+
+    def _finish(self, until: float) -> None:
         for link in self.links:
             link.finish(until)
-        self.lane.do(self._close_rest)
-
-    def _close_rest(self) -> None:
-        """Close the links that came just when the publication was closed. In the lane, so after they have come."""
-        for link in self.links:
-            link.close()
 
 
 def _safe(frame: Frame | None, copy: Any) -> tuple[Frame | None, Any]:

@@ -52,8 +52,8 @@ class Inbox(Generic[S, T]):
 
     @property
     def dropped(self) -> int:
-        """Number of messages lost so far, here or before; may be off by one for a moment."""
-        return self.lost + max(0, self._put - self._taken - len(self))
+        """Number of messages lost so far, here or before; may be less by one for a moment, but never more."""
+        return self.lost + max(0, self._put - len(self) - self._taken)  # in this order: others put and take meanwhile
 
     def full(self, limit: int) -> bool:
         """Return whether the next message will replace an older one."""
@@ -70,8 +70,8 @@ class Inbox(Generic[S, T]):
             newest: _Queue[T] = _Queue(maxlen=limit or None)
             self._queues.append(newest)  # from now on nothing is put into the earlier queues
             self._newest = newest
-        self._put += 1
         self._newest.append(item)
+        self._put += 1
 
     def take(self) -> T | None:
         """Take the oldest message, None if there is none."""
@@ -80,16 +80,15 @@ class Inbox(Generic[S, T]):
             last = (
                 queue is self._newest
             )  # checked first: only queues before the last one stay empty once they are empty
+            self._taken += 1  # first: a message that is being taken does not count as lost
             try:
-                item = queue.popleft()
+                return queue.popleft()
             except IndexError:
+                self._taken -= 1
                 if last:
                     return None
                 with contextlib.suppress(ValueError):  # if another thread takes messages, too
                     self._queues.remove(queue)
-                continue
-            self._taken += 1
-            return item
 
 
 class Handover(Generic[S, T]):
@@ -142,8 +141,8 @@ class Handover(Generic[S, T]):
     def forget(self, inbox: Inbox[S, T]) -> None:
         """Take no more from an inbox. Called by the thread that takes messages."""
         if inbox in self.inboxes:
+            del self.inboxes[inbox]  # first: what it has lost must not count twice
             self._dropped += inbox.dropped
-            del self.inboxes[inbox]
 
     def wait_for_room(self, inbox: Inbox[S, T], most: int, ended: Callable[[], bool]) -> None:
         """Wait until fewer than ``most`` messages are in an inbox, or something has ended."""
