@@ -294,7 +294,7 @@ class Node(ServiceMethods, TimeMethods):
             raise ValueError("subscribe: deadline and on_missed belong together: give both or none")
         checks.check_positive(seconds, "subscribe: deadline", "s", LONGEST_PERIOD)
         checks.check_callback(on_missed, _SUBSCRIBE, "on_missed")
-        from pyros1.node.subscribing.deadline import Deadline
+        from pyros1.node.subscribing.deadline import Deadline  # noqa: PLC0415 - few have one
 
         return Deadline(seconds, callback, on_missed, self._context, self._clock, self._tellers)
 

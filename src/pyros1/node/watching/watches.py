@@ -70,7 +70,7 @@ class Watches:
             tell: called with each `Sighting`, on the loop.
             on_close: called when the watch is closed.
         """
-        from pyros1.node.watching.watch import Watch
+        from pyros1.node.watching.watch import Watch  # noqa: PLC0415 - few nodes watch others
 
         checks.check_positive(period, "watch: period", "s", _LONGEST)
         checks.check_positive(limit, "watch: limit", "s", _LONGEST)
