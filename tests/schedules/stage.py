@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import queue
 import select
 import selectors
 import socket
@@ -35,6 +36,7 @@ class Stage:
         self.network: Network = None  # type: ignore[assignment]
         self.told: list[str] = []
         self.threading = stand_ins.Threading(lambda: self.scheduler)
+        self.queue = stand_ins.Queues(lambda: self.scheduler)
         self.time = stand_ins.Time(lambda: self.scheduler)
         self.socket = network.SocketModule(lambda: self.network)
         self.select = polling.SelectModule(lambda: self.network)
@@ -135,6 +137,7 @@ def _put_stand_ins(stage: Stage, put: Callable[[Any, str, Any], None]) -> None:
 
     stand_in = {
         id(threading): stage.threading,
+        id(queue): stage.queue,
         id(time): stage.time,
         id(socket): stage.socket,
         id(select): stage.select,

@@ -1,12 +1,14 @@
-"""Stand-ins for the modules `threading` and `time`, whose waits a scheduler controls.
+"""Stand-ins for the modules `threading`, `queue` and `time`, whose waits a scheduler controls.
 
 They have what the modules under test use, and fall back on the real modules for names that do not wait.
 """
 
 from __future__ import annotations
 
+import queue
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -149,6 +151,31 @@ class Event:
         return self._now().wait(lambda: self._is_set, timeout)
 
 
+class SimpleQueue:
+    """As queue.SimpleQueue."""
+
+    def __init__(self, now: Callable[[], Scheduler]) -> None:
+        self._now = now
+        self._items: deque[Any] = deque()
+
+    def put(self, item: Any) -> None:
+        """Add an item."""
+        self._items.append(item)
+        self._now().point()
+
+    def get(self) -> Any:
+        """Wait for an item, and take it."""
+        while not self._items:
+            self._now().wait(lambda: self._items)
+        return self._items.popleft()
+
+    def get_nowait(self) -> Any:
+        """Take an item; raise Empty if there is none."""
+        if not self._items:
+            raise queue.Empty
+        return self._items.popleft()
+
+
 class Thread:
     """As threading.Thread.
 
@@ -260,6 +287,24 @@ class Threading:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(threading, name)
+
+
+class Queues:
+    """As the module queue.
+
+    Args:
+        now: returns the scheduler of the present run.
+    """
+
+    def __init__(self, now: Callable[[], Scheduler]) -> None:
+        self._now = now
+
+    def SimpleQueue(self) -> SimpleQueue:
+        """Return a queue."""
+        return SimpleQueue(self._now)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(queue, name)
 
 
 class Time:
