@@ -52,6 +52,8 @@ class Network:
         self.room = room
         self.files: dict[int, Socket | Watching] = {}
         self.listeners: dict[int, Socket] = {}
+        self.datagrams: dict[int, Socket] = {}  # UDP sockets by port
+        self.lost = 0  # datagrams
         self.epolls: list[Watching] = []
         self._last_port = FIRST_PORT
 
@@ -357,8 +359,10 @@ class SocketModule:
 
     def socket(self, _family: int = socket.AF_INET, type: int = socket.SOCK_STREAM) -> Socket:
         """Return a socket."""
-        if type != socket.SOCK_STREAM:
-            raise fault(errno.EPROTONOSUPPORT)
+        if type == socket.SOCK_DGRAM:
+            from .datagrams import DatagramSocket  # which is made of this module's
+
+            return DatagramSocket(self._now())
         return Socket(self._now())
 
     def socketpair(self) -> tuple[Socket, Socket]:

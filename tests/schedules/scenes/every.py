@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..stage import Scenario
-from . import journal, lanes, nodes, publishing, subscribing, threads
+from . import datagrams, journal, lanes, nodes, publishing, subscribing, threads
 
 SHARES: dict[type[Scenario], int] = {
     lanes.Lanes: 200,
@@ -28,6 +28,9 @@ SHARES: dict[type[Scenario], int] = {
     subscribing.Within: 30,
     subscribing.WithinDropping: 30,
     subscribing.WithinWaiting: 30,
+    datagrams.Datagrams: 20,
+    datagrams.LeavingDatagrams: 20,
+    datagrams.EndingDatagrams: 20,
     journal.Journalling: 10,
     journal.JournallingFull: 10,
     nodes.Meeting: 3,

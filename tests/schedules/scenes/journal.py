@@ -1,4 +1,4 @@
-"""The master's journal: whenever its master is killed, the file gives a state that was, and none older than read before."""
+"""The master's journal: whenever the master is killed, it gives a state that was, and none older than read before."""
 
 from __future__ import annotations
 
