@@ -80,8 +80,9 @@ class Datagrams(Scenario):
         while publication.links and not self.whole:
             publication.publish(String(text(THREAD * THREADS)))
             stage.time.sleep(0.01)
-        stage.until(lambda: not (on_the_way(stage) or subscription.delivery.waiting))
+        stage.until(lambda: publication.lane.free and not (publication.lane.jobs or on_the_way(stage)))
         context.loop.run(source.close)
+        stage.until(lambda: not subscription.delivery.waiting)
         publication.close()
         context.loop.run(lambda: None)
         subscription.close()
