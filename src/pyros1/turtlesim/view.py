@@ -61,10 +61,8 @@ class View:
             return [f"{what}; to start some: pyros1 run turtlesim turtlesim_node"[:columns]]
         turtles = {one_line(name): (pose.x, pose.y, pose.theta) for name, pose in self._poses.copy().items()}
         places = ", ".join(f"{name} ({x:.2f}, {y:.2f})" for name, (x, y, _) in turtles.items())
-        return [
-            f"{one_line(self._shown)}: {places}"[:columns],
-            *blocks(self._pixels, PIXELS, PIXELS, turtles, columns, rows - 1),
-        ]
+        picture = blocks(self._pixels, PIXELS, PIXELS, turtles, columns, rows - 1)
+        return [f"{one_line(self._shown)}: {places}"[:columns], *picture]
 
     def _look(self) -> None:
         try:
