@@ -33,7 +33,11 @@ def test_turtles_draw_on_the_page(
     make_node: Callable[..., Node],
     tmp_path: Path,
 ) -> None:
+    browser.open(web.page(""))
+    tabs = "[...document.querySelectorAll('.tab')].map((tab) => tab.textContent)"
+    browser.wait(f"{tabs}.includes('Plot') && !{tabs}.includes('Turtles')")  # most robots have none
     browser.open(web.page("turtles"))
+    browser.wait(f"{tabs}.includes('Turtles')")
     browser.wait_for_text("No turtles here")
     start_program("run", "turtlesim", "turtlesim_node")
     user = make_node("user")

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import io
+import os
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from pathlib import Path
 from queue import Empty, Queue
 from typing import Any
 
 import pytest
 
+import pyros1
+from pyros1.finding.packages import OWN_PACKAGES
 from pyros1.ground.errors import ServiceError
 from pyros1.msgs import load_service
 from pyros1.msgs.geometry_msgs.msg import Twist
@@ -162,6 +168,22 @@ def test_keys(simulator: Node, make_node: Make, user: User) -> None:
         assert teleop.press(key)
         user.until("/turtle1/pose", Pose, lambda pose, theta=theta: abs(abs(pose.theta) - abs(theta)) < 1e-5)
     assert teleop.press("x") and not teleop.press("q")
+
+
+def test_draw_square_begins_anew_and_walks(simulator: Node, user: User, environ: dict[str, str]) -> None:
+    user.call("/turtle1/teleport_absolute", "turtlesim/TeleportAbsolute", 1.0, 1.0, 2.0)
+    env = {**os.environ, **environ, "PYTHONPATH": str(Path(pyros1.__file__).parents[1])}
+    script = Path(OWN_PACKAGES) / "turtlesim" / "scripts" / "draw_square"
+    process = subprocess.Popen([sys.executable, script], env=env, stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None
+        assert "New goal [7.544444 5.544444, 0.000000]" in process.stdout.readline()
+        walking = user.until("/turtle1/pose", Pose, lambda pose: pose.linear_velocity)
+        assert (walking.linear_velocity, walking.theta) == (1.0, 0.0)
+    finally:
+        process.terminate()
+        assert process.wait(PATIENCE) == 0
+        process.stdout.close()
 
 
 class Screen(io.StringIO):

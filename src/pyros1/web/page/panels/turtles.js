@@ -13,6 +13,7 @@ export default {
   title: "Turtles",
   description: "turtles of turtlesim, and what they draw",
   order: 80,
+  rare: true,
   mount: (place) => new Turtles(place),
 };
 
