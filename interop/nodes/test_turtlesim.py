@@ -94,7 +94,7 @@ def tool(launcher: Master, packages: Path, *words: str) -> str:
 @pytest.mark.ours_only
 def test_stocks_tools_drive_the_turtle(launcher: Master, packages: Path) -> None:
     node = launcher.run([sys.executable, str(SCRIPTS / "turtlesim_node")], python="ours")
-    node.wait_line(r"Spawning turtle \[turtle1\] at x=\[5\.544444\], y=\[5\.544444\], theta=\[0\.000000\]")
+    node.wait_line(r"Spawning turtle \[turtle1\] at x=\[5\.544445\], y=\[5\.544445\], theta=\[0\.000000\]")
     until(lambda: launcher.publishers("/turtle1/pose"), "the turtle is there")
     sums = tool(launcher, packages, "rosmsg", "md5", "turtlesim/Pose")
     assert "863b248d5016ca62ea2e895ae5265cf9" in sums

@@ -177,7 +177,7 @@ def test_draw_square_begins_anew_and_walks(simulator: Node, user: User, environ:
     process = subprocess.Popen([sys.executable, script], env=env, stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None
-        assert "New goal [7.544444 5.544444, 0.000000]" in process.stdout.readline()
+        assert "New goal [7.544445 5.544445, 0.000000]" in process.stdout.readline()
         walking = user.until("/turtle1/pose", Pose, lambda pose: pose.linear_velocity)
         assert (walking.linear_velocity, walking.theta) == (1.0, 0.0)
     finally:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import cmath
 import random
+import struct
 from math import cos, hypot, pi, sin
 
 import pytest
 
-from pyros1.turtlesim.turtle import PERIOD, SIZE, Turtle, normal
+from pyros1.turtlesim.turtle import PERIOD, PIXELS, PIXELS_PER_UNIT, SIZE, Turtle, normal
 
 NEAR = 1e-9
 
 
 def test_the_world_is_that_of_stock() -> None:
-    assert PERIOD == 0.016 and abs(SIZE - 11.088889) < 5e-7
+    assert PERIOD == 0.016 and struct.pack("f", SIZE) == struct.pack("f", (PIXELS - 1) / PIXELS_PER_UNIT)
+    assert f"{SIZE / 2:f}" == "5.544445"
     turtle = Turtle()
     assert (turtle.x, turtle.y, turtle.theta) == pytest.approx((5.544445, 5.544445, 0), abs=6e-7)
 

@@ -9,8 +9,11 @@ from typing import NamedTuple
 PIXELS = 500
 """Width and height of the picture."""
 PIXELS_PER_UNIT = 45
-SIZE = (PIXELS - 1) / PIXELS_PER_UNIT
-"""Width and height of the world, in the units of poses; x is to the right, y upwards."""
+SIZE = 11.088889122009277
+"""Width and height of the world, in the units of poses; x is to the right, y upwards.
+
+(PIXELS - 1) / PIXELS_PER_UNIT as a 32-bit number, as stock calculates it.
+"""
 PERIOD = 0.016
 """Seconds of a step."""
 HOLDS = 1.0
