@@ -427,7 +427,8 @@ class Delivery:
         self._local.append(inbox)
 
     def _leave_line(self, inbox: Inbox[Source, Item]) -> None:
-        if self.handover.leave_line(inbox) and not inbox.source.connected:
+        ended = not inbox.source.connected  # first: a source may put its last messages, and end, just now
+        if self.handover.leave_line(inbox) and ended:
             self._forget(inbox)
 
     def forget(self, source: Source) -> None:
