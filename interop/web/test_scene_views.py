@@ -29,15 +29,22 @@ DRAG = f"""
 KEPT = "JSON.parse(localStorage.getItem('pyros1.layouts')).scene.settings"
 
 
+ROBOT = "<robot name='box'><link name='base'><visual><geometry><box size='1 1 1'/></geometry></visual></link></robot>"
+
+
 @pytest.fixture
 def move(make_node: Callable[..., Any]) -> Callable[..., None]:
     """Return a function that puts the frame base somewhere in the frame map, and turns it by quarters around z."""
     node = make_node("robot")
+    node.params["/robot_description"] = ROBOT
 
     def put(x: float, quarters: int = 0) -> None:
         link = TransformStamped(child_frame_id="base")
         link.header.frame_id, link.transform.translation.x = "map", x
-        link.transform.rotation.z, link.transform.rotation.w = np.sin(quarters * np.pi / 4), np.cos(quarters * np.pi / 4)
+        link.transform.rotation.z, link.transform.rotation.w = (
+            np.sin(quarters * np.pi / 4),
+            np.cos(quarters * np.pi / 4),
+        )
         StaticTransformBroadcaster(node).send_transform([link])
 
     put(2.0)
@@ -48,9 +55,7 @@ def seen(browser: Browser, eye: list[float], way: list[float], up: list[float]) 
     return np.allclose(browser.run(EYE), [eye, way, up], atol=1e-3)
 
 
-def test_one_sits_in_a_frame_and_looks_along_its_axes(
-    browser: Browser, web: Web, move: Callable[..., None]
-) -> None:
+def test_one_sits_in_a_frame_and_looks_along_its_axes(browser: Browser, web: Web, move: Callable[..., None]) -> None:
     browser.open(panel_link(web.link, "scene", {"fixed": "map", "target": "base"}))
     browser.wait(f"{SCENE}?.frames?.poses.size === 2")
     browser.choose("select[aria-label=view]", "frame")
@@ -94,3 +99,21 @@ def test_the_view_turns_around_what_is_up_and_only_then_is_kept(
     (after, *_) = browser.run(EYE)
     assert abs(after[2] - before[2]) < 1e-6 < abs(after[0] - before[0])
     assert np.allclose(browser.run(f"return {KEPT}.view.position"), after, atol=1e-3)
+
+
+def test_a_robot_alone_stays_in_the_picture_until_the_view_is_turned(
+    browser: Browser, web: Web, move: Callable[..., None]
+) -> None:
+    robot = f"{SCENE}?.displays.get('robot:/robot_description')?.display"
+    there = f"Math.abs(({robot}?.links.get('base')?.group.position.x ?? -1) - "
+    shown = f"{SCENE}.stage.shows({robot}.object)"
+    browser.open(panel_link(web.link, "scene", {"fixed": "map", "hidden": ["frames"]}))
+    browser.wait(f"{there} 2) < 1e-3 && {shown}")
+    move(500.0)
+    browser.wait(f"{there} 500) < 1e-3 && {shown}")
+    browser.run(DRAG, 100)
+    move(20.0)
+    browser.wait(f"{there} 20) < 1e-3")
+    assert not browser.run(f"return {shown}")
+    browser.click(".tools button", "Reset")
+    browser.wait(shown)

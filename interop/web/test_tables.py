@@ -98,6 +98,9 @@ def test_dynamic_reconfigure_is_live_both_ways(browser: Browser, web: Web, make_
     browser.wait("document.querySelector('.configure .num')?.value === '10'")
     states = "[...document.querySelectorAll('details.group')].map(({open, hidden}) => [open, hidden])"
     assert browser.run(f"return {states}") == [[False, False], [True, True]]
+    for open_ in (True, False):  # the node keeps it
+        browser.click("details.group summary", "limits")
+        wait_for(lambda: server.config["groups"]["groups"]["limits"]["state"] is open_)
     browser.type(".configure input[type=range]", "50")
     browser.wait("document.querySelector('.configure .num').value === '50'")
     browser.click(".configure input[type=checkbox]")
