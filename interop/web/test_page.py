@@ -47,8 +47,8 @@ def test_the_consoles_buttons_are_in_one_line(browser: Browser, web: Web, make_n
     browser.open(web.page("console"))
     log_until_shown(browser, make_node("talker").log)
     busy = "for (const each of document.querySelectorAll('.levels button')) each.textContent = 'error 23456'"
-    tools = "[...document.querySelectorAll('.tools > :not([hidden])')].map((each) => each.offsetTop + each.offsetHeight / 2)"
-    heights = browser.run(f"{busy}; return {tools}")
+    tools = "[...document.querySelectorAll('.tools > :not([hidden])')]"
+    heights = browser.run(f"{busy}; return {tools}.map((each) => each.offsetTop + each.offsetHeight / 2)")
     assert len(heights) == 9
     assert max(heights) - min(heights) < 10, heights
 

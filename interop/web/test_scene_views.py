@@ -17,7 +17,8 @@ SCENE = "document.querySelector('.scene')?.scene"
 EYE = f"""
     const {{camera, controls}} = {SCENE}.stage;
     const up = camera.up.clone().set(0, 1, 0).applyQuaternion(camera.quaternion);
-    return [camera.position.toArray(), controls.target.clone().sub(camera.position).normalize().toArray(), up.toArray()];
+    const way = controls.target.clone().sub(camera.position).normalize();
+    return [camera.position.toArray(), way.toArray(), up.toArray()];
 """
 DRAG = f"""
     const {{canvas}} = {SCENE}.stage;

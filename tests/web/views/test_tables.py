@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from pyros1.actions import SimpleServer
-from pyros1.msgs.actionlib_tutorials.msg import FibonacciAction, FibonacciFeedback, FibonacciResult
 from pyros1.ground.errors import Error
+from pyros1.msgs.actionlib_tutorials.msg import FibonacciAction, FibonacciFeedback, FibonacciResult
 from pyros1.msgs.dynamic_reconfigure.msg import Config, ConfigDescription, Group, GroupState, ParamDescription
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.reconfigure import Parameters, Server

@@ -7,6 +7,7 @@ import { ViewChoice } from "../lib/scene/view_choice.js";
 
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9"];
 const PARTS = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay", "camera_view", "efforts", "select"];
+const WRITING = ["goal", "estimate", "point"]; // tools that publish
 const FRAMES = "frames"; // keys of displays: those of kinds.js, or this
 
 document.head.append(h("link", { rel: "stylesheet", href: "panels/scene.css" }));
@@ -61,6 +62,9 @@ class Scene {
       publish: (topic, type, value) => robot.call("topics.publish", { topic, type, value }),
       told: (text) => this._say(text),
     });
+    this.onAbout = () => this._mayWrite();
+    robot.addEventListener("about", this.onAbout);
+    this._mayWrite();
     this.system = robot.stream("system", {}, { data: (data) => this._system(data) });
     this.world = robot.stream("scene_frames", { fixed: this.fixed }, {
       data: (data, blob) => this._frames(data, blob),
@@ -75,6 +79,7 @@ class Scene {
     this.world?.close();
     for (const key of [...this.displays.keys()]) this._hide(key);
     if (this.onTheme) removeEventListener("themechange", this.onTheme);
+    if (this.onAbout) this.place.robot.removeEventListener("about", this.onAbout);
     this.tool?.close();
     this.mouse?.close();
     this.stage?.close();
@@ -324,9 +329,16 @@ class Scene {
       if (name === "point") this._say("click the place that is published");
       else if (name === "goal" || name === "estimate") this._say("press at the place, and release in the direction");
     }
-    if (this.mouse) this.mouse.enabled = !this.using;
+    this._mayWrite();
     if ("select" === before || "select" === this.using) this._inspect();
     for (const [each, button] of this.buttons) button.setAttribute("aria-pressed", String(each === this.using));
+  }
+
+  // Tools that publish, and interactive markers, are of no use if the server is read-only.
+  _mayWrite() {
+    const { read_only: readOnly } = this.place.robot.about;
+    for (const name of WRITING) this.buttons.get(name).hidden = readOnly;
+    if (this.mouse) this.mouse.enabled = !this.using && !readOnly;
   }
 
   // While one selects, the server sends the numbers behind the points, too.
