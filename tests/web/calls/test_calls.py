@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import queue
 import pkgutil
+import queue
 import threading
 from collections.abc import Callable
 from importlib import import_module

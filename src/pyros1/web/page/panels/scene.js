@@ -32,6 +32,9 @@ class Scene {
     this.displays = new Map(); // key -> {key, topic, display, stream}
     this.types = {};
     this._build();
+    this.onAbout = () => this._mayWrite();
+    place.robot.addEventListener("about", this.onAbout);
+    this._mayWrite();
     this._begin();
   }
 
@@ -62,8 +65,6 @@ class Scene {
       publish: (topic, type, value) => robot.call("topics.publish", { topic, type, value }),
       told: (text) => this._say(text),
     });
-    this.onAbout = () => this._mayWrite();
-    robot.addEventListener("about", this.onAbout);
     this._mayWrite();
     this.system = robot.stream("system", {}, { data: (data) => this._system(data) });
     this.world = robot.stream("scene_frames", { fixed: this.fixed }, {
@@ -79,7 +80,7 @@ class Scene {
     this.world?.close();
     for (const key of [...this.displays.keys()]) this._hide(key);
     if (this.onTheme) removeEventListener("themechange", this.onTheme);
-    if (this.onAbout) this.place.robot.removeEventListener("about", this.onAbout);
+    this.place.robot.removeEventListener("about", this.onAbout);
     this.tool?.close();
     this.mouse?.close();
     this.stage?.close();
