@@ -133,12 +133,10 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
         return panel, {"files": options.files, **clock} if words else clock
     if panel in _ONE and len(words) == 1:
         return panel, {_ONE[panel][0]: invocation.resolve(words[0])}
-    if panel == "scene" and options.fixed_frame and not words:
-        return panel, {"fixed": options.fixed_frame.lstrip("/")}
     if panel != "plot":
         if words:
             raise UsageError(f"the panel {panel} takes {f'one {_ONE[panel][1]}' if panel in _ONE else 'no arguments'}")
-        return panel, {}
+        return panel, {"fixed": options.fixed_frame.lstrip("/")} if panel == "scene" and options.fixed_frame else {}
     from pyros1.observe.fields import expand  # noqa: PLC0415
 
     curves = [invocation.resolve(field) for word in words for field in expand(word)]
