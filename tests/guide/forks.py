@@ -5,6 +5,7 @@ The guide has some eighty commands, and nearly all of their time would go into s
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -57,18 +58,19 @@ class Forks:
 
 def serve(requests: socket.socket) -> list[str] | None:
     """Fork for each request. Return the command line in a fork; None at the end."""
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # the ends of commands need nobody
     while True:
         request, files, _, _ = socket.recv_fds(requests, 1 << 20, 1)
         while request and not request.endswith(b"\n"):
             request += requests.recv(1 << 20)
+        with contextlib.suppress(ChildProcessError):
+            while os.waitpid(-1, os.WNOHANG if request else 0)[0]:
+                pass
         if not request:
             return None
         if (pid := os.fork()) == 0:
             break
         os.close(files[0])
         requests.sendall(str(pid).encode())
-    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     requests.close()
     os.setsid()
     with open(os.devnull, "rb") as nothing:
