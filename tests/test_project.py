@@ -45,10 +45,15 @@ def room_of(path: Path) -> str:
 
 
 @cache
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@cache
 def imports(path: Path) -> list[str]:
     """Return the full names of the modules that a file imports, those for type checkers only included."""
     found: list[str] = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(parsed(path)):
         if isinstance(node, ast.Import):
             found += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -62,19 +67,19 @@ def module_of(path: Path) -> str:
     return ".".join(path.relative_to(SOURCE.parent).with_suffix("").parts).removesuffix(".__init__")
 
 
-@pytest.mark.parametrize("path", sources(), ids=lambda path: str(path.relative_to(SOURCE)))
-def test_imports_run_one_way(path: Path) -> None:
-    room = room_of(path)
-    if room in OUTSIDE:
-        return
-    assert room in LEVEL, f"{room} has no place in LEVELS"
-    for name in imports(path):
-        parts = name.split(".")
-        if parts[0] != "pyros1" or len(parts) == 1 or parts[1] not in LEVEL:
+def test_imports_run_one_way() -> None:
+    for path in sources():
+        room = room_of(path)
+        if room in OUTSIDE:
             continue
-        target = parts[1]
-        allowed = target == room or LEVEL[target] < LEVEL[room]
-        assert allowed, f"{path.relative_to(ROOT)} imports {name}: {room} may not import {target}"
+        assert room in LEVEL, f"{room} has no place in LEVELS"
+        for name in imports(path):
+            parts = name.split(".")
+            if parts[0] != "pyros1" or len(parts) == 1 or parts[1] not in LEVEL:
+                continue
+            target = parts[1]
+            allowed = target == room or LEVEL[target] < LEVEL[room]
+            assert allowed, f"{path.relative_to(ROOT)} imports {name}: {room} may not import {target}"
 
 
 def test_no_circles() -> None:
@@ -104,18 +109,18 @@ def test_pure_rooms_import_no_io(name: str) -> None:
             assert module.split(".")[0] not in IMPURE, f"{path.relative_to(ROOT)} imports {module}"
 
 
-@pytest.mark.parametrize("path", sources(), ids=lambda path: str(path.relative_to(SOURCE)))
-def test_modules_hold_no_mutable_state(path: Path) -> None:
+def test_modules_hold_no_mutable_state() -> None:
     """No `global` statement, and no empty container that waits to be filled, at module level (but in drop_in/)."""
-    if room_of(path) == "drop_in":
-        return
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    assert not any(isinstance(node, ast.Global) for node in ast.walk(tree)), f"{path}: global"
-    for statement in tree.body:
-        value = statement.value if isinstance(statement, (ast.Assign, ast.AnnAssign)) else None
-        if isinstance(value, (ast.List, ast.Dict, ast.Set)):
-            empty = not (value.keys if isinstance(value, ast.Dict) else value.elts)
-            assert not empty, f"{path}:{statement.lineno}: an empty container at module level"
+    for path in sources():
+        if room_of(path) == "drop_in":
+            continue
+        tree = parsed(path)
+        assert not any(isinstance(node, ast.Global) for node in ast.walk(tree)), f"{path}: global"
+        for statement in tree.body:
+            value = statement.value if isinstance(statement, (ast.Assign, ast.AnnAssign)) else None
+            if isinstance(value, (ast.List, ast.Dict, ast.Set)):
+                empty = not (value.keys if isinstance(value, ast.Dict) else value.elts)
+                assert not empty, f"{path}:{statement.lineno}: an empty container at module level"
 
 
 def test_every_source_file_is_one_idea_long() -> None:
@@ -194,12 +199,12 @@ def names_used(node: ast.AST) -> list[str]:
     return []
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "tests").rglob("*.py")), ids=lambda p: str(p.relative_to(ROOT)))
-def test_tests_use_public_names_only(path: Path) -> None:
+def test_tests_use_public_names_only() -> None:
     """What a test needs to see of an internal class has a public name and a docstring there; see tests/parts.py."""
-    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-    found = [(getattr(node, "lineno", 0), name) for node in nodes for name in names_used(node) if is_private(name)]
-    assert not found
+    for path in sorted((ROOT / "tests").rglob("*.py")):
+        for node in ast.walk(parsed(path)):
+            for name in names_used(node):
+                assert not is_private(name), f"{path}:{getattr(node, 'lineno', 0)}: {name}"
 
 
 def test_tests_lie_as_the_rooms_do() -> None:

@@ -76,15 +76,16 @@ def test_the_simulator_halts_when_its_controller_dies_hangs_or_ends(run: Any, ma
     node.subscribe("/rosout", Log, lambda record: record.name == "/halting_simulator" and said.put(record.msg))
     node.advertise("vel_cmd", Float64, latch=True).publish(10.0)
     run("-c", program())
+    silent = "no message on /force_cmd"  # may be first also of a dead one, where the machine stands still for a moment
     for number, reason in (
-        (signal.SIGKILL, "its port is closed"),
-        (signal.SIGSTOP, "no message on /force_cmd"),
-        (signal.SIGINT, "its port is closed"),
+        (signal.SIGKILL, f"its port is closed|{silent}"),
+        (signal.SIGSTOP, silent),
+        (signal.SIGINT, f"its port is closed|{silent}"),
     ):
         controller = run(SCRIPTS / "minimal_controller")
         until(velocities, lambda velocity: velocity > 0.3)
         controller.send_signal(number)
-        until(said, lambda text, reason=reason: text.startswith("halting: ") and reason in text)  # type: ignore[misc]
+        until(said, re.compile(f"halting: .*({reason})").match)
         until(velocities, lambda velocity: velocity < 0.01)
         if number == signal.SIGSTOP:
             controller.send_signal(signal.SIGCONT)

@@ -69,6 +69,13 @@ class TVal:
         """Return a value made from whole nanoseconds."""
         return cls(*divmod(nanoseconds, _NS))
 
+    @classmethod
+    def of_clock(cls: type[_T], nanoseconds: int) -> _T:
+        """Return a value made from what a clock says, fast: whole nanoseconds, not negative."""
+        value = cls.__new__(cls)
+        value.secs, value.nsecs = divmod(nanoseconds, _NS)
+        return value
+
     def to_sec(self) -> float:
         """Return the value in seconds, as a float: exact to microseconds for present-day times, not to nanoseconds."""
         return self.secs + self.nsecs / 1e9

@@ -62,7 +62,7 @@ class Clock:
         """Return the current time."""
         if self.simulated:
             return self._now
-        return Time(*divmod(time.time_ns(), 1_000_000_000))
+        return Time.of_clock(time.time_ns())
 
     def seconds(self) -> float:
         """Return the seconds of a clock for measuring: monotonic time, which does not jump, or simulated time."""

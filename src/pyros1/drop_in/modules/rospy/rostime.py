@@ -11,7 +11,6 @@ from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from rospy.exceptions import ROSInitException
 
-_NS = 1_000_000_000
 _TICKS = threading.Condition()
 _ticking: list[bool] = []
 """Whether there is somebody to be notified."""
@@ -35,9 +34,6 @@ class Duration(pyros1.ground.timing.Duration):
     """
 
     __slots__ = ()
-
-    def __init__(self, secs: float = 0, nsecs: int = 0) -> None:
-        super().__init__(secs, nsecs)
 
     @classmethod
     def from_sec(cls, float_secs: float) -> Duration:
@@ -84,9 +80,6 @@ class Time(pyros1.ground.timing.Time):
 
     __slots__ = ()
 
-    def __init__(self, secs: float = 0, nsecs: int = 0) -> None:
-        super().__init__(secs, nsecs)
-
     def __add__(self, other: object) -> Any:
         return _own(super().__add__(other))
 
@@ -132,7 +125,7 @@ def get_rostime() -> Time:
     elif node.simulated_time:
         now = node.now()
         return Time(now.secs, now.nsecs)
-    return Time(*divmod(time.time_ns(), _NS))
+    return Time.of_clock(time.time_ns())
 
 
 def get_time() -> float:
