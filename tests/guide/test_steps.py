@@ -85,7 +85,9 @@ def pattern(lines: list[str]) -> re.Pattern[str]:
         escaped = re.escape(text).replace(r"\ ", " ")
         flexible = re.sub(r"(?<![A-Za-z_/])(?:\\-)?\d+(?:\\\.\d+)?(?:e[+-]?\d+)?", lambda _: NUMBER, escaped)
         flexible = re.sub(r"(?<=[^ ])  +", "  +", flexible)  # columns are as wide as they must be
-        flexible = flexible.replace(" " + NUMBER, " +" + NUMBER).replace("URI", _HOST.pattern).replace("TOKEN", _TOKEN.pattern)
+        flexible = (
+            flexible.replace(" " + NUMBER, " +" + NUMBER).replace("URI", _HOST.pattern).replace("TOKEN", _TOKEN.pattern)
+        )
         parts.append(flexible + r"[ \t]*\n")
     return re.compile("".join(parts))
 
@@ -111,7 +113,8 @@ class Running:
             line = command if "|" in command or ">" in command else f"exec env {command}"
             self._shell = subprocess.Popen(
                 ["bash", "-c", line],
-                cwd=folder, env=environ, stdin=subprocess.DEVNULL, stdout=writing, stderr=writing, start_new_session=True,
+                cwd=folder, env=environ, stdin=subprocess.DEVNULL, stdout=writing, stderr=writing,
+                start_new_session=True,
             )  # fmt: skip
             self._pid = self._shell.pid
         os.close(writing)
