@@ -6,6 +6,7 @@ The guide has some eighty commands, and nearly all of their time would go into s
 from __future__ import annotations
 
 import contextlib
+import gc
 import json
 import os
 import signal
@@ -90,9 +91,12 @@ if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)
     for module in LOADED:
         __import__(module)
+    gc.freeze()  # else collections in forks would copy the memory of this process
     line = serve(socket.socket(fileno=int(sys.argv[1])))
     if line is not None:
         from pyros1.cli.main import entry
 
         sys.argv = line
-        sys.exit(entry())
+        code = entry()
+        sys.stdout.flush()
+        os._exit(code)  # without taking apart what is loaded, which would copy it, too
