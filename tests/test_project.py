@@ -21,7 +21,7 @@ LEVELS = [
     {"master", "node"},
     {"graph", "aio", "tf", "observe"},
     {"actions", "filters", "reconfigure", "diagnostics", "urdf"},
-    {"launch", "bag", "topic_tools"},
+    {"launch", "bag", "topic_tools", "turtlesim"},
     {"doctor", "test_nodes", "testing", "guide", "drop_in"},
     {"web"},
     {"cli"},
@@ -34,6 +34,7 @@ IMPURE |= {"os", "pathlib", "shutil", "tempfile"}
 PURE = [f"ground/{name}" for name in ("errors.py", "names.py", "timing.py", "expressions", "suggest.py", "shown.py")]
 PURE += ["values", "wire", "msgs"]
 PURE += [f"urdf/{name}.py" for name in ("model", "reading", "kinematics", "joints", "encoded")]
+PURE += [f"turtlesim/{name}.py" for name in ("turtle", "canvas", "world", "blocks", "finding")]
 
 
 def sources() -> list[Path]:

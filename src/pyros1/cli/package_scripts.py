@@ -56,6 +56,48 @@ def _tf2_web_republisher() -> int:
     return main(sys.argv)
 
 
+def _turtlesim_node() -> int:
+    from pyros1.turtlesim.simulator import main  # noqa: PLC0415 - as above
+
+    return main(sys.argv)
+
+
+def _turtle_teleop_key() -> int:
+    from pyros1.turtlesim.teleop import main  # noqa: PLC0415 - as above
+
+    return main(sys.argv)
+
+
+def _draw_square() -> int:
+    from pyros1.turtlesim.square import main  # noqa: PLC0415 - as above
+
+    return main(sys.argv)
+
+
+def _mimic() -> int:
+    from pyros1.turtlesim.mimic import main  # noqa: PLC0415 - as above
+
+    return main(sys.argv)
+
+
+def _turtle_view() -> int:
+    from pyros1.turtlesim.view import main  # noqa: PLC0415 - as above
+
+    return main(sys.argv)
+
+
+def _turtle_broadcaster() -> int:
+    from pyros1.turtlesim.following import broadcast  # noqa: PLC0415 - as above
+
+    return broadcast(sys.argv)
+
+
+def _turtle_listener() -> int:
+    from pyros1.turtlesim.following import follow  # noqa: PLC0415 - as above
+
+    return follow(sys.argv)
+
+
 _TOPIC_TOOLS = """
 demux demux_add demux_delete demux_list demux_select drop mux mux_add mux_delete mux_list mux_select relay relay_field
 switch_mux throttle transform
@@ -85,6 +127,19 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "tf2_tools": {"echo.py": "tf echo --tf2", "view_frames.py": "tf view_frames"},
     "tf2_web_republisher": {"tf2_web_republisher": _tf2_web_republisher},
     "topic_tools": {name: f"topic_tools {name}" for name in _TOPIC_TOOLS.split()},
+    "turtle_tf2": {
+        "turtle_tf2_broadcaster": _turtle_broadcaster,
+        "turtle_tf2_broadcaster.py": _turtle_broadcaster,
+        "turtle_tf2_listener": _turtle_listener,
+        "turtle_tf2_listener.py": _turtle_listener,
+    },
+    "turtlesim": {
+        "draw_square": _draw_square,
+        "mimic": _mimic,
+        "turtle_teleop_key": _turtle_teleop_key,
+        "turtle_view": _turtle_view,
+        "turtlesim_node": _turtlesim_node,
+    },
     "xacro": {"xacro": _xacro},
 }
 """Package -> script -> the ``pyros1`` command to run, or a function that returns an exit code."""

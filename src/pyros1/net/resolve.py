@@ -45,7 +45,7 @@ def look_up(host: str) -> list[str]:
         OSError: there is no such host, or the look-up failed.
     """
     try:
-        found = socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)
+        found = socket.getaddrinfo(host.encode() if host.isascii() else host, None, type=socket.SOCK_STREAM)
     except UnicodeError as error:
         raise OSError(f"{host[:60]!r} is not a host name") from error
     return list(dict.fromkeys(str(entry[4][0]) for entry in found))

@@ -6,7 +6,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from pyros1.ground import names, shown
 from pyros1.ground.errors import Error, NodeShutdownError
@@ -35,16 +35,18 @@ from pyros1.node.registrar import Registrar, await_master
 from pyros1.node.server import TcprosServer, open_ports
 from pyros1.node.services.provided import ServiceMethods, Services
 from pyros1.node.slave import SlaveApi
-from pyros1.node.subscribing.deadline import Deadline, Missed
 from pyros1.node.subscribing.hints import Hints
 from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.node.topic_type import topic_type
 from pyros1.node.topics import LONGEST_CALLBACK, Topics
-from pyros1.node.watching.sighting import Sighting
 from pyros1.node.watching.telling import Tellers
-from pyros1.node.watching.watch import Watch
 from pyros1.node.watching.watches import Watches
 from pyros1.wire.handshake import TopicType
+
+if TYPE_CHECKING:
+    from pyros1.node.subscribing.deadline import Deadline, Missed
+    from pyros1.node.watching.sighting import Sighting
+    from pyros1.node.watching.watch import Watch
 
 _M = TypeVar("_M")
 _Ports = tuple[int, int]
@@ -292,6 +294,8 @@ class Node(ServiceMethods, TimeMethods):
             raise ValueError("subscribe: deadline and on_missed belong together: give both or none")
         checks.check_positive(seconds, "subscribe: deadline", "s", LONGEST_PERIOD)
         checks.check_callback(on_missed, _SUBSCRIBE, "on_missed")
+        from pyros1.node.subscribing.deadline import Deadline  # noqa: PLC0415 - few have one
+
         return Deadline(seconds, callback, on_missed, self._context, self._clock, self._tellers)
 
     def wait_for_message(self, topic: str, type: type[_M] | str, timeout: float | None = None) -> _M:

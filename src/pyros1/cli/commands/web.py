@@ -26,6 +26,7 @@ _ONE = {
     "services": ("selected", "service"),
     "nodes": ("selected", "node"),
     "launches": ("node", "node"),
+    "turtles": ("node", "node"),
 }
 """Panels that take one name: the setting that gets it, and what it is."""
 _PARTS = {"reconfigure": ("params", "reconfigure"), "publisher": ("topics", "publish")}

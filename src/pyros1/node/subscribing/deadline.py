@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pyros1.ground import shown
 
@@ -17,8 +16,7 @@ if TYPE_CHECKING:
     from pyros1.node.watching.telling import Teller, Tellers
 
 
-@dataclass(frozen=True)
-class Missed:
+class Missed(NamedTuple):
     """Word that no message came in time.
 
     Attributes:

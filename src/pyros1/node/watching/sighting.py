@@ -12,8 +12,8 @@ for a node that answers: a new master does not know stock's nodes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 
 class State(Enum):
@@ -24,8 +24,7 @@ class State(Enum):
     LOST = "lost"
 
 
-@dataclass(frozen=True)
-class Sighting:
+class Sighting(NamedTuple):
     """News of a watched node.
 
     Attributes:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import random
+import os
 from collections.abc import Callable
 from time import monotonic
 from typing import TYPE_CHECKING
@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 from pyros1.net.rpc_caller import RpcCaller
 from pyros1.node import checks
 from pyros1.node.watching.lookups import Lookups
-from pyros1.node.watching.watch import Watch
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
     from pyros1.node.watching.sighting import Sighting
     from pyros1.node.watching.telling import Tellers
+    from pyros1.node.watching.watch import Watch
 
     Callback = Callable[[Sighting], object]
 
@@ -38,7 +38,7 @@ class Watches:
         self._rpc = RpcCaller(context.loop, on_hung_up=self._hung_up)
         self._lookups = Lookups(context.loop, self._rpc, context.name, master_uri)
         self._turns: dict[float, tuple[Watch, ...]] = {}  # by period; on the loop
-        self._phase = 1000.0 * random.random()
+        self._phase = int.from_bytes(os.urandom(4), "big") * 1e-6  # seconds: nodes have their turns at different times
         self._closed = False
 
     def start(
@@ -70,6 +70,8 @@ class Watches:
             tell: called with each `Sighting`, on the loop.
             on_close: called when the watch is closed.
         """
+        from pyros1.node.watching.watch import Watch  # noqa: PLC0415 - few nodes watch others
+
         checks.check_positive(period, "watch: period", "s", _LONGEST)
         checks.check_positive(limit, "watch: limit", "s", _LONGEST)
         context = self._context

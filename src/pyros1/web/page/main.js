@@ -29,11 +29,12 @@ fill(bar,
 
 function drawTabs() {
   const other = panels.some((panel) => panel.name === current) ? null : h("button.tab", { "aria-current": "page" }, current);
-  fill(tabs, other, panels.map((panel, index) => h("button.tab", {
+  const used = load("layouts") || {};
+  fill(tabs, other, panels.map((panel, index) => (panel.rare && panel.name !== current && !used[panel.name] ? null : h("button.tab", {
     "aria-current": panel.name === current ? "page" : null,
     title: `${panel.description} (${index + 1})`,
     onclick: () => choose(panel.name),
-  }, panel.title)));
+  }, panel.title))));
   seeTab();
 }
 

@@ -34,6 +34,7 @@ _HOMES = {
     "joints": "joints.JointsView",
     "launches": "launches.LaunchesView",
     "launch_log": "launch_log.LaunchLogView",
+    "turtles": "turtles.TurtlesView",
 }
 NAMES = frozenset(_HOMES)
 """Names of the views."""

@@ -17,7 +17,6 @@ from pyros1.msgs import Message
 from pyros1.msgs.check import check_value
 from pyros1.msgs.fill import fill_message
 from pyros1.msgs.spec import is_type_name
-from pyros1.msgs.text import format_message
 
 struct_I = struct.Struct("<I")
 
@@ -66,6 +65,8 @@ def strify_message(
         field_filter: is called with each message, and returns the names of the fields to show; None: all.
         fixed_numeric_width: number of characters of each number; None: as they need.
     """
+    from pyros1.msgs.text import format_message
+
     return format_message(
         val, indent=indent, time_offset=time_offset, field_filter=field_filter, width=fixed_numeric_width
     )

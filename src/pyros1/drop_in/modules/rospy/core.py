@@ -8,7 +8,6 @@ import signal
 from collections.abc import Callable, Mapping
 from types import FrameType
 from typing import Any
-from urllib.parse import urlparse
 
 from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
@@ -170,6 +169,8 @@ def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
     Raises:
         ParameterInvalid: it is not one.
     """
+    from urllib.parse import urlparse
+
     if not uri.startswith(ROSRPC):
         raise ParameterInvalid(f"Invalid protocol for ROS service URL: {uri}")
     try:
@@ -183,10 +184,11 @@ def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
 
 def xmlrpcapi(uri: str | None, cache: bool = True) -> Any:
     """Return a proxy of the API at an address, from Python's xmlrpc.client; None if the address is not one."""
-    if not uri or not urlparse(uri).netloc:
-        return None
+    from urllib.parse import urlparse
     from xmlrpc.client import ServerProxy
 
+    if not uri or not urlparse(uri).netloc:
+        return None
     return ServerProxy(uri)
 
 

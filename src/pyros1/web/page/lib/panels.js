@@ -4,6 +4,7 @@
 //     title: "Plot",                  // of its tab
 //     description: "numbers over time",
 //     order: 30,                      // of the tabs, from left to right
+//     rare: true,                     // no tab before it is first shown, by its link or in a panel's head
 //     layout: {...},                  // how its tab begins; without it, the panel alone
 //     mount(place) -> {unmount()}     // show it; place is:
 //   }

@@ -211,9 +211,11 @@ class SubscriberImpl(TopicImpl):
 
     def begin_statistics(self) -> None:
         """Publish statistics of the topic, if /enable_statistics is true."""
-        from rospy.impl.statistics import SubscriberStatisticsLogger
+        from rospy.client import get_param
 
-        if self.name not in ("/clock", "/statistics") and SubscriberStatisticsLogger.is_enabled():
+        if self.name not in ("/clock", "/statistics") and get_param("/enable_statistics", False):
+            from rospy.impl.statistics import SubscriberStatisticsLogger
+
             self.statistics_logger = SubscriberStatisticsLogger(self)
 
     def close(self) -> None:

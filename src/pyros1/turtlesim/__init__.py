@@ -1,0 +1,1 @@
+"""Turtles that drive about and draw, for those who learn ROS (https://wiki.ros.org/turtlesim)."""

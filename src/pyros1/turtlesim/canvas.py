@@ -1,0 +1,72 @@
+"""What turtles have drawn: pixels. So its size is bounded, and a turtle can see the colour below it."""
+
+from __future__ import annotations
+
+from math import ceil, floor
+
+import numpy
+
+from pyros1.turtlesim.turtle import PIXELS, PIXELS_PER_UNIT, Pen, Place
+
+Colour = tuple[int, int, int]
+"""Red, green and blue, 0 to 255."""
+
+
+class Canvas:
+    """A picture of the world.
+
+    Args:
+        background: its colour.
+
+    Attributes:
+        version: another number after each change.
+    """
+
+    def __init__(self, background: Colour) -> None:
+        self._pixels = numpy.empty((PIXELS, PIXELS, 3), numpy.uint8)
+        self.version = 0
+        self.clear(background)
+
+    def clear(self, background: Colour) -> None:
+        """Remove all that is drawn."""
+        self._pixels[:] = background
+        self.version += 1
+
+    def line(self, start: Place, end: Place, pen: Pen) -> None:
+        """Draw a straight line, with round ends, if the pen is not off."""
+        if pen.off:
+            return
+        (x, y), (to_x, to_y) = _pixel(start), _pixel(end)
+        radius = max(pen.width, 1) / 2
+        left, right = _range(x, to_x, radius)
+        top, bottom = _range(y, to_y, radius)
+        if left >= right or top >= bottom:
+            return  # beyond the walls
+        across, down = to_x - x, to_y - y
+        columns = numpy.arange(left, right) - x
+        rows = (numpy.arange(top, bottom) - y)[:, None]
+        # How far along the line the nearest point is, from 0 to 1.
+        length = across * across + down * down
+        along = numpy.clip((columns * across + rows * down) / length, 0, 1) if length else 0
+        distance = (columns - along * across) ** 2 + (rows - along * down) ** 2
+        self._pixels[top:bottom, left:right][distance <= radius * radius] = pen[:3]
+        self.version += 1
+
+    def colour(self, place: Place) -> Colour:
+        """Return the colour of a place within the walls."""
+        x, y = _pixel(place)
+        red, green, blue = self._pixels[round(y), round(x)].tolist()
+        return red, green, blue
+
+    def pixels(self) -> bytes:
+        """Return all pixels as red, green and blue bytes: rows of `PIXELS` from top to bottom."""
+        return self._pixels.tobytes()
+
+
+def _pixel(place: Place) -> tuple[float, float]:
+    return place.x * PIXELS_PER_UNIT, PIXELS - 1 - place.y * PIXELS_PER_UNIT
+
+
+def _range(one: float, other: float, radius: float) -> tuple[int, int]:
+    low, high = min(one, other) - radius, max(one, other) + radius
+    return floor(max(low, 0)), ceil(min(high, PIXELS - 1)) + 1

@@ -1,0 +1,118 @@
+"""The turtles of the tutorials of tf2: one tells where it is, and another one follows it by way of tf.
+
+https://wiki.ros.org/tf2/Tutorials/Introduction%20to%20tf2
+"""
+
+from __future__ import annotations
+
+from math import atan2, cos, hypot, sin
+from typing import Any
+
+from pyros1.ground.errors import ServiceError
+from pyros1.msgs.geometry_msgs.msg import TransformStamped, Twist
+from pyros1.msgs.turtlesim.msg import Pose
+from pyros1.msgs.turtlesim.srv import Spawn
+from pyros1.node import Node
+from pyros1.tf import Buffer, TransformBroadcaster, TransformException, TransformListener
+
+_HZ = 10.0
+_WORLD = "world"
+
+
+class Broadcaster:
+    """Publishes the frame of a turtle in that of the world.
+
+    Args:
+        node: the node.
+        turtle: the turtle's name, which is also its frame's.
+    """
+
+    def __init__(self, node: Node, turtle: str) -> None:
+        self._node = node
+        self._frame = turtle.strip("/")
+        self._broadcaster = TransformBroadcaster(node)
+        node.subscribe(f"{turtle}/pose", Pose, self._tell, queue_size=1)
+
+    def _tell(self, pose: Any) -> None:
+        found = TransformStamped()
+        found.header.stamp, found.header.frame_id, found.child_frame_id = self._node.now(), _WORLD, self._frame
+        found.transform.translation.x, found.transform.translation.y = pose.x, pose.y
+        found.transform.rotation.z, found.transform.rotation.w = sin(pose.theta / 2), cos(pose.theta / 2)
+        self._broadcaster.send_transform(found)
+
+
+class Follower:
+    """Drives a turtle after another one.
+
+    Args:
+        node: the node.
+        turtle: who follows.
+        leader: who is followed.
+    """
+
+    def __init__(self, node: Node, turtle: str, leader: str) -> None:
+        self._frames = turtle.strip("/"), leader.strip("/")
+        self._buffer = Buffer()
+        TransformListener(node, self._buffer)
+        self._publisher = node.advertise(f"{turtle}/cmd_vel", Twist, queue_size=1)
+
+    def step(self) -> bool:
+        """Tell the turtle how to move now; return False if nobody knows where the two are."""
+        try:
+            there = self._buffer.lookup_transform(*self._frames).transform.translation
+        except TransformException:
+            return False
+        twist = Twist()
+        twist.linear.x, twist.angular.z = chase(there.x, there.y)
+        self._publisher.publish(twist)
+        return True
+
+
+def chase(x: float, y: float) -> tuple[float, float]:
+    """Return the speed and the angular speed of one who follows a point.
+
+    Args:
+        x, y: the point, as the follower sees it: x is ahead, y is to the left, in units.
+    """
+    return 0.5 * hypot(x, y), 4.0 * atan2(y, x)
+
+
+def broadcast(argv: list[str]) -> int:
+    """Run turtle_tf2_broadcaster; return its exit code. ``~turtle`` says whose frame, or the first argument does.
+
+    Args:
+        argv: the command line, with the program's name.
+    """
+    with Node("turtle_tf2_broadcaster", argv=argv[1:]) as node:
+        words = node.arguments.rest
+        turtle = words[0] if words else node.params.get("~turtle")
+        if not isinstance(turtle, str) or not turtle.strip("/"):
+            node.log.fatal("say whose frame: turtle_tf2_broadcaster turtle1, or the parameter ~turtle")
+            return 1
+        Broadcaster(node, turtle)
+        node.spin()
+    return 0
+
+
+def follow(argv: list[str]) -> int:
+    """Run turtle_tf2_listener, which lets turtle2 (``~turtle``) come and follow turtle1 (``~target``).
+
+    Args:
+        argv: the command line, with the program's name.
+
+    Returns:
+        The exit code.
+    """
+    with Node("turtle_tf2_listener", argv=argv[1:]) as node:
+        turtle = str(node.params.get("~turtle", "turtle2"))
+        follower = Follower(node, turtle, str(node.params.get("~target", "turtle1")))
+        node.wait_for_service("spawn")
+        try:
+            node.service("spawn", Spawn)(4.0, 2.0, 0.0, turtle)
+        except ServiceError as error:  # it is there already
+            node.log.warn("%s", error)
+        rate = node.rate(_HZ)
+        while node.ok():
+            follower.step()
+            rate.sleep()
+    return 0

@@ -1,0 +1,96 @@
+"""Single keys of the terminal, as they are pressed."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import select
+import signal
+import sys
+from typing import Any
+
+from pyros1.ground.errors import Error
+
+_ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
+
+
+class NoTerminalError(Error):
+    """Nobody can press keys here; the text says why."""
+
+
+class Keys:
+    """The keys of the terminal at standard input. A context manager that restores the terminal.
+
+    A stopped job that is continued takes them up again.
+
+    Raises:
+        NoTerminalError: on entering, there is no terminal, or others read from it.
+    """
+
+    def __init__(self) -> None:
+        self._descriptor = -1
+        self._former: Any = None
+        self._former_handler: Any = None
+
+    def __enter__(self) -> Keys:
+        try:
+            import termios  # noqa: PLC0415 - not on Windows
+
+            self._descriptor = sys.stdin.fileno()
+            self._former = termios.tcgetattr(self._descriptor)
+        except (ImportError, ValueError, AttributeError, OSError, termios.error):
+            raise NoTerminalError("there is no terminal: run it in one of its own, without < or |") from None
+        if not _ours(self._descriptor):
+            raise NoTerminalError("it runs in the background, where it gets no keys: run it without &")
+        self._take_up()
+        with contextlib.suppress(ValueError):  # not in the main thread
+            self._former_handler = signal.signal(signal.SIGCONT, lambda *_: self._take_up())
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        import termios  # noqa: PLC0415 - as above
+
+        if self._former_handler is not None:
+            signal.signal(signal.SIGCONT, self._former_handler)
+        with contextlib.suppress(OSError, termios.error):  # the terminal has been closed
+            if _ours(self._descriptor):
+                termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._former)
+
+    def _take_up(self) -> None:
+        import termios  # noqa: PLC0415 - as above
+        import tty  # noqa: PLC0415 - as above
+
+        with contextlib.suppress(OSError, termios.error):
+            if _ours(self._descriptor):
+                tty.setcbreak(self._descriptor)
+
+    def wait(self, seconds: float) -> list[str] | None:
+        """Return the keys that are pressed within some seconds, see `names`; None once the terminal is closed."""
+        with contextlib.suppress(OSError):
+            ready, _, _ = select.select([self._descriptor], [], [], seconds)
+            if not ready:
+                return []
+            if data := os.read(self._descriptor, 100):
+                return names(data.decode("latin-1"))
+        return None
+
+
+def names(text: str) -> list[str]:
+    """Return the keys in what a terminal has sent: characters, or up, down, left and right."""
+    found = []
+    rest = iter(text)
+    for each in rest:
+        if each == "\x1b" and next(rest, "") in ("[", "O"):
+            found.append(_ARROWS.get(next(rest, ""), ""))
+        else:
+            found.append(each)
+    return [name for name in found if name]
+
+
+def _ours(descriptor: int) -> bool:
+    """Return whether keys come to this process: it is in the foreground, or has none of the shell's job control."""
+    try:
+        return os.tcgetpgrp(descriptor) == os.getpgrp()
+    except OSError as error:
+        return error.errno == errno.ENOTTY  # as nodes of a launch: in a session of their own

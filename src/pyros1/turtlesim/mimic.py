@@ -1,0 +1,38 @@
+"""mimic: a turtle does what another one does (https://wiki.ros.org/turtlesim)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.msgs.geometry_msgs.msg import Twist
+from pyros1.msgs.turtlesim.msg import Pose
+from pyros1.node import Node
+
+
+class Mimic:
+    """Publishes on output/cmd_vel the speeds of input/pose.
+
+    Args:
+        node: the node; both topics are to be remapped.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._publisher = node.advertise("output/cmd_vel", Twist, queue_size=1)
+        node.subscribe("input/pose", Pose, self._follow, queue_size=1)
+
+    def _follow(self, pose: Any) -> None:
+        twist = Twist()
+        twist.linear.x, twist.angular.z = pose.linear_velocity, pose.angular_velocity
+        self._publisher.publish(twist)
+
+
+def main(argv: list[str]) -> int:
+    """Run the program; return its exit code.
+
+    Args:
+        argv: the command line, with the program's name.
+    """
+    with Node("turtle_mimic", argv=argv[1:]) as node:
+        Mimic(node)
+        node.spin()
+    return 0

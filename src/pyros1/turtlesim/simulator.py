@@ -1,0 +1,248 @@
+"""turtlesim_node: turtles that other nodes drive, without a window (https://wiki.ros.org/turtlesim).
+
+`pyros1 web turtles` and turtle_view show what it publishes.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import ExitStack, contextmanager, suppress
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from pyros1.ground.errors import Error, NodeError, ServiceRefusal
+from pyros1.ground.shown import one_line
+from pyros1.msgs.geometry_msgs.msg import Twist
+from pyros1.msgs.sensor_msgs.msg import Image
+from pyros1.msgs.std_srvs.srv import Empty
+from pyros1.msgs.turtlesim.msg import Color, Pose
+from pyros1.msgs.turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
+from pyros1.node import Node
+from pyros1.turtlesim.canvas import Colour
+from pyros1.turtlesim.turtle import PERIOD, PIXELS, SIZE, Pen
+from pyros1.turtlesim.world import BACKGROUND, Step, TurtleError, World
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+DRAWING = "~drawing"
+"""The topic with what the turtles have drawn; stock has no such thing, since its window shows it."""
+_DRAWING_PERIOD = 0.1
+"""Least seconds between two pictures."""
+_COLOURS = ("r", "g", "b")
+
+
+class Simulator:
+    """The node: topics and services for a world. It begins with turtle1.
+
+    Args:
+        node: the node.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._world = World()
+        self._lock = threading.Lock()  # of the world; nobody waits while holding it
+        self._changes = threading.Lock()  # of who is there: the master is told, which takes a while
+        self._faces: dict[str, _Face] = {}
+        self._drawn, self._drawn_at = -1, float("-inf")
+        for name, value in zip(_COLOURS, BACKGROUND, strict=True):
+            if f"~background_{name}" not in node.params:
+                node.params[f"~background_{name}"] = value
+        self._drawing = node.advertise(DRAWING, Image, queue_size=1, latch=True)
+        node.log.info("Starting turtlesim with node name %s", node.name)
+        self._clear()
+        self._spawn("", SIZE / 2, SIZE / 2, 0.0)
+        node.advertise_service("clear", Empty, self._on_clear)
+        node.advertise_service("reset", Empty, self._on_reset)
+        node.advertise_service("spawn", Spawn, self._on_spawn)
+        node.advertise_service("kill", Kill, self._on_kill)
+
+    # Services ---------------------------------------------------------------------------------------------------------
+
+    def _on_clear(self, request: Any) -> Any:
+        self._node.log.info("Clearing turtlesim.")
+        self._clear()
+        return Empty._response_class()
+
+    def _on_reset(self, request: Any) -> Any:
+        self._node.log.info("Resetting turtlesim.")
+        with _refusals(self._node), self._changes:
+            with self._lock:
+                self._world.reset()
+            for name in [name for name in self._faces if name != "turtle1"]:
+                self._faces.pop(name).close()
+            if "turtle1" not in self._faces:
+                self._faces["turtle1"] = _Face(self._node, "turtle1", self._world, self._lock)
+        self._clear()
+        return Empty._response_class()
+
+    def _on_spawn(self, request: Any) -> Any:
+        with _refusals(self._node):
+            return self._spawn(request.name, request.x, request.y, request.theta)
+
+    def _on_kill(self, request: Any) -> Any:
+        with _refusals(self._node), self._changes:
+            with self._lock:
+                self._world.kill(request.name)
+            if face := self._faces.pop(request.name, None):
+                face.close()
+        return Kill._response_class()
+
+    def _spawn(self, name: str, x: float, y: float, theta: float) -> str:
+        with self._changes:
+            with self._lock:
+                name = self._world.spawn(name, x, y, theta)
+            try:
+                self._faces[name] = _Face(self._node, name, self._world, self._lock)
+            except BaseException:
+                with self._lock:
+                    self._world.kill(name)
+                raise
+        self._node.log.info("Spawning turtle [%s] at x=[%f], y=[%f], theta=[%f]", name, x, y, theta)
+        return name
+
+    def _clear(self) -> None:
+        background = self._background()
+        with self._lock:
+            self._world.canvas.clear(background)
+
+    def _background(self) -> Colour:
+        red, green, blue = (self._part(name, usual) for name, usual in zip(_COLOURS, BACKGROUND, strict=True))
+        return red, green, blue
+
+    def _part(self, name: str, usual: int) -> int:
+        value = self._node.params.get(f"~background_{name}", usual)
+        if type(value) is int and 0 <= value <= 255:
+            return value
+        said = one_line(repr(value), 100)
+        self._node.log.error("the parameter ~background_%s must be a number from 0 to 255, not %s", name, said)
+        return usual
+
+    # Steps ------------------------------------------------------------------------------------------------------------
+
+    def step(self) -> None:
+        """Let time pass for all turtles, and publish what has become of them."""
+        with self._lock:
+            steps = self._world.step(monotonic())
+        for step in steps:
+            face = self._faces.get(step.name)
+            if face is not None:  # else it comes or goes just now
+                face.show(step)
+        self._draw()
+
+    def _draw(self) -> None:
+        with self._lock:
+            version, now = self._world.canvas.version, monotonic()
+            if version == self._drawn or now - self._drawn_at < _DRAWING_PERIOD:
+                return
+            pixels = self._world.canvas.pixels()
+        self._drawn, self._drawn_at = version, now
+        message = Image(height=PIXELS, width=PIXELS, encoding="rgb8", step=3 * PIXELS, data=pixels)
+        message.header.stamp = self._node.now()
+        self._drawing.publish(message)
+
+    def run(self) -> None:
+        """Make steps until the node ends."""
+        rate = self._node.rate(1 / PERIOD)
+        while self._node.ok():
+            self.step()
+            rate.sleep()
+
+
+class _Face:
+    """The topics and services of a turtle.
+
+    Raises:
+        Error: its name cannot be part of theirs, or another node has one of them with another type.
+    """
+
+    def __init__(self, node: Node, name: str, world: World, lock: threading.Lock) -> None:
+        self._node = node
+        self._name = name
+        self._world = world
+        self._lock = lock
+        with ExitStack() as undo:
+            self._pose = node.advertise(f"{name}/pose", Pose, queue_size=1)
+            undo.callback(self._pose.unregister)
+            self._colour = node.advertise(f"{name}/color_sensor", Color, queue_size=1)
+            undo.callback(self._colour.unregister)
+            commands = node.subscribe(f"{name}/cmd_vel", Twist, self._command, queue_size=1)
+            undo.callback(commands.unregister)
+            services: tuple[tuple[str, Any, Callable[[Any], None]], ...] = (
+                ("set_pen", SetPen, self._set_pen),
+                ("teleport_absolute", TeleportAbsolute, self._put),
+                ("teleport_relative", TeleportRelative, self._hop),
+            )
+            for service, kind, handle in services:
+                undo.callback(node.advertise_service(f"{name}/{service}", kind, self._answer(kind, handle)).shutdown)
+            self._undo = undo.pop_all()
+
+    def close(self) -> None:
+        """End them."""
+        self._undo.close()
+
+    def show(self, step: Step) -> None:
+        """Publish what a step did, and say if it ended at a wall."""
+        turtle = step.turtle
+        if step.wanted is not None:
+            # As stock says it, whose y is that of its window: downwards.
+            x, y = step.wanted.x, SIZE - step.wanted.y
+            self._node.log.warn("Oh no! I hit the wall! (Clamping from [x=%f, y=%f])", x, y)
+        with suppress(NodeError):  # it goes just now
+            self._pose.publish(Pose(turtle.x, turtle.y, turtle.theta, turtle.speed, turtle.turning))
+            self._colour.publish(Color(*step.colour))
+
+    def _answer(self, kind: Any, handle: Callable[[Any], None]) -> Callable[[Any], Any]:
+        def answer(request: Any) -> Any:
+            with _refusals(self._node), self._lock:
+                handle(request)
+            return kind._response_class()
+
+        return answer
+
+    def _set_pen(self, request: Any) -> None:
+        pen = Pen(request.r, request.g, request.b, max(request.width, 1), bool(request.off))
+        self._world.set_pen(self._name, pen)
+
+    def _put(self, request: Any) -> None:
+        self._world.put(self._name, request.x, request.y, request.theta)
+
+    def _hop(self, request: Any) -> None:
+        self._world.hop(self._name, request.linear, request.angular)
+
+    def _command(self, message: Any) -> None:
+        try:
+            with self._lock:
+                speeds = message.linear.x, message.linear.y, message.angular.z
+                self._world.command(self._name, *speeds, monotonic())
+        except TurtleError as error:
+            self._node.log.warn("a command for [%s] is ignored: %s", self._name, error, throttle=1)
+
+
+@contextmanager
+def _refusals(node: Node) -> Iterator[None]:
+    """Tell who calls, and the log, what cannot be done."""
+    try:
+        yield
+    except Error as error:
+        text = one_line(str(error), 1000)
+        node.log.error("%s", text)
+        raise ServiceRefusal(text) from None
+
+
+def main(argv: list[str]) -> int:
+    """Run the program; return its exit code.
+
+    Args:
+        argv: the command line, with the program's name.
+    """
+    with Node("turtlesim", argv=argv[1:], wall_time=True) as node:  # its time is the wall's, also in a simulation
+        Simulator(node).run()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv))

@@ -1,0 +1,101 @@
+"""draw_square: turtle1 walks along a square, again and again (https://wiki.ros.org/turtlesim)."""
+
+from __future__ import annotations
+
+from math import cos, hypot, pi, sin
+from typing import Any
+
+from pyros1.msgs.geometry_msgs.msg import Twist
+from pyros1.msgs.std_srvs.srv import Empty
+from pyros1.msgs.turtlesim.msg import Pose
+from pyros1.node import Node
+from pyros1.turtlesim.turtle import PERIOD, Place, normal
+
+SIDE = 2.0
+"""Length of a side in units."""
+SPEED = 1.0
+TURNING = 0.4
+_STILL = 1e-4
+_NEAR_ANGLE = 0.01
+
+
+class Square:
+    """Says how to move, from where the turtle is: along a side, stand still, turn, stand still, and so on. Pure.
+
+    Args:
+        x, y, theta: where the turtle begins.
+    """
+
+    def __init__(self, x: float, y: float, theta: float) -> None:
+        self._walking = True
+        self._stopping = False
+        self._theta = theta
+        self._start = Place(x, y)
+        self.goal = self._ahead()
+        """Where it walks to, and where it shall look in the end."""
+
+    def next(self, x: float, y: float, theta: float, moving: bool) -> tuple[float, float]:
+        """Return the speed (units/s) and the angular speed (rad/s) to move with.
+
+        Args:
+            x, y, theta: where the turtle is.
+            moving: whether it moves.
+        """
+        if self._stopping:
+            if moving:
+                return 0.0, 0.0
+            self._stopping = False
+            self._walking = not self._walking
+            if self._walking:
+                self._start, self._theta = Place(x, y), theta
+                self.goal = self._ahead()
+            else:
+                place, looks = self.goal
+                self.goal = place, normal(looks + pi / 2)
+        if self._walking:
+            if hypot(x - self._start.x, y - self._start.y) < SIDE:
+                return SPEED, 0.0
+        elif normal(self.goal[1] - theta) > _NEAR_ANGLE:
+            return 0.0, TURNING
+        self._stopping = True
+        return 0.0, 0.0
+
+    def _ahead(self) -> tuple[Place, float]:
+        x, y = self._start
+        return Place(x + cos(self._theta) * SIDE, y + sin(self._theta) * SIDE), self._theta
+
+
+def main(argv: list[str]) -> int:
+    """Run the program; return its exit code.
+
+    Args:
+        argv: the command line, with the program's name.
+    """
+    with Node("draw_square", argv=argv[1:]) as node:
+        newest: list[Any] = []
+
+        def heard(pose: Any) -> None:
+            newest[:] = [pose]
+
+        node.subscribe("turtle1/pose", Pose, heard, queue_size=1)
+        publisher = node.advertise("turtle1/cmd_vel", Twist, queue_size=1)
+        node.wait_for_service("reset")
+        node.service("reset", Empty)()
+        newest.clear()
+        square: Square | None = None
+        goal: Any = None
+        rate = node.rate(1 / PERIOD)
+        while node.ok():
+            for pose in tuple(newest):
+                square = square or Square(pose.x, pose.y, pose.theta)
+                moving = max(abs(pose.linear_velocity), abs(pose.angular_velocity)) > _STILL
+                twist = Twist()
+                twist.linear.x, twist.angular.z = square.next(pose.x, pose.y, pose.theta, moving)
+                publisher.publish(twist)
+                if square.goal != goal:
+                    if goal is not None:
+                        node.log.info("Reached goal")
+                    goal = square.goal
+                    node.log.info("New goal [%f %f, %f]", goal[0].x, goal[0].y, goal[1])
+            rate.sleep()
+    return 0

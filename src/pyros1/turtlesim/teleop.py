@@ -1,0 +1,108 @@
+"""turtle_teleop_key: turtle1 is driven with keys (https://wiki.ros.org/turtlesim)."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from math import pi
+from typing import Any
+
+from pyros1.ground.errors import Error
+from pyros1.msgs.geometry_msgs.msg import Twist
+from pyros1.msgs.turtlesim.msg import Pose
+from pyros1.msgs.turtlesim.srv import TeleportAbsolute
+from pyros1.node import Node
+from pyros1.turtlesim.keys import Keys
+
+ARROWS = {"up": (1.0, 0.0), "down": (-1.0, 0.0), "left": (0.0, 1.0), "right": (0.0, -1.0)}
+"""Key -> speed and angular speed, before they are scaled."""
+LOOKS = {"g": 0.0, "t": pi / 4, "r": pi / 2, "e": 3 * pi / 4, "d": pi, "c": -3 * pi / 4, "v": -pi / 2, "b": -pi / 4}
+"""Key -> where to look, as the keys lie around F, in radians."""
+HELP = """\
+Reading from keyboard
+---------------------------
+Use arrow keys to move the turtle.
+Use g|b|v|c|d|e|r|t keys to look where the key lies from f, and f to stop.
+'q' to quit.
+"""
+_PATIENCE = 0.2
+"""Seconds between two looks whether the node has ended."""
+_ANSWER = 2.0
+"""Seconds that the simulator has to turn the turtle."""
+
+
+class Teleop:
+    """Drives a turtle.
+
+    Args:
+        node: the node; ``~scale_linear`` and ``~scale_angular`` are the speeds of an arrow key.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._scales = [_number(node, name) for name in ("scale_linear", "scale_angular")]
+        self._pose: Any = None
+        self._heard = threading.Event()
+        self._publisher = node.advertise("turtle1/cmd_vel", Twist, queue_size=1)
+        self._teleport = node.service("turtle1/teleport_absolute", TeleportAbsolute)
+        node.subscribe("turtle1/pose", Pose, self._hear, queue_size=1)
+
+    def _hear(self, pose: Any) -> None:
+        self._pose = pose
+        self._heard.set()
+
+    def press(self, key: str) -> bool:
+        """Do what a key says; return False for the one that quits."""
+        key = key if key in ARROWS else key.lower()
+        if key == "q":
+            return False
+        if key in ARROWS or key == "f":
+            speed, turning = ARROWS.get(key, (0.0, 0.0))
+            twist = Twist()
+            twist.linear.x, twist.angular.z = speed * self._scales[0], turning * self._scales[1]
+            self._publisher.publish(twist)
+        elif key in LOOKS:
+            self._look(LOOKS[key])
+        return True
+
+    def _look(self, theta: float) -> None:
+        pose = self._pose
+        if pose is None:
+            self._node.log.warn("there is no turtle yet: nobody publishes %s", self._node.resolve("turtle1/pose"))
+            return
+        try:
+            self._teleport.call(TeleportAbsolute._request_class(pose.x, pose.y, theta), _ANSWER)
+        except Error as error:
+            self._node.log.error("%s", error)
+
+    def wait(self, timeout: float) -> bool:
+        """Wait until the turtle is heard; return whether it was within some seconds."""
+        return self._heard.wait(timeout)
+
+
+def _number(node: Node, name: str) -> float:
+    value = node.params.get(f"~{name}", 2.0)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise Error(f"the parameter ~{name} must be a number")
+    return float(value)
+
+
+def main(argv: list[str]) -> int:
+    """Run the program; return its exit code.
+
+    Args:
+        argv: the command line, with the program's name.
+    """
+    with Node("teleop_turtle", argv=argv[1:]) as node:
+        try:
+            teleop = Teleop(node)
+            with Keys() as keys:
+                sys.stdout.write(HELP)
+                sys.stdout.flush()
+                while node.ok() and (pressed := keys.wait(_PATIENCE)) is not None:
+                    if not all(teleop.press(key) for key in pressed):
+                        break
+        except Error as error:
+            node.log.fatal("%s", error)
+            return 1
+    return 0

@@ -1,0 +1,127 @@
+"""turtle_view: the turtles of a turtlesim_node in the terminal."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Callable
+from time import monotonic
+from typing import Any, TextIO
+
+from pyros1.graph import Graph
+from pyros1.ground.errors import Error
+from pyros1.ground.shown import one_line
+from pyros1.msgs.sensor_msgs.msg import Image
+from pyros1.msgs.turtlesim.msg import Pose
+from pyros1.node import Node
+from pyros1.turtlesim.blocks import blocks
+from pyros1.turtlesim.canvas import Canvas
+from pyros1.turtlesim.finding import drawing_of, simulators
+from pyros1.turtlesim.turtle import PIXELS
+from pyros1.turtlesim.world import BACKGROUND
+
+_HZ = 10.0
+_LOOK = 1.0
+"""Seconds between two looks at which turtles there are."""
+_OPEN = "\x1b[?1049h\x1b[?25l\x1b[2J"
+_CLOSE = "\x1b[?25h\x1b[?1049l"
+_HOME = "\x1b[H"
+_REST_OF_LINE, _REST_OF_SCREEN = "\x1b[K", "\x1b[J"
+
+
+class View:
+    """Draws what a node simulates.
+
+    Args:
+        node: our node.
+        simulator: name of the other; empty for the first one that there is.
+    """
+
+    def __init__(self, node: Node, simulator: str = "") -> None:
+        self._node = node
+        self._wanted = simulator and node.resolve(simulator)
+        self._graph = Graph(node.master)
+        self._shown = ""  # the node
+        self._poses: dict[str, Any] = {}
+        self._subscribers: dict[str, Any] = {}  # topic ->
+        self._pixels = self._blank = Canvas(BACKGROUND).pixels()
+        self._looked = float("-inf")
+
+    def lines(self, columns: int, rows: int) -> list[str]:
+        """Return what to show now.
+
+        Args:
+            columns, rows: the room that there is, in characters.
+        """
+        if monotonic() - self._looked >= _LOOK:
+            self._look()
+            self._looked = monotonic()
+        if not self._shown:
+            what = f"{self._wanted} is not there" if self._wanted else "there are no turtles"
+            return [f"{what}; to start some: pyros1 run turtlesim turtlesim_node"[:columns]]
+        turtles = {one_line(name): (pose.x, pose.y, pose.theta) for name, pose in self._poses.copy().items()}
+        places = ", ".join(f"{name} ({x:.2f}, {y:.2f})" for name, (x, y, _) in turtles.items())
+        picture = blocks(self._pixels, PIXELS, PIXELS, turtles, columns, rows - 1)
+        return [f"{one_line(self._shown)}: {places}"[:columns], *picture]
+
+    def _look(self) -> None:
+        try:
+            found = simulators(self._graph.published_types(), self._graph.state().publishers)
+        except Error:
+            return  # the master is away; the turtles go on
+        node = self._wanted or next(iter(found), "")
+        turtles = found.get(node, {})
+        topics: dict[str, tuple[Any, Callable[[Any], object]]] = {
+            topic: (Pose, self._keeper(turtle)) for turtle, topic in turtles.items()
+        }
+        if turtles:
+            topics[drawing_of(node)] = (Image, self._draw)
+        for topic in self._subscribers.keys() - topics.keys():
+            self._subscribers.pop(topic).unregister()
+        for topic in topics.keys() - self._subscribers.keys():
+            kind, callback = topics[topic]
+            self._subscribers[topic] = self._node.subscribe(topic, kind, callback, queue_size=1)
+        self._poses = {name: pose for name, pose in self._poses.items() if name in turtles}
+        if node != self._shown:
+            self._pixels = self._blank
+        self._shown = node if turtles else ""
+
+    def _keeper(self, turtle: str) -> Callable[[Any], None]:
+        def keep(pose: Any) -> None:
+            self._poses[turtle] = pose
+
+        return keep
+
+    def _draw(self, image: Any) -> None:
+        if (image.encoding, image.width, image.height) == ("rgb8", PIXELS, PIXELS) and len(image.data) == 3 * PIXELS**2:
+            self._pixels = image.data
+
+
+def show(view: View, node: Node, out: TextIO) -> None:
+    """Draw in a terminal until the node ends; what was there before comes back."""
+    out.write(_OPEN)
+    try:
+        rate = node.rate(_HZ)
+        while node.ok():
+            size = shutil.get_terminal_size()
+            lines = f"{_REST_OF_LINE}\r\n".join(view.lines(size.columns, size.lines))
+            out.write(f"{_HOME}{lines}{_REST_OF_LINE}{_REST_OF_SCREEN}")
+            out.flush()
+            rate.sleep()
+    finally:
+        out.write(_CLOSE)
+        out.flush()
+
+
+def main(argv: list[str]) -> int:
+    """Run the program; return its exit code.
+
+    Args:
+        argv: the command line, with the program's name; a further word is the name of the node that simulates.
+    """
+    with Node("turtle_view", argv=argv[1:], anonymous=True) as node:
+        if not sys.stdout.isatty():
+            node.log.fatal("turtle_view draws in a terminal; in a browser, pyros1 web turtles does")
+            return 1
+        show(View(node, *node.arguments.rest[:1]), node, sys.stdout)
+    return 0

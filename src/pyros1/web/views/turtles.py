@@ -1,0 +1,115 @@
+"""Turtles of a turtlesim_node: where they are, and what they have drawn."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from math import isfinite
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from pyros1.ground.errors import MessageError
+from pyros1.turtlesim.finding import drawing_of, simulators
+from pyros1.web.server.wire import Push, RequestError
+from pyros1.web.views.image import picture
+from pyros1.web.views.view import View, text
+
+if TYPE_CHECKING:
+    from pyros1.web.hub import Arrival
+    from pyros1.web.robot import Robot
+
+_LOOK = 1.0
+"""Seconds between two looks at which turtles there are."""
+
+
+class TurtlesView(View):
+    """Shows the turtles of a node. Those of stock's have drawn nothing that others could see.
+
+    Args (of the page):
+        node: the node's name; empty for the first one that there is.
+
+    Pushes what has changed: ``{"facts": {"node", "nodes", "there"}, "turtles": {name: [x, y, theta]},
+    "drawing": {...}}``, and with "drawing", which is as `pyros1.web.views.image.picture` says it, the picture's data.
+    """
+
+    period = 1 / 30
+    polled = True
+
+    def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
+        super().__init__(robot, args, wake)
+        self._wanted = text(args, "node", "")
+        self._lock = threading.Lock()  # of what has come
+        self._poses: dict[str, Arrival] = {}
+        self._drawing: Arrival | None = None
+        self._sent: Arrival | None = None
+        self._pushed: dict[str, Any] = {}
+        self._facts: dict[str, Any] = {}
+        self._turtles: list[str] = []
+        self._ends: dict[str, Callable[[], None]] = {}  # of topics
+        self._looked = float("-inf")
+
+    def take(self) -> Push | None:
+        if monotonic() - self._looked >= _LOOK:
+            self._look()
+            self._looked = monotonic()
+        with self._lock:
+            poses, drawing = dict(self._poses), self._drawing
+        now = {"facts": self._facts, "turtles": {name: _place(poses[name]) for name in self._turtles if name in poses}}
+        changed: dict[str, Any] = {key: value for key, value in now.items() if value != self._pushed.get(key)}
+        blob = None
+        if drawing is not None and drawing is not self._sent:
+            self._sent = drawing
+            changed["drawing"], blob = picture(drawing)
+        self._pushed = now
+        return Push(changed, blob) if changed else None
+
+    def change(self, args: Mapping[str, Any]) -> None:
+        self._wanted = text(args, "node", "")
+        self._looked = float("-inf")
+
+    def close(self) -> None:
+        for end in self._ends.values():
+            end()
+
+    def _look(self) -> None:
+        graph = self.robot.graph
+        found = simulators(graph.published_types(), graph.state().publishers)
+        see = self.robot.access.may_see
+        found = {node: {name: topic for name, topic in all_.items() if see(topic)} for node, all_ in found.items()}
+        nodes = [node for node, turtles in found.items() if turtles]
+        node = self._wanted or next(iter(nodes), "")
+        turtles = found.get(node, {})
+        drawing = drawing_of(node)
+        topics: dict[str, Callable[[Arrival], None]] = {topic: self._keeper(name) for name, topic in turtles.items()}
+        if turtles and see(drawing):
+            topics[drawing] = self._draw
+        for topic in self._ends.keys() - topics.keys():
+            self._ends.pop(topic)()
+        if node != self._facts.get("node"):
+            with self._lock:
+                self._poses, self._drawing = {}, None
+        for topic in topics.keys() - self._ends.keys():
+            with suppress(RequestError):
+                self._ends[topic] = self.robot.listen(topic, topics[topic])
+        self._turtles = list(turtles)
+        self._facts = {"node": node, "nodes": nodes, "there": bool(turtles)}
+
+    def _keeper(self, name: str) -> Callable[[Arrival], None]:
+        def keep(arrival: Arrival) -> None:
+            with self._lock:
+                self._poses[name] = arrival
+
+        return keep
+
+    def _draw(self, arrival: Arrival) -> None:
+        with self._lock:
+            self._drawing = arrival
+
+
+def _place(arrival: Arrival) -> list[float] | None:
+    with suppress(MessageError, AttributeError):
+        pose: Any = arrival.message
+        found = [float(pose.x), float(pose.y), float(pose.theta)]
+        return found if isfinite(sum(found)) else None
+    return None

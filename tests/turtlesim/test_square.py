@@ -1,0 +1,32 @@
+"""The square that a turtle draws, with the turtle itself and no node."""
+
+from __future__ import annotations
+
+from math import pi
+
+import pytest
+
+from pyros1.turtlesim.square import SIDE, Square
+from pyros1.turtlesim.turtle import PERIOD, Turtle, normal
+
+
+def test_four_sides_lead_back() -> None:
+    turtle = Turtle()
+    square = Square(turtle.x, turtle.y, turtle.theta)
+    start, goals = turtle.place, [square.goal]
+    for index in range(10_000):
+        moving = turtle.speed > 0 or turtle.turning != 0
+        speed, turning = square.next(turtle.x, turtle.y, turtle.theta, moving)
+        assert not (speed and turning)
+        if square.goal != goals[-1]:
+            goals.append(square.goal)
+        if len(goals) == 9:
+            break
+        turtle.command(speed, 0.0, turning, now=index * PERIOD)
+        turtle.step(now=index * PERIOD)
+    corners = [place for place, _ in goals[::2]]
+    assert corners[0] == (pytest.approx(start.x + SIDE), start.y)
+    assert [normal(theta - index * pi / 2) for index, (_, theta) in enumerate(goals[1::2], 1)] == pytest.approx(
+        [0] * 4, abs=0.1
+    )
+    assert turtle.place == pytest.approx(start, abs=0.2)
