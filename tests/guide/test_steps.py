@@ -1,7 +1,7 @@
 """The guide is run as it stands there: each file, each command, and what it printed, but for numbers and times.
 
 ``&`` lets a command run on in the background; `pyros1.guide.text` says the rest. As a program this types all steps one
-after the other, as a reader does: ``python tests/guide/test_steps.py``.
+after the other, as a reader does: ``python tests/guide/test_steps.py [PORT PORT]``.
 """
 
 from __future__ import annotations
@@ -304,7 +304,9 @@ def test_numbers_of_the_guide_may_differ_and_nothing_else() -> None:
 
 
 if __name__ == "__main__":
-    with tempfile.TemporaryDirectory() as place, Reader(Path(place) / "home", (11399, 11398)) as only:
+    # The ports of the master and of the second one may be given: others may have masters here.
+    given = int(sys.argv[1] if sys.argv[1:] else 11411), int(sys.argv[2] if sys.argv[2:] else 11412)
+    with tempfile.TemporaryDirectory() as place, Reader(Path(place) / "home", given) as only:
         for each in steps():
             only.read(each)
             print(each.number, each.title, flush=True)
