@@ -82,14 +82,26 @@ def transport(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.fixture
-def free_port() -> int:
+def free_ports() -> Callable[[int], list[int]]:
+    """Return a function that returns so many ports that nobody listens on, each another one."""
+
+    def find(count: int) -> list[int]:
+        found: dict[int, None] = {}
+        while len(found) < count:
+            # Below those that the system gives to connections, so that none takes it before it is used.
+            port = random.randrange(20000, 32000)
+            with socket.socket() as sock, contextlib.suppress(OSError):
+                sock.bind(("127.0.0.1", port))
+                found[port] = None
+        return list(found)
+
+    return find
+
+
+@pytest.fixture
+def free_port(free_ports: Callable[[int], list[int]]) -> int:
     """A port that nobody listens on."""
-    # Below those that the system gives to connections, so that none takes it before it is used.
-    while True:
-        port = random.randrange(20000, 32000)
-        with socket.socket() as sock, contextlib.suppress(OSError):
-            sock.bind(("127.0.0.1", port))
-            return port
+    return free_ports(1)[0]
 
 
 @pytest.fixture

@@ -87,3 +87,16 @@ def test_a_link_with_a_strange_layout_does_no_harm(browser: Browser, web: Web) -
         assert browser.run("return document.querySelectorAll('.panel').length") <= 8
     browser.open(web.page("%E0%A4%A"))
     browser.wait("document.querySelectorAll('.panel').length > 0")
+
+
+def test_panels_of_layouts_that_are_made_in_have_room(browser: Browser, web: Web) -> None:
+    least = "Math.min(...[...document.querySelectorAll('.panel .body')].map((body) => body.clientHeight))"
+    charts = "Math.min(...[...document.querySelectorAll('.plot .charts')].map((area) => area.clientHeight))"
+    for size in ((1280, 800), (390, 844)):
+        browser.resize(*size)
+        browser.open(web.page("plot"))
+        for name in ("Mobile robot", "Arm", "Tutorial"):
+            browser.click("#bar button", "Layouts")
+            browser.click(".layouts .title", name)
+            browser.wait(f"{charts} >= 90 && {least} >= 100")
+            assert browser.run("return document.documentElement.scrollWidth <= innerWidth")

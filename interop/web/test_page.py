@@ -27,6 +27,32 @@ def test_every_panel_opens_without_complaint(browser: Browser, web: Web, make_no
             assert wide <= 0, f"{name} is wider than the page, by {wide} pixels"
 
 
+def test_the_page_says_that_it_loads(browser: Browser, web: Web) -> None:
+    driver = browser.driver
+    driver.execute_cdp_cmd("Network.enable", {})
+    driver.execute_cdp_cmd("Network.setBlockedURLs", {"urls": ["*/lib/*"]})
+    try:
+        browser.open(web.page(""))
+        browser.wait_for_text("The page loads")
+    finally:
+        driver.execute_cdp_cmd("Network.setBlockedURLs", {"urls": []})
+        driver.execute_cdp_cmd("Network.disable", {})
+    browser.open(web.page(""))
+    browser.wait("document.querySelector('.panel') && !document.querySelector('.loading')")
+    browser.complaints()  # of what did not come
+
+
+def test_the_consoles_buttons_are_in_one_line(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
+    browser.resize(1280, 800)
+    browser.open(web.page("console"))
+    log_until_shown(browser, make_node("talker").log)
+    busy = "for (const each of document.querySelectorAll('.levels button')) each.textContent = 'error 23456'"
+    tools = "[...document.querySelectorAll('.tools > :not([hidden])')]"
+    heights = browser.run(f"{busy}; return {tools}.map((each) => each.offsetTop + each.offsetHeight / 2)")
+    assert len(heights) == 9
+    assert max(heights) - min(heights) < 10, heights
+
+
 def test_without_the_token_the_page_says_what_to_do(browser: Browser, web: Web) -> None:
     browser.open(web.link.replace("token=", "token=x"))
     browser.wait_for_text("Use the link that the server printed")

@@ -98,6 +98,11 @@ def test_dynamic_reconfigure_is_live_both_ways(browser: Browser, web: Web, make_
     browser.wait("document.querySelector('.configure .num')?.value === '10'")
     states = "[...document.querySelectorAll('details.group')].map(({open, hidden}) => [open, hidden])"
     assert browser.run(f"return {states}") == [[False, False], [True, True]]
+    limits = server.config["groups"]["groups"]["limits"]
+    browser.click("details.group summary", "limits")  # the node keeps it
+    wait_for(lambda: limits["state"])
+    browser.click("details.group summary", "limits")
+    wait_for(lambda: not limits["state"])
     browser.type(".configure input[type=range]", "50")
     browser.wait("document.querySelector('.configure .num').value === '50'")
     browser.click(".configure input[type=checkbox]")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import xmlrpc.client
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -183,3 +184,15 @@ def test_a_read_only_page_offers_no_changes(browser: Browser, start_web: Callabl
     assert browser.run(
         "return [...document.querySelectorAll('.tools button')].find((b) => b.textContent.includes('New')).hidden"
     )
+
+
+def test_a_rate_that_is_not_known_says_so(browser: Browser, web: Web, make_node: Make, environ: dict[str, str]) -> None:
+    browser.open(web.page("topics"))
+    browser.wait(LINE.format("/rosout"))
+    node = make_node("quiet")
+    with xmlrpc.client.ServerProxy(environ["ROS_MASTER_URI"]) as master:  # it says that it is there, and never connects
+        master.registerSubscriber("/ghost", "/ghost", "std_msgs/Empty", node.uri)
+        master.registerPublisher("/ghost", "/ghost", "std_msgs/Empty", node.uri)
+    shown = f"{LINE.format('/ghost')}?.querySelectorAll('.cell')[4].textContent"
+    browser.wait(f"{shown} === '…'")
+    browser.wait(f"{shown} === '?'")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -16,7 +17,7 @@ START = SOURCE / "pyros1" / "drop_in" / "start"
 
 def environment(environ: Mapping[str, str]) -> dict[str, str]:
     """Return the environment of a program: this process's, with the modules, and what a test adds."""
-    ours = {"PYTHONPATH": f"{START}{os.pathsep}{SOURCE}"}
+    ours = {"PYTHONPATH": f"{START}{os.pathsep}{SOURCE}", "PYTHONFAULTHANDLER": "1"}
     return {**{key: value for key, value in os.environ.items() if not key.startswith("ROS")}, **ours, **environ}
 
 
@@ -38,7 +39,8 @@ def run(text: str, environ: Mapping[str, str], *arguments: str, timeout: float =
         try:
             out, _ = child.communicate(timeout=timeout)
         except subprocess.TimeoutExpired:
-            child.kill()
-            raise
+            child.send_signal(signal.SIGABRT)  # it shows what its threads are at, and dies
+            out, _ = child.communicate(timeout=timeout)
+            raise AssertionError(f"it did not end within {timeout} s\n{out}") from None
     assert child.returncode == code, f"exit code {child.returncode}\n{out}"
     return out

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import re
+import socket
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -9,13 +12,19 @@ from typing import Any
 import pytest
 
 import pyros1.bag
+from pyros1 import actions
 from pyros1.guide import checks
 from pyros1.guide.checks import CHECKS, Looking, check
 from pyros1.guide.text import steps
+from pyros1.master.server import Master
+from pyros1.msgs.actionlib_tutorials.msg import FibonacciAction, FibonacciResult
+from pyros1.msgs.geometry_msgs.msg import TransformStamped
 from pyros1.msgs.rosgraph_msgs.msg import Log
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.msgs.std_srvs.srv import Empty, Trigger, TriggerResponse
 from pyros1.node.log.levels import level_from_name
+from pyros1.tf import StaticTransformBroadcaster
+from pyros1.urdf.model import UrdfError
 
 Check = Callable[[int], str]
 MakeNode = Callable[..., Any]
@@ -25,7 +34,7 @@ MakeNode = Callable[..., Any]
 def ask(environ: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Check:
     """Return what is missing in a step's exercise."""
     monkeypatch.setattr(checks, "PATIENCE", 0.5)
-    return lambda number: check(number, {**environ, "ROS_PACKAGE_PATH": str(tmp_path)}, tmp_path)
+    return lambda number: check(number, {**os.environ, **environ, "ROS_PACKAGE_PATH": str(tmp_path)}, tmp_path)
 
 
 @pytest.fixture
@@ -43,7 +52,7 @@ def publish(make_node: MakeNode, name: str, topic: str, message: Any, namespace:
 
 
 def test_each_step_has_an_exercise_and_a_check() -> None:
-    assert len(CHECKS) == len(steps()) >= 9
+    assert len(CHECKS) == len(steps()) >= 14
     assert all(len(step.exercise) > 20 for step in steps())
     assert [step.number for step in steps()] == list(range(1, len(CHECKS) + 1))
 
@@ -162,6 +171,118 @@ def test_a_service(ask: Check, stopwatch: tuple[Any, list[str]]) -> None:
     assert "after a reset it says '7 s'" in ask(9)
     said.append("0 s")
     assert ask(9) == ""
+
+
+def transform(parent: str, child: str, z: float) -> TransformStamped:
+    message = TransformStamped(child_frame_id=child)
+    message.header.frame_id = parent
+    message.transform.translation.z = z
+    message.transform.rotation.w = 1.0
+    return message
+
+
+def test_a_frame(ask: Check, make_node: MakeNode) -> None:
+    assert ask(10) == "nobody publishes the frame lamp; frames that there are: none"
+    frames = StaticTransformBroadcaster(make_node("frames"))
+    frames.send_transform([transform("table", "lamp", 0.2), transform("world", "camera", 0.3)])
+    assert ask(10) == "lamp and camera are not connected: pyros1 tf tree"
+    frames.send_transform(transform("table", "camera", 0.3))
+    assert ask(10) == "the parent of camera should be lamp, and is table"
+    frames.send_transform(transform("lamp", "camera", 1.0))
+    assert ask(10) == "camera should be at 0 0 0.1 in lamp, and is at 0 0 1"
+    frames.send_transform(transform("lamp", "camera", 0.1))
+    assert ask(10) == ""
+
+
+ARM = '<robot name="r"><link name="base"/><link name="arm"/>{}<joint name="shoulder" type="fixed"><parent link="base"/>\
+<child link="arm"/></joint></robot>'
+WRIST = '<link name="hand"/><joint name="{}" type="continuous"><parent link="arm"/><child link="hand"/>\
+<origin xyz="{} 0 0"/><axis xyz="0 1 0"/></joint>'
+
+
+def test_a_robot(ask: Check, make_node: MakeNode) -> None:
+    node = make_node("robot")
+    with pytest.raises(UrdfError, match="Could not find parameter robot_description"):
+        ask(11)
+    node.params["/robot_description"] = ARM.format("")
+    assert "the robot has no link hand, only base, arm" in ask(11)
+    node.params["/robot_description"] = ARM.format(WRIST.format("elbow", 0.5))
+    assert "the robot has no joint wrist, only elbow, shoulder" in ask(11)
+    node.params["/robot_description"] = ARM.format(WRIST.format("wrist", 5))
+    assert ask(11) == "the origin of wrist should be 0.5 0 0, and is 5 0 0"
+    node.params["/robot_description"] = ARM.format(WRIST.format("wrist", 0.5))
+    assert "nobody publishes where the hand is" in ask(11)
+    StaticTransformBroadcaster(node).send_transform([transform("base", "arm", 0.1), transform("arm", "hand", 0.0)])
+    assert ask(11) == ""
+
+
+def test_an_action(ask: Check, make_node: MakeNode, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert ask(12) == "nobody offers the action drive: pyros1 run my_robot driver"
+    does = ["succeed"]
+    node = make_node("driver")
+
+    def drive(goal: Any) -> Any:
+        if goal.goal.order > 0 or does[-1] == "succeed":
+            return FibonacciResult()
+        return goal.abort(text=does[-1])
+
+    with actions.SimpleServer(node, "drive", FibonacciAction, drive, frequency=50.0):
+        assert "goals of drive have the type actionlib_tutorials/FibonacciActionGoal" in ask(12)
+        monkeypatch.setattr(checks, "ACTION", "actionlib_tutorials/Fibonacci")
+        monkeypatch.setattr(checks, "PATIENCE", 5.0)
+        assert ask(12) == "a goal of -1 m should be aborted, and is succeeded"
+        does.append("")
+        assert "does not say why" in ask(12)
+        does.append("it is negative")
+        assert ask(12) == ""
+
+
+def test_a_second_master(ask: Check, monkeypatch: pytest.MonkeyPatch, free_port: int) -> None:
+    monkeypatch.setattr(checks, "SECOND_PORT", free_port)
+    monkeypatch.setattr(checks, "interface_addresses", lambda: ["127.0.0.1", "10.0.0.1"])
+    reached = ["10.0.0.1"]
+    monkeypatch.setattr(checks, "answers", lambda address, port: address in reached)
+    assert f"there is no master at port {free_port}: pyros1 core" in ask(13)
+    second = Master(port=free_port, bind_host="127.0.0.1")
+    second.start()
+    try:
+        assert "the second master can be reached at 10.0.0.1" in ask(13)
+        reached.clear()
+        assert "no minimal_publisher runs there" in ask(13)
+        environ = {"ROS_MASTER_URI": f"http://127.0.0.1:{free_port}", "ROS_IP": "127.0.0.1"}
+        with pyros1.Node("minimal_publisher", argv=[], environ=environ, handle_signals=False) as node:
+            node.advertise("topic1", Float64)
+            assert ask(13) == ""
+    finally:
+        second.stop()
+
+
+def test_who_answers_at_a_port(free_port: int) -> None:
+    assert not checks.answers("127.0.0.1", free_port)
+    with socket.create_server(("127.0.0.1", free_port)):
+        assert checks.answers("127.0.0.1", free_port)
+
+
+GOOD = """
+def test_it(ros_run="", ros_node=""):
+    # ros_run: /stopwatch/reset and /stopwatch/read
+    assert 1 == 1
+"""
+
+
+def test_a_test(ask: Check, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")  # it would take seconds to load
+    assert "there is no my_robot/tests/test_stopwatch.py" in ask(14)
+    path = tmp_path / "my_robot" / "tests" / "test_stopwatch.py"
+    path.parent.mkdir(parents=True)
+    path.write_text("def test_nothing(ros_run): pass\n")
+    assert ask(14) == "the test does without /stopwatch/reset"
+    path.write_text(GOOD.replace("1 == 1", "1 == 2"))
+    assert re.fullmatch(r"python3 -m pytest my_robot/tests/test_stopwatch.py: 1 failed in .*s", ask(14))
+    path.write_text(GOOD)
+    assert ask(14) == ""
+    monkeypatch.setattr(checks, "LONGEST_TEST", 0.01)
+    assert ask(14) == "the test does not end within 0.01 s"
 
 
 def test_a_check_without_a_master(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, free_port: int) -> None:

@@ -1,27 +1,34 @@
 """The guide is run as it stands there: each file, each command, and what it printed, but for numbers and times.
 
-``&`` lets a command run on in the background, ``kill %N`` ends the N-th of those; `pyros1.guide.text` says the rest.
+``&`` lets a command run on in the background; `pyros1.guide.text` says the rest. As a program this types all steps one
+after the other, as a reader does: ``python tests/guide/test_steps.py [PORT PORT]``.
 """
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 import os
 import re
+import shlex
 import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from forks import Forks
 
 from pyros1.graph import Graph
 from pyros1.ground.errors import MasterUnreachableError
-from pyros1.guide.text import steps
+from pyros1.guide.text import GuideStep, steps
 from pyros1.net.master_client import MasterClient
 
 DEADLINE = 40.0
@@ -59,11 +66,13 @@ def commands(text: str) -> list[Typed]:
 
 
 NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
-_HOST = re.compile(r"http://[\w.-]+:\d+/")
+_HOST = re.compile(r"http://[\w.-]+:\d+/?")
+_TOKEN = re.compile(r"token=[\w-]+")
+_COLOUR = re.compile(r"\x1b\[\d*m")
 
 
 def pattern(lines: list[str]) -> re.Pattern[str]:
-    """What output must match: numbers and addresses may be others, spaces before numbers too."""
+    """What output must match: numbers and addresses may be others, spaces before numbers and between columns too."""
     parts = []
     for line in lines:
         if line == "...":
@@ -71,36 +80,55 @@ def pattern(lines: list[str]) -> re.Pattern[str]:
             continue
         if line == "^C":
             break
-        text = _HOST.sub("URI", line.rstrip())
+        text = _TOKEN.sub("TOKEN", _HOST.sub("URI", line.rstrip()))
         escaped = re.escape(text).replace(r"\ ", " ")
         flexible = re.sub(r"(?<![A-Za-z_/])(?:\\-)?\d+(?:\\\.\d+)?(?:e[+-]?\d+)?", lambda _: NUMBER, escaped)
-        flexible = flexible.replace(" " + NUMBER, " +" + NUMBER).replace("URI", r"http://[\w.-]+:\d+/")
+        flexible = re.sub(r"(?<=[^ ])  +", "  +", flexible)  # columns are as wide as they must be
+        flexible = (
+            flexible.replace(" " + NUMBER, " +" + NUMBER).replace("URI", _HOST.pattern).replace("TOKEN", _TOKEN.pattern)
+        )
         parts.append(flexible + r"[ \t]*\n")
     return re.compile("".join(parts))
 
 
 class Running:
-    """A command of the guide and what it has printed so far."""
+    """A command of the guide and what it has printed so far.
 
-    def __init__(self, command: str, folder: Path, environ: dict[str, str]) -> None:
+    Args:
+        command: the line that is typed.
+        folder: where.
+        environ: environment variables.
+        forks: starts commands of pyros1; None: a shell starts all of them.
+    """
+
+    def __init__(self, command: str, folder: Path, environ: dict[str, str], forks: Forks | None) -> None:
         self.command = command
-        self.process = subprocess.Popen(
-            ["bash", "-c", command if "|" in command or ">" in command else f"exec {command}"],
-            cwd=folder, env=environ, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-            text=True, start_new_session=True,
-        )  # fmt: skip
+        self._shell: subprocess.Popen[bytes] | None = None
+        reading, writing = os.pipe()
+        words = shlex.split(command)
+        if forks and words[0] == "pyros1":
+            self._pid = forks.start(words, folder, environ, writing)
+        else:
+            line = command if "|" in command or ">" in command else f"exec env {command}"
+            self._shell = subprocess.Popen(
+                ["bash", "-c", line],
+                cwd=folder, env=environ, stdin=subprocess.DEVNULL, stdout=writing, stderr=writing,
+                start_new_session=True,
+            )  # fmt: skip
+            self._pid = self._shell.pid
+        os.close(writing)
         self.output = ""
         self._more = threading.Condition()
         self._ended = False
-        self._reader = threading.Thread(target=self._read)
+        self._reader = threading.Thread(target=self._read, args=(reading,))
         self._reader.start()
 
-    def _read(self) -> None:
-        assert self.process.stdout is not None
-        for line in self.process.stdout:
-            with self._more:
-                self.output += line
-                self._more.notify_all()
+    def _read(self, reading: int) -> None:
+        with open(reading, encoding="utf-8") as lines:
+            for line in lines:
+                with self._more:
+                    self.output += _COLOUR.sub("", line)
+                    self._more.notify_all()
         with self._more:
             self._ended = True
             self._more.notify_all()
@@ -113,21 +141,21 @@ class Running:
             self._more.wait_for(lambda: (self._ended if whole else match(self.output)) or self._ended, DEADLINE)
             assert match(self.output), f"$ {self.command}\n{self.output}\n--- wanted:\n" + "\n".join(lines)
 
-    def end(self, number: int = signal.SIGINT) -> None:
+    def end(self) -> None:
         """Press Ctrl-C, as a terminal does: the whole group gets it."""
-        if self.process.poll() is None:
-            os.killpg(self.process.pid, number)
-        self.process.wait(DEADLINE)
+        if not self._ended:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self._pid, signal.SIGINT)
         self._reader.join(DEADLINE)
-        if self.process.stdout is not None:
-            self.process.stdout.close()
+        assert not self._reader.is_alive(), f"Ctrl-C does not end {self.command}"
+        if self._shell:
+            self._shell.wait(DEADLINE)
 
 
-@pytest.fixture
-def environ(tmp_path: Path, free_port: int) -> dict[str, str]:
+def environment(home: Path, master_port: int) -> dict[str, str]:
     """A home of its own, a master of its own, and nothing of a stock ROS."""
-    programs = tmp_path / "bin"
-    programs.mkdir()
+    programs = home / "bin"
+    programs.mkdir(parents=True)
     source = Path(__file__).resolve().parents[2] / "src"
     for name, module in (("pyros1", "pyros1"), ("python", None), ("python3", None)):
         start = f'exec "{sys.executable}" -m {module} "$@"' if module else f'exec "{sys.executable}" "$@"'
@@ -139,20 +167,14 @@ def environ(tmp_path: Path, free_port: int) -> dict[str, str]:
         "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}",
         "PYTHONPATH": str(source),
         "PYTHONUNBUFFERED": "1",
-        "HOME": str(tmp_path),
-        "ROS_HOME": str(tmp_path / ".ros"),
-        "ROS_MASTER_URI": f"http://localhost:{free_port}",
-        "ROS_HOSTNAME": "localhost",
+        "HOME": str(home),
+        "ROS_HOME": str(home / ".ros"),
+        "ROS_MASTER_URI": f"http://localhost:{master_port}",
+        "ROS_IP": "127.0.0.1",
+        "ROS_PACKAGE_PATH": str(source / "pyros1" / "packages"),  # before a stock ROS on this machine
+        "BROWSER": "true",  # the program, which opens nothing
+        "PYTEST_ADDOPTS": "-p no:hypothesispytest",  # which readers need not have, and which takes a second to load
     }
-
-
-@pytest.fixture
-def jobs() -> Iterator[list[Running]]:
-    """What runs in the background; all ended after the test."""
-    started: list[Running] = []
-    yield started
-    for job in reversed(started):
-        job.end()
 
 
 def busy_nodes(environ: dict[str, str]) -> set[str]:
@@ -175,44 +197,100 @@ def wait_for(done: Callable[[], object], what: str) -> None:
     until = time.monotonic() + DEADLINE
     while not done():
         assert time.monotonic() < until, f"nothing came of: {what}"
-        time.sleep(0.02)
+        time.sleep(0.1)
 
 
-def test_all_steps(tmp_path: Path, environ: dict[str, str], jobs: list[Running]) -> None:
-    folder = tmp_path / "work"
-    folder.mkdir()
-    ran = 0
-    for guide_step in steps():
-        for name, content in guide_step.files.items():
-            (folder / name).write_text(content)
-        ran += run_commands(guide_step.text, folder, environ, jobs)
-    assert ran >= 40
+class Reader:
+    """Someone who types steps, in a folder and with a master of their own. Ends all that runs at the end.
 
+    Args:
+        home: a new folder.
+        ports: of the master, and of the second one that a step starts.
+        forks: starts commands of pyros1; None: a shell starts all of them.
+    """
 
-def run_commands(text: str, folder: Path, environ: dict[str, str], jobs: list[Running]) -> int:
-    """Type the commands of a text; return how many there were."""
-    ran = 0
-    for step in commands(text):
-        ran += 1
-        if step.command.startswith("cd "):
-            folder = (folder / step.command[3:].strip()).resolve()
-        elif step.command.startswith("kill %"):
-            for number in re.findall(r"%(\d+)", step.command):
-                jobs[int(number) - 1].end(signal.SIGTERM)
-        elif step.background:
-            before = busy_nodes(environ)
-            job = Running(step.command[:-2], folder, environ)
-            jobs.append(job)
-            job.expect(step.output, whole=False)
-            if " core" not in step.command:
-                wait_for(lambda before=before: busy_nodes(environ) - before, step.command)
-        else:
-            command = Running(step.command, folder, environ)
+    def __init__(self, home: Path, ports: tuple[int, int], forks: Forks | None = None) -> None:
+        self.environ = environment(home, ports[0])
+        self.second = str(ports[1])
+        self.folder = home / "work"
+        self.folder.mkdir()
+        self.jobs: list[Running] = []
+        self.typed = 0
+        self._forks = forks
+
+    def __enter__(self) -> Reader:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for job in reversed(self.jobs):
+            job.end()
+
+    def write(self, step: GuideStep) -> None:
+        """Make the files of a step."""
+        for name, content in step.files.items():
+            path = self.folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(content)
+
+    def read(self, step: GuideStep) -> None:
+        """Do what a step says."""
+        self.write(step)
+        for typed in commands(step.text):
+            self.type(typed)
+
+    def type(self, typed: Typed) -> None:
+        """Type one command, at the reader's own ports."""
+        self.typed += 1
+        line = typed.command.replace("11312", self.second).replace("pyros1 web", "pyros1 web --port 0")
+        if not typed.background:
+            command = Running(line, self.folder, self.environ, self._forks)
             try:
-                command.expect(step.output, whole=not step.interrupted)
+                command.expect(typed.output, whole=not typed.interrupted)
             finally:
                 command.end()
-    return ran
+            return
+        before = busy_nodes(self.environ)
+        self.jobs.append(Running(line.removesuffix(" &"), self.folder, self.environ, self._forks))
+        self.jobs[-1].expect(typed.output, whole=False)
+        if not re.search(r"pyros1 (core|web)", line):
+            wait_for(lambda: busy_nodes(self.environ) - before, line)
+
+
+CHAPTERS = ((1, 2), (3, 4, 5, 6), (7, 8, 9, 10, 11), (12, 13, 14))
+"""Steps that build on each other. Chapters are typed side by side, since most of the time goes into waiting."""
+
+
+def read_chapter(numbers: tuple[int, ...], home: Path, ports: tuple[int, int], forks: Forks) -> int:
+    """Type some steps, with the master, the package and the files of the steps before them. Return how many commands.
+
+    A shell starts the commands of the first chapter; the others are forks, which takes a third of the time.
+    """
+    known = steps()
+    with Reader(home, ports, forks if numbers[0] > 1 else None) as reader:
+        if numbers[0] > 1:
+            for typed in commands(known[0].text)[:2]:
+                reader.type(typed)
+            for step in known[: numbers[0] - 1]:
+                reader.write(step)
+            for script in (reader.folder / "my_robot" / "scripts").iterdir():
+                script.chmod(0o755)
+        for number in numbers:
+            reader.read(known[number - 1])
+        return reader.typed
+
+
+def test_all_steps(tmp_path: Path, free_ports: Callable[[int], list[int]]) -> None:
+    assert [number for chapter in CHAPTERS for number in chapter] == [step.number for step in steps()]
+    ports = free_ports(2 * len(CHAPTERS))
+    pairs = zip(ports[::2], ports[1::2], strict=True)
+    homes = [tmp_path / f"chapter{chapter[0]}" for chapter in CHAPTERS]
+    with contextlib.closing(Forks()) as forks, ThreadPoolExecutor(len(CHAPTERS)) as readers:
+        assert sum(readers.map(read_chapter, CHAPTERS, homes, pairs, itertools.repeat(forks))) > 75
+
+
+def test_a_command_of_the_guide_that_prints_something_else_is_found(tmp_path: Path, free_port: int) -> None:
+    with Reader(tmp_path / "home", (free_port, 0)) as reader, pytest.raises(AssertionError, match=r"wanted:\n +b"):
+        reader.type(Typed("echo a", ["b"]))
 
 
 def test_numbers_of_the_guide_may_differ_and_nothing_else() -> None:
@@ -223,3 +301,12 @@ def test_numbers_of_the_guide_may_differ_and_nothing_else() -> None:
     assert not pattern(["/topic1"]).match("/topic2\n")
     assert pattern(["a", "...", "b"]).match("a\nx\ny\nb\n")
     assert pattern([" * /t (http://here:1234/)"]).match(" * /t (http://localhost:99/)\n")
+
+
+if __name__ == "__main__":
+    # The ports of the master and of the second one may be given: others may have masters here.
+    given = int(sys.argv[1] if sys.argv[1:] else 11411), int(sys.argv[2] if sys.argv[2:] else 11412)
+    with tempfile.TemporaryDirectory() as place, Reader(Path(place) / "home", given) as only:
+        for each in steps():
+            only.read(each)
+            print(each.number, each.title, flush=True)

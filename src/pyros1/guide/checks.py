@@ -2,23 +2,42 @@
 
 from __future__ import annotations
 
+import math
 import os
+import socket
+import subprocess
+import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from pyros1 import actions
 from pyros1.bag.api import bag_topics
 from pyros1.finding.library import Library
 from pyros1.graph import Graph, SystemState
-from pyros1.ground.errors import Error
+from pyros1.ground import shown
+from pyros1.ground.errors import Error, MasterUnreachableError
+from pyros1.msgs import load_message
+from pyros1.net.hosts import interface_addresses
+from pyros1.net.master_client import MasterClient
+from pyros1.net.reach import is_loopback
 from pyros1.node import Node
 from pyros1.observe.statistics import RateMeter
+from pyros1.tf import Buffer, TransformException, TransformListener
+from pyros1.urdf.description import description
+from pyros1.urdf.reading import read
 
 FLOAT = "std_msgs/Float64"
+ACTION = "my_robot/Drive"
 PATIENCE = 5.0
 """Seconds that a check waits for messages."""
+NEAR = 0.005
+"""Metres that a place may differ from the wanted one."""
+SECOND_PORT = 11312
+LONGEST_TEST = 60.0
+"""Seconds that a reader's test may take."""
 
 
 class Looking:
@@ -176,8 +195,109 @@ def service(looking: Looking) -> str:
     return "" if answer.message.startswith("0") else f"after a reset it says {answer.message!r}, and should say 0"
 
 
+def camera(looking: Looking) -> str:
+    buffer = Buffer()
+    with TransformListener(looking.node, buffer):
+        try:
+            place = buffer.lookup_transform("lamp", "camera", timeout=PATIENCE).transform.translation
+        except TransformException:
+            missing = [name for name in ("lamp", "camera") if not buffer.has_frame(name)]
+            if missing:
+                known = ", ".join(buffer.frames()) or "none"
+                return f"nobody publishes the frame {missing[0]}; frames that there are: {known}"
+            return "lamp and camera are not connected: pyros1 tf tree"
+    parent = {state.name: state.parent for state in buffer.states()}["camera"]
+    if parent != "lamp":
+        return f"the parent of camera should be lamp, and is {parent}"
+    if math.dist((place.x, place.y, place.z), (0.0, 0.0, 0.1)) < NEAR:
+        return ""
+    return f"camera should be at 0 0 0.1 in lamp, and is at {place.x:g} {place.y:g} {place.z:g}"
+
+
+def hand(looking: Looking) -> str:
+    robot = read(description(looking.node))
+    for link in ("arm", "hand"):
+        if link not in robot.links:
+            return f"the robot has no link {link}, only {', '.join(robot.links)}: launch the new description"
+    wrist = robot.joints.get("wrist")
+    if wrist is None:
+        return f"the robot has no joint wrist, only {', '.join(robot.joints) or 'none'}"
+    wanted = {
+        "type": (wrist.type, "continuous"), "parent": (wrist.parent, "arm"), "child": (wrist.child, "hand"),
+        "axis": (_numbers(wrist.axis), "0 1 0"), "origin": (_numbers(wrist.origin[:3]), "0.5 0 0"),
+    }  # fmt: skip
+    for what, (found, right) in wanted.items():
+        if found != right:
+            return f"the {what} of wrist should be {right}, and is {found}"
+    buffer = Buffer()
+    with TransformListener(looking.node, buffer):
+        if buffer.can_transform("base", "hand", timeout=PATIENCE):
+            return ""
+    return "nobody publishes where the hand is: do robot_state_publisher and joint_state_publisher run?"
+
+
+def refusal(looking: Looking) -> str:
+    kind = Graph(looking.node.master).topic_types().get("/drive/goal", "")
+    if "/drive/goal" not in looking.state().subscribers:
+        return "nobody offers the action drive: pyros1 run my_robot driver"
+    if kind != f"{ACTION}ActionGoal":
+        return f"goals of drive have the type {kind}, and should have {ACTION}ActionGoal"
+    goal: Any = load_message(f"{ACTION}Goal")
+    with actions.Client(looking.node, "/drive", ACTION) as client:
+        refused = client.send(goal(-1), timeout=PATIENCE)
+        if not refused.wait(PATIENCE) or refused.status is not actions.Status.ABORTED:
+            return f"a goal of -1 m should be aborted, and is {refused.status.name.lower()}"
+        if not refused.text:
+            return "the driver does not say why it refuses: goal.abort(text=...)"
+        obeyed = client.send(goal(1), timeout=PATIENCE)
+        if not obeyed.wait(PATIENCE) or obeyed.status is not actions.Status.SUCCEEDED:
+            return f"a goal of 1 m should succeed, and is {obeyed.status.name.lower()}"
+    return ""
+
+
+def second_master(looking: Looking) -> str:
+    command = f"pyros1 core -p {SECOND_PORT} --bind 127.0.0.1"
+    client = MasterClient("/guide", f"http://127.0.0.1:{SECOND_PORT}")
+    try:
+        publishers = Graph(client).state().publishers.get("/topic1", [])
+    except MasterUnreachableError:
+        return f"there is no master at port {SECOND_PORT}: {command}"
+    finally:
+        client.close()
+    for address in interface_addresses():
+        if not is_loopback(address) and answers(address, SECOND_PORT):
+            return f"the second master can be reached at {address}, so by other machines: {command}"
+    if "/minimal_publisher" in publishers:
+        return ""
+    run = "pyros1 run minimal_nodes minimal_publisher"
+    return f"no minimal_publisher runs there: ROS_MASTER_URI=http://127.0.0.1:{SECOND_PORT} {run}"
+
+
+def tested(looking: Looking) -> str:
+    path = looking.folder / "my_robot" / "tests" / "test_stopwatch.py"
+    if not path.exists():
+        return "there is no my_robot/tests/test_stopwatch.py in this folder"
+    text = path.read_text(encoding="utf-8", errors="replace")
+    for word in ("def test_", "ros_run", "/stopwatch/reset", "/stopwatch/read", "assert"):
+        if word not in text:
+            return f"the test does without {word}"
+    command = [sys.executable, "-m", "pytest", "-q", "--tb=line", str(path)]
+    try:
+        done = subprocess.run(
+            command, cwd=looking.folder, env=dict(looking.environ), timeout=LONGEST_TEST, capture_output=True,
+            text=True, errors="replace", check=False,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return f"the test does not end within {LONGEST_TEST:g} s"
+    if "No module named pytest" in done.stderr:
+        return "there is no pytest here: pip install pytest"
+    last = shown.one_line((done.stdout.strip().splitlines() or ["it prints nothing"])[-1])
+    return "" if done.returncode == 0 else f"python3 -m pytest my_robot/tests/test_stopwatch.py: {last}"
+
+
 CHECKS: tuple[Check, ...] = (
     package, publisher, by_hand, launched, silent, recorded, halted, parameter, service,
+    camera, hand, refusal, second_master, tested,
 )  # fmt: skip
 """The check of each step."""
 
@@ -204,3 +324,16 @@ def _published(looking: Looking, topic: str) -> str:
 
 def _listed(fields: list[tuple[str, str]]) -> str:
     return ", ".join(f"{kind} {name}" for kind, name in fields) or "none"
+
+
+def _numbers(numbers: Iterable[float]) -> str:
+    return " ".join(f"{number:.4g}" for number in numbers)
+
+
+def answers(address: str, port: int) -> bool:
+    """Return whether somebody takes connections there."""
+    try:
+        with socket.create_connection((address, port), 1.0):
+            return True
+    except OSError:
+        return False

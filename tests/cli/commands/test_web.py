@@ -104,8 +104,11 @@ def test_a_panel_of_a_server_that_runs(start: Start, environ: dict[str, str]) ->
         (["reconfigure", "arm"], "params", {"reconfigure": "/arm"}),
         (["publisher"], "topics", {"publish": ""}),
         (["publisher", "vel_cmd"], "topics", {"publish": "/vel_cmd"}),
+        (["--open", "-s", "rqt_plot/Plot", "/a/x"], "plot", {"curves": ["/a/x"]}),  # rqt -s rqt_plot/Plot
+        (["scene", "-f", "odom"], "scene", {"fixed": "odom"}),  # rviz -f odom
     ):
         assert settings_in(link_in(first_line(start(*words)))) == {"panel": panel, "settings": settings}
+    assert "rviz's files are not read" in first_line(start("scene", "-d", "my.rviz"))
     other = start("console")
     assert link_in(first_line(other)) == f"{link}#console"
     server.terminate()
@@ -131,6 +134,7 @@ def test_a_note_of_a_server_that_is_gone_does_no_harm(start: Start, environ: dic
         (["nothing"], "there is no panel 'nothing'; there are "),
         (["console", "/x"], "the panel console takes no arguments"),
         (["nodes", "/x", "/y"], "the panel nodes takes one node"),
+        (["-s", "rqt_shell"], "there is no plugin 'rqt_shell'; there are rqt_bag, "),
         (["--port", "70000"], "the port must be from 0 to 65535"),
     ],
 )

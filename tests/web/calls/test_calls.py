@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import pkgutil
 import queue
 import threading
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
 import pytest
@@ -59,20 +61,14 @@ def test_mistakes_are_errors_that_can_be_shown(robot: Robot, name: str, args: di
         calls.run(robot, name, args)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "topics.publish",
-        "services.call",
-        "params.put",
-        "params.delete",
-        "nodes.kill",
-        "nodes.set_level",
-        "reconfigure.update",
-        "actions.send",
-        "actions.cancel",
-    ],
-)
+CHANGING = [
+    f"{file.name}.{name}"
+    for file in pkgutil.iter_modules(calls.__path__)
+    for name in sorted(import_module(f"{calls.__name__}.{file.name}").CHANGES)
+]
+
+
+@pytest.mark.parametrize("name", CHANGING)
 def test_a_read_only_server_changes_nothing(make_robot: Make, name: str) -> None:
     with pytest.raises(RequestError, match="read-only"):
         calls.run(make_robot(read_only=True), name, {})

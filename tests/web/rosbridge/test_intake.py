@@ -137,6 +137,18 @@ def test_a_picture_that_unpacks_to_much_is_refused() -> None:
         Intake().take(frame)
 
 
+@pytest.mark.parametrize("letter", ["x", b"x", "\u00e9", "\ud83d\ude00"], ids=["text", "bytes", "accents", "pictures"])
+def test_a_frame_that_is_too_long_is_refused(letter: str | bytes) -> None:
+    frame = letter * (MAX_FRAME // len(letter) + 1)
+    with pytest.raises(BridgeError, match=f"at most {MAX_FRAME} bytes"):
+        Intake().take(frame)
+    joined = {"op": "fragment", "id": "a", "data": "x" * (MAX_FRAME // 2), "total": 2}
+    intake = Intake()
+    assert intake.take(json.dumps({**joined, "num": 0})) is None
+    with pytest.raises(BridgeError, match="JSON"):  # as long as it may be
+        intake.take(json.dumps({**joined, "num": 1}))
+
+
 def test_parts_that_never_end_are_given_up() -> None:
     intake = Intake()
     part = {"op": "fragment", "data": "x" * 1000, "num": 0, "total": 2}

@@ -27,6 +27,15 @@ def test_pictures_that_would_unpack_to_too_much_are_not_sent(
         watch("image", topic="/bomb").until(lambda facts: True)
 
 
+def test_the_log_names_no_topics_that_pages_may_not_see(
+    watch: Callable[..., Any], make_robot: Callable[..., Robot]
+) -> None:
+    robot = make_robot(topics=("/rosout", "/camera/*"))
+    robot.console.take(Log(name="/node", msg="hello", topics=["/camera/image", "/secret"]))
+    (entry,) = watch("console", robot, after=0, run="").until(lambda data: data["entries"])["entries"]
+    assert entry.topics == ["/camera/image"]
+
+
 def test_a_page_of_an_earlier_run_gets_the_whole_log(watch: Callable[..., Any], robot: Robot) -> None:
     for text in ("one", "two"):
         robot.console.take(Log(name="/node", level=2, msg=text))

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from pyros1.actions import SimpleServer
+from pyros1.ground.errors import Error
 from pyros1.msgs.actionlib_tutorials.msg import FibonacciAction, FibonacciFeedback, FibonacciResult
 from pyros1.msgs.dynamic_reconfigure.msg import Config, ConfigDescription, Group, GroupState, ParamDescription
 from pyros1.msgs.std_msgs.msg import Float64
@@ -133,9 +134,30 @@ def test_groups_that_the_node_closes_and_hides() -> None:
     ]
     states = [GroupState(id=number, state=number == 3) for number in kinds]
     both = ConfigDescription(groups=groups), Config(groups=states)
-    assert reconfigure.off(*both, "collapse") == [["g1"]]
-    assert reconfigure.off(*both, "hide") == [["g1", "g2"]]
-    assert reconfigure.off(both[0], Config(), "hide") == []
+    found = reconfigure.groups(*both)
+    assert [(each["type"], each["path"]) for each in found if not each["state"]] == [
+        ("collapse", ["g1"]),
+        ("hide", ["g1", "g2"]),
+        ("", ["g4"]),
+    ]
+    assert found[1] == {"path": ["g1", "g2"], "type": "hide", "name": "g2", "state": False, "id": 2, "parent": 1}
+    assert all(each["state"] for each in reconfigure.groups(both[0], Config()))
+
+
+def test_groups_are_turned_on_and_off(make_node: Make, watch: Make, robot: Robot) -> None:
+    parameters = Parameters()
+    for name in ("a", "b"):
+        parameters.group(name, type="collapse").add(f"in_{name}", 1)
+    Server(make_node("motor"), parameters, lambda config, level: config)
+    watched = watch("reconfigure", node="/motor")
+    groups = watched.until(lambda data: True)["groups"]
+    states = [{key: each[key] for key in ("name", "id", "parent")} | {"state": each["name"] != "a"} for each in groups]
+    calls.run(robot, "reconfigure.turn", {"node": "/motor", "groups": states})
+    closed = watched.until(lambda data: [each["path"] for each in data["groups"] if not each["state"]] == [["a"]])
+    assert closed["values"] == {"in_a": 1, "in_b": 1}
+    for wrong in (None, [1], [{"state": "x"}], [{"id": 2**40}]):
+        with pytest.raises(Error, match="groups"):
+            calls.run(robot, "reconfigure.turn", {"node": "/motor", "groups": wrong})
 
 
 def test_groups_that_go_round_in_circles() -> None:

@@ -38,7 +38,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if not 0 <= options.port <= 65535:
         raise UsageError(f"the port must be from 0 to 65535, not {options.port}")
     options.files = []
+    if options.standalone:
+        args = [*_panel_of(options.standalone), *args]
     panel, settings = _wanted(invocation, options, args)
+    if options.display_config:
+        print("rviz's files are not read; arrange the page, and save that with its button Layouts", file=sys.stderr)
     try:
         import websockets  # noqa: F401, PLC0415 - of the extra
     except ImportError:
@@ -102,6 +106,15 @@ def _serve(invocation: Invocation, options: Any, uri: str, started: Callable[[st
         ) from None
 
 
+def _panel_of(plugin: str) -> tuple[str, ...]:
+    """Return the words for a plugin of rqt: ``rqt_plot``, or its full name ``rqt_plot/Plot``."""
+    words = COMMAND.also.get(plugin.partition("/")[0].partition(".")[0])
+    if not words:
+        known = ", ".join(name for name in COMMAND.also if name.startswith("rqt_"))
+        raise UsageError(f"there is no plugin {plugin!r}; there are {known}")
+    return tuple(words)
+
+
 def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str, dict[str, Any]]:
     """Return the panel that the words name, and its settings."""
     if not args:
@@ -124,7 +137,7 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
     if panel != "plot":
         if words:
             raise UsageError(f"the panel {panel} takes {f'one {_ONE[panel][1]}' if panel in _ONE else 'no arguments'}")
-        return panel, {}
+        return panel, {"fixed": options.fixed_frame.lstrip("/")} if panel == "scene" and options.fixed_frame else {}
     from pyros1.observe.fields import expand  # noqa: PLC0415
 
     curves = [invocation.resolve(field) for word in words for field in expand(word)]
@@ -196,6 +209,9 @@ COMMAND = Command(
         Flag("-P", "--start-paused", dest="paused", help="of a plot: begin paused"),
         Flag("--xy", help="of a plot: the second of two curves against the first"),
         Flag("--clock", help="of a bag: publish the clock when it is played"),
+        Option("-s", "--standalone", metavar="PLUGIN", help="as rqt has it: the panel of this plugin of rqt"),
+        Option("-f", "--fixed-frame", metavar="FRAME", help="of the scene: the frame that stands still"),
+        Option("-d", "--display-config", hidden=True),  # rviz's
         # rqt and its plugins take these; the page has nothing to clear or discover
         Flag("-e", "--empty", hidden=True),
         Flag("--clear-config", dest="clear_config", hidden=True),

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from pyros1.ground.errors import MessageError
+from pyros1.msgs.dynamic_reconfigure.msg import Config
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
+from pyros1.msgs.fill import fill_message
 from pyros1.reconfigure.encoding import encode
 from pyros1.reconfigure.values import KINDS
 from pyros1.web.robot import Robot
@@ -18,8 +21,6 @@ _PATIENCE = 5.0
 
 def update(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """Change parameters. Args: node, values: name -> value, types: name -> type. Returns the node's values then."""
-    name = f"{text(args, 'node')}/set_parameters"
-    robot.check_visible(name)
     wanted, types = args.get("values"), args.get("types")
     if not isinstance(wanted, dict) or not isinstance(types, dict) or "groups" in wanted:
         raise RequestError("values and types are objects by name")
@@ -29,9 +30,29 @@ def update(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
         config = encode(wanted, types)
     except (ValueError, TypeError, OverflowError) as error:
         raise RequestError(str(error)) from None
+    return _send(robot, args, config)
+
+
+def turn(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
+    """Turn groups on and off, which for some means to open and close them.
+
+    Args: node, groups: all of them, as objects with name, state, id and parent: nodes in C++ want all. Returns the
+    node's values then.
+    """
+    config = Config()
+    try:
+        fill_message(config, {"groups": args.get("groups")})
+    except MessageError as error:
+        raise RequestError(f"groups: {error}") from None
+    return _send(robot, args, config)
+
+
+def _send(robot: Robot, args: Mapping[str, Any], config: Any) -> dict[str, Any]:
+    name = f"{text(args, 'node')}/set_parameters"
+    robot.check_visible(name)
     with robot.node.service(name, Reconfigure) as client:
         return values(client.call(Reconfigure._request_class(config=config), _PATIENCE).config)
 
 
-CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"update": update}
-CHANGES = frozenset({"update"})
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"update": update, "turn": turn}
+CHANGES = frozenset({"update", "turn"})

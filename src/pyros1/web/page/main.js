@@ -7,9 +7,14 @@ import { Workspace } from "./lib/workspace.js";
 import { layoutsButton } from "./lib/layouts.js";
 import { fromLink, linkFor, load, store } from "./lib/store.js";
 
+const theme0 = load("theme");
+if (theme0) document.documentElement.dataset.theme = theme0;
 const token = new URLSearchParams(location.search).get("token") || "";
 const robot = new Robot(token);
-const panels = await panelList();
+const panels = await panelList().catch((error) => {
+  fill(document.querySelector(".loading"), `The page cannot be loaded: ${error.message}. Load it again.`);
+  throw error;
+});
 const bar = document.getElementById("bar");
 const state = h("span.state", { role: "status" });
 const tabs = h("nav", { "aria-label": "views" });
@@ -93,8 +98,6 @@ function drawState() {
 robot.addEventListener("state", drawState);
 robot.addEventListener("about", drawState);
 robot.addEventListener("master", drawState);
-const theme0 = load("theme");
-if (theme0) document.documentElement.dataset.theme = theme0;
 
 addEventListener("keydown", (event) => {
   if (event.target.matches("input, textarea, select") || event.ctrlKey || event.metaKey || event.altKey) return;

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import socket
 from asyncio import BaseTransport
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +14,10 @@ if TYPE_CHECKING:
 
 MOST = 128
 """Most connections that have not come in. The oldest make room, as those of pages come in within moments."""
+
+TAKEN = 6_000
+"""Milliseconds within which a client takes of what is sent, or its connection ends. Whoever takes nothing gets no ping
+either: it waits behind the rest."""
 
 
 class Entrance:
@@ -37,6 +43,8 @@ class Entrance:
         if self._guests is not None and not (peer and here and self._guests.may_come(peer[0], here[0])):
             transport.abort()  # type: ignore[attr-defined]
             return
+        with contextlib.suppress(AttributeError, OSError):  # systems without it keep the connection for longer
+            transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, TAKEN)
         self._transports[connection] = transport
         while len(self._transports) > self._most:
             self._transports.pop(next(iter(self._transports))).abort()  # type: ignore[attr-defined]

@@ -43,6 +43,9 @@ class ConsoleView(View):
         self._last = entries[-1].number
         if len(entries) == _MOST:
             self.wake()  # there may be more
+        access = self.robot.access
+        if access.topics:  # nodes tell the log what they publish
+            entries = [entry._replace(topics=access.visible(entry.topics)) for entry in entries]
         return Push({"run": self.robot.console.run, "dropped": dropped, "entries": entries})
 
     def close(self) -> None:

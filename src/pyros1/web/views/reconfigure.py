@@ -31,9 +31,10 @@ class ReconfigureView(View):
         node: the node's name, or the namespace of its parameters.
 
     Pushes ``{"parameters": [{"name", "type", "groups", "description", "min", "max", "default", "choices"}, ...],
-    "values": {name: value}, "closed": [groups, ...], "hidden": [groups, ...]}``; groups are the names of the groups
-    that it is in, from the outermost, without the one that all are in; choices are a list of name and value. Closed and
-    hidden are groups of the types collapse and hide whose state is false.
+    "values": {name: value}, "groups": [{"path", "type", "name", "state", "id", "parent"}, ...]}``. The groups of a
+    parameter, and the path of a group, are the names of the groups that it is in, from the outermost, without the one
+    that all are in; choices are a list of name and value. A group of the type collapse or hide whose state is false is
+    closed or hidden.
     """
 
     period = 1 / 15
@@ -58,13 +59,11 @@ class ReconfigureView(View):
         if description is None or config is None:
             return None
         try:
-            closed, hidden = (off(description.message, config.message, kind) for kind in ("collapse", "hide"))
             return Push(
                 {
                     "parameters": parameters(description.message),
                     "values": values(config.message),
-                    "closed": closed,
-                    "hidden": hidden,
+                    "groups": groups(description.message, config.message),
                 }
             )
         except (MessageError, AttributeError, TypeError) as error:  # another type under these names
@@ -105,16 +104,25 @@ def parameters(description: Any) -> list[dict[str, Any]]:
     ]
 
 
-def off(description: Any, config: Any, kind: str) -> list[list[str]]:
-    """Return the groups of a type whose state is false, each with the names of those that it is in.
+def groups(description: Any, config: Any) -> list[dict[str, Any]]:
+    """Return the groups with their states for a page; see `ReconfigureView`. One whose state is not told is on.
 
     Args:
         description: a dynamic_reconfigure/ConfigDescription. config: a dynamic_reconfigure/Config.
-        kind: "collapse" or "hide".
     """
     paths = _paths(description.groups)
     states = {group.id: group.state for group in config.groups}
-    return [paths[each.id] for each in description.groups if each.type == kind and not states.get(each.id, True)]
+    return [
+        {
+            "path": paths[each.id],
+            "type": each.type,
+            "name": each.name,
+            "state": states.get(each.id, True),
+            "id": each.id,
+            "parent": each.parent,
+        }
+        for each in description.groups
+    ]
 
 
 def _paths(groups: Any) -> dict[int, list[str]]:

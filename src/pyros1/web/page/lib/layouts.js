@@ -17,13 +17,12 @@ export const MADE_IN = {
   },
   "Mobile robot": {
     split: "row", sizes: [2, 3], parts: [
-      { split: "column", sizes: [1, 1], parts: [{ panel: "topics" }, { panel: "nodes" }] },
-      { split: "column", sizes: [4, 2, 2], parts: [
+      { split: "column", sizes: [1, 1, 1], parts: [{ panel: "topics" }, { panel: "nodes" }, { panel: "console", settings: { hidden: [1] } }] },
+      { split: "column", sizes: [4, 3], parts: [
         { panel: "scene", settings: { topics: ["/map", "/scan"] } },
-        { panel: "plot", settings: { stacked: true, curves: [
+        { panel: "plot", settings: { curves: [
           "/cmd_vel/linear/x", "/cmd_vel/angular/z", "/odom/twist/twist/linear/x", "/odom/twist/twist/angular/z",
         ] } },
-        { panel: "console", settings: { hidden: [1] } },
       ] },
     ],
   },

@@ -16,7 +16,7 @@ export class Workspace {
     this._mounted = new Map();
     this._banner = h("div.banner", { role: "alert", hidden: true });
     this._place = h("div.place");
-    root.append(this._banner, this._place);
+    fill(root, this._banner, this._place); // the page has said there that it loads
   }
 
   show(tree) {

@@ -1,7 +1,7 @@
 // The log of all nodes, as rqt_console shows it.
 
 import { empty, command, fill, h, save } from "../lib/dom.js";
-import { clock, plural } from "../lib/format.js";
+import { bytes, clock, plural } from "../lib/format.js";
 
 const LEVELS = [[1, "debug"], [2, "info"], [4, "warn"], [8, "error"], [16, "fatal"]];
 const NAME = new Map(LEVELS);
@@ -66,7 +66,7 @@ class Console {
       fill(this.pause, this.paused ? "Go on" : "Pause");
       if (!this.paused) this._filtersChanged();
     } }, "Pause");
-    const field = (key, hint, title) => h("input", {
+    const field = (key, hint, title) => h("input.filter", {
       value: this[key], placeholder: hint, title, size: 10, "aria-label": hint,
       oninput: (event) => { this[key] = event.target.value; this._filtersChanged(); },
     });
@@ -129,7 +129,8 @@ class Console {
   _drawCounts() {
     for (const [level, button] of this.buttons) {
       button.setAttribute("aria-pressed", String(!this.hidden.has(level)));
-      const text = `${NAME.get(level)} ${this.counts.get(level)}`;
+      const count = this.counts.get(level);
+      const text = `${NAME.get(level)} ${count < 1e5 ? count : bytes(count, "")}`;
       if (button.textContent !== text) button.textContent = text;
     }
   }

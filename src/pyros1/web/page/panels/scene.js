@@ -3,11 +3,12 @@
 import { empty, fill, h, save } from "../lib/dom.js";
 import { DESCRIPTION, ROBOT, offersOf, picturesOf, readKey } from "../lib/scene/kinds.js";
 import { DisplayList } from "../lib/scene/list.js";
+import { ViewChoice } from "../lib/scene/view_choice.js";
 
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9"];
 const PARTS = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay", "camera_view", "efforts", "select"];
+const WRITING = ["goal", "estimate", "point"]; // tools that publish
 const FRAMES = "frames"; // keys of displays: those of kinds.js, or this
-const VIEWS = { orbit: "orbit", ground: "ground", third: "behind", walk: "walk", top: "top", side: "side", flat: "flat" };
 
 document.head.append(h("link", { rel: "stylesheet", href: "panels/scene.css" }));
 
@@ -27,11 +28,13 @@ class Scene {
     this.robots = texts(robots) || [DESCRIPTION]; // parameters with URDFs
     this.options = { ...options }; // key of a display -> what was chosen
     this.concealed = new Set(texts(hidden)); // keys
-    this.view0 = view && typeof view === "object" ? view : null;
-    this.target = String(target || "");
+    this.look = new ViewChoice({ view, target }, { changed: () => this._save(), robot: () => this._robotAlone() });
     this.displays = new Map(); // key -> {key, topic, display, stream}
     this.types = {};
     this._build();
+    this.onAbout = () => this._mayWrite();
+    place.robot.addEventListener("about", this.onAbout);
+    this._mayWrite();
     this._begin();
   }
 
@@ -46,13 +49,8 @@ class Scene {
       fill(this.view, empty("No 3D here", `This browser cannot draw in 3D: ${error.message}`));
       return;
     }
-    if (this.view0) this.stage.place = this.view0;
-    this._showView();
-    this.stage.moved = () => {
-      this.view0 = this.stage.place; // the user's
-      this._save();
-    };
     this.frames = new this.lib.FrameSet();
+    this.look.begin(this.stage, this.frames);
     this.stage.before.push(() => this.frames.face(this.stage), () => this._ease());
     this.place.body.scene = this; // for tests, and the curious
     this.onTheme = () => this.stage.colours();
@@ -67,6 +65,7 @@ class Scene {
       publish: (topic, type, value) => robot.call("topics.publish", { topic, type, value }),
       told: (text) => this._say(text),
     });
+    this._mayWrite();
     this.system = robot.stream("system", {}, { data: (data) => this._system(data) });
     this.world = robot.stream("scene_frames", { fixed: this.fixed }, {
       data: (data, blob) => this._frames(data, blob),
@@ -81,6 +80,7 @@ class Scene {
     this.world?.close();
     for (const key of [...this.displays.keys()]) this._hide(key);
     if (this.onTheme) removeEventListener("themechange", this.onTheme);
+    this.place.robot.removeEventListener("about", this.onAbout);
     this.tool?.close();
     this.mouse?.close();
     this.stage?.close();
@@ -93,14 +93,11 @@ class Scene {
   _build() {
     const { body, tools } = this.place;
     this.fixedChoice = h("select.mono", { "aria-label": "fixed frame", title: "the frame that stands still", onchange: (event) => this._fix(event.target.value) });
-    this.targetChoice = h("select.mono", { "aria-label": "followed frame", title: "the frame that the view goes along with", onchange: (event) => { this.target = event.target.value; this.stage.followed = null; this._save(); } });
-    this.viewChoice = h("select", { "aria-label": "view", title: "from where one looks; ground moves on the ground; behind turns with the followed frame; walk with the mouse, its wheel and W, A, S, D; flat is from above and without perspective", onchange: (event) => this._look(event.target.value) },
-      Object.entries(VIEWS).map(([name, text]) => h("option", { value: name }, text)));
     this.buttons = new Map([["select", "Select"], ["measure", "Measure"], ["goal", "Nav goal"], ["estimate", "Pose estimate"], ["point", "Point"]].map(([name, text]) =>
       [name, h("button", { "aria-pressed": "false", onclick: () => this._use(name) }, text)]));
-    tools.append(h("label.check", {}, "fixed", this.fixedChoice), h("label.check", {}, "view", this.viewChoice), h("label.check", {}, "follow", this.targetChoice),
+    tools.append(h("label.check", {}, "fixed", this.fixedChoice), h("label.check", {}, "view", this.look.views, this.look.axes), h("label.check", {}, "follow", this.look.frames),
       ...this.buttons.values(),
-      h("button.quiet", { title: "look from where one looked at first", onclick: () => this._reset() }, "Reset"),
+      h("button.quiet", { title: "look from where one looked at first", onclick: () => this.look.reset() }, "Reset"),
       h("button.quiet", { title: "save the picture", onclick: () => this._png() }, "PNG"));
     this.view = h("div.view");
     this.word = h("div.word.mono", { hidden: true, role: "status" });
@@ -121,9 +118,7 @@ class Scene {
   }
 
   _save() {
-    const view = this.stage?.place;
-    if (view) for (const name of ["position", "target"]) view[name] = view[name].map((value) => Number(value.toFixed(3)));
-    this.place.save({ fixed: this.fixed, topics: this.topics, robots: this.robots, options: this.options, hidden: [...this.concealed], view, target: this.target });
+    this.place.save({ fixed: this.fixed, topics: this.topics, robots: this.robots, options: this.options, hidden: [...this.concealed], view: this.look.kept, target: this.look.target });
   }
 
   _system(data) {
@@ -143,14 +138,14 @@ class Scene {
   _frames(data, blob) {
     this.shownFixed = data.fixed;
     const told = [...this.displays.values()].map(({ display }) => display.frame).filter(Boolean);
-    const names = [...new Set([...data.names, ...data.lost, ...told, this.fixed, this.target])].filter(Boolean).sort();
+    const names = [...new Set([...data.names, ...data.lost, ...told, this.fixed, this.look.target])].filter(Boolean).sort();
     const key = JSON.stringify([names, data.fixed]);
     const others = key !== this.names;
     if (others) {
       this.names = key;
-      const option = (chosen) => (name) => h("option", { value: name, selected: name === chosen }, name);
-      fill(this.fixedChoice, h("option", { value: "" }, data.names.length + data.lost.length ? `the root (${data.fixed})` : `no frames yet (${data.fixed})`), names.map(option(this.fixed)));
-      fill(this.targetChoice, h("option", { value: "" }, "no frame"), names.map(option(this.target)));
+      const option = (name) => h("option", { value: name, selected: name === this.fixed }, name);
+      fill(this.fixedChoice, h("option", { value: "" }, data.names.length + data.lost.length ? `the root (${data.fixed})` : `no frames yet (${data.fixed})`), names.map(option));
+      this.look.offer(names);
       if (!this.fixed) this._restream();
     }
     this.place.problem(data.lost.length ? `no way from ${data.fixed} to ${data.lost.slice(0, 5).join(", ")}${data.lost.length > 5 ? " …" : ""}` : "");
@@ -159,10 +154,8 @@ class Scene {
       entry.display.place?.(this.frames);
       this.list.tell(entry);
     }
-    if (others && !this.view0 && !this.topics.length) this._lookAtRobot(); // it may be elsewhere now
-    const target = this.target && this.frames.pose(this.target);
-    if (target) this.stage.follow(target);
-    this.stage.draw();
+    this.look.seeRobot(others); // it may be elsewhere now
+    this.look.follow();
   }
 
   _fix(frame) {
@@ -235,7 +228,7 @@ class Scene {
 
   _showRobot(name) {
     const display = new this.lib.RobotModel(this.place.robot.token, () => {
-      if (!this.view0 && !this.topics.length) this._lookAtRobot();
+      this.look.seeRobot(true);
       this._touched(entry);
     });
     const entry = this._enter({ key: ROBOT + name, title: name, kind: "RobotModel", display });
@@ -314,30 +307,11 @@ class Scene {
     this.stage.draw();
   }
 
-  _reset() {
-    if (!this.stage) return;
-    this.stage.view(this.stage.name);
-    this.view0 = null;
-    if (!this.topics.length) this._lookAtRobot();
-    this._save();
-  }
-
-  _look(name) {
-    if (!this.stage) return;
-    const { camera, controls } = this.stage;
-    this.stage.view(name, controls.target.toArray(), camera.isPerspectiveCamera ? camera.position.toArray() : null);
-    this.stage.canvas.focus({ preventScroll: true });
-    this._save();
-  }
-
-  // A robot alone fills the picture, as soon as its shapes are there.
-  _lookAtRobot() {
+  // The robot, if nothing else is shown, as soon as its shapes are there.
+  _robotAlone() {
+    if (this.topics.length) return null;
     const robot = [...this.displays.values()].map(({ display }) => display).find((each) => each instanceof this.lib.RobotModel && each.links.size);
-    if (robot && !robot.loading) this.stage.fit(robot.object);
-  }
-
-  _showView() {
-    this.viewChoice.value = this.stage.name;
+    return robot && !robot.loading ? robot.object : null;
   }
 
   _use(name) {
@@ -356,9 +330,16 @@ class Scene {
       if (name === "point") this._say("click the place that is published");
       else if (name === "goal" || name === "estimate") this._say("press at the place, and release in the direction");
     }
-    if (this.mouse) this.mouse.enabled = !this.using;
+    this._mayWrite();
     if ("select" === before || "select" === this.using) this._inspect();
     for (const [each, button] of this.buttons) button.setAttribute("aria-pressed", String(each === this.using));
+  }
+
+  // Tools that publish, and interactive markers, are of no use if the server is read-only.
+  _mayWrite() {
+    const { read_only: readOnly } = this.place.robot.about;
+    for (const name of WRITING) this.buttons.get(name).hidden = readOnly;
+    if (this.mouse) this.mouse.enabled = !this.using && !readOnly;
   }
 
   // While one selects, the server sends the numbers behind the points, too.

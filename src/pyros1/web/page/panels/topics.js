@@ -8,6 +8,7 @@ import { copied, facts, links, tabbed } from "../parts/pieces.js";
 import { Publisher } from "../parts/publisher.js";
 
 const MOST_MEASURED = 50; // as in pyros1/web/views/rates.py
+const LOOKS = 3; // after which a rate is known: two, and one for the connection to be made
 
 export default {
   title: "Topics",
@@ -20,6 +21,7 @@ class Topics {
   constructor(place) {
     this.place = place;
     this.measured = new Map(); // topic -> {hz, bytes}
+    this.looks = new Map(); // topic -> how often it was seen with publishers and subscribers
     this.system = null;
     const publish = h("button", { title: "publish on a topic that is not there yet", onclick: () => this._new() }, "New …");
     this.publish = publish;
@@ -38,7 +40,7 @@ class Topics {
       empty: () => empty("No topics yet", "Nodes that run show their topics here. Try, in a terminal:", command("pyros1 launch minimal_nodes minimal_simulator.launch")),
     });
     this.stream = place.robot.stream("system", {}, {
-      data: (system) => { this.system = system; this._show(); this._begin(); },
+      data: (system) => { this._take(system); this._show(); this._begin(); },
       problem: (text) => place.problem(text),
     });
     this.rates = null;
@@ -70,6 +72,12 @@ class Topics {
     if (selected) this.listing.choose(selected);
   }
 
+  _take(system) {
+    this.system = system;
+    const flows = Object.entries(system.topics).filter(([, { publishers, subscribers }]) => publishers.length && subscribers.length);
+    this.looks = new Map(flows.map(([name]) => [name, (this.looks.get(name) || 0) + 1]));
+  }
+
   _show() {
     this.listing.show(Object.entries(this.system.topics).map(([name, facts]) => {
       const measured = this.measured.get(name);
@@ -86,7 +94,10 @@ class Topics {
     }
     if (row.measured) return h("button.measure.on", { title: row.problem || "click to stop", onclick: () => this._measure(row.name) }, row.problem ? "problem" : "…");
     if (!row.publishers.length) return h("span.muted", { title: "nobody publishes it" }, "–");
-    if (row.subscribers.length) return h("span.muted", {}, row.hz === undefined ? "" : "0 Hz");
+    if (row.subscribers.length) {
+      if (row.hz !== undefined) return h("span.muted", {}, "0 Hz");
+      return this.looks.get(row.name) < LOOKS ? h("span.muted", { title: "a moment: two looks make a rate" }, "…") : h("span.muted", { title: "nothing is connected, or its publishers do not say what they send" }, "?");
+    }
     return h("button.measure", { title: "nobody subscribes: listen, to measure the rate", onclick: () => this._measure(row.name) }, "measure");
   }
 

@@ -64,12 +64,11 @@ export class Listing {
 
   // Show rows: [{name, ...}]. Called whenever something has changed.
   show(rows) {
-    const first = this.rows === null;
     this.rows = rows;
     this.table.show(rows);
     this._drawTools();
     const row = rows.find((each) => each.name === this.selected);
-    if (first && row) this._open(row);
+    if (row && !this.details) this._open(row); // a link may name one that comes later
     else if (this.details && row) this.details.update?.(row);
     else if (this.details) this.details.update?.(null);
   }

@@ -12,7 +12,8 @@ export class Reconfigure {
     this.robot = robot;
     this.node = node;
     this.controls = new Map(); // name -> {set(value)}
-    this.groups = new Map(); // names of groups -> {element, open}; open: as the node wants it
+    this.groups = new Map(); // path of a group -> {element, open, told}; open: as the node wants it, or shall want it
+    this.states = []; // of all groups, as the node has told them
     this.pending = null; // name -> value, to be sent next
     this.sent = null; // the same, while the node has not answered
     this.values = {};
@@ -30,7 +31,7 @@ export class Reconfigure {
     this.stream.close();
   }
 
-  _take({ parameters, values, closed, hidden }) {
+  _take({ parameters, values, groups }) {
     const shape = JSON.stringify(parameters);
     if (shape !== this.shape) {
       this.shape = shape;
@@ -39,15 +40,37 @@ export class Reconfigure {
     }
     this.values = values;
     this._show();
-    this._showGroups(closed.map(String), hidden.map(String));
+    this.states = groups;
+    this._showGroups();
   }
 
-  // The node closes, opens and hides groups; the user opens and closes them meanwhile.
-  _showGroups(closed, hidden) {
-    for (const [key, group] of this.groups) {
-      group.element.hidden = hidden.includes(key);
-      const open = !closed.includes(key);
-      if (open !== group.open) group.element.open = group.open = open;
+  // The node closes, opens and hides groups; so does the user.
+  _showGroups() {
+    for (const { path, type, state } of this.states) {
+      const group = this.groups.get(String(path));
+      if (!group) continue; // nothing is in it
+      group.element.hidden = type === "hide" && !state;
+      const open = type !== "collapse" || state;
+      if (open !== group.open && !group.told) group.element.open = group.open = open;
+    }
+  }
+
+  // The user has opened or closed a group. The node keeps that for those of the type collapse, for all who look.
+  async _turned(key) {
+    const group = this.groups.get(key);
+    const its = ({ path, type }) => type === "collapse" && this.groups.get(String(path));
+    if (group.element.open === group.open || !this.states.some((each) => its(each) === group)) return;
+    group.open = group.element.open;
+    if (this.forgets || this.robot.about.read_only) return;
+    group.told += 1;
+    const groups = this.states.map((each) => ({ name: each.name, id: each.id, parent: each.parent, state: its(each) ? its(each).open : each.state }));
+    try {
+      await this.robot.call("reconfigure.turn", { node: this.node, groups });
+    } catch (error) {
+      this.forgets = true; // stock's servers in Python do
+      this.outcome.say(`This node does not keep which groups are closed: ${error.message}`);
+    } finally {
+      group.told -= 1;
     }
   }
 
@@ -76,8 +99,9 @@ export class Reconfigure {
         below.get(name).push(each);
       }
       return [rows(list.filter(({ groups }) => groups.length === depth)), [...below].map(([name, those]) => {
-        const element = h("details.group", { open: true }, h("summary", {}, h("span.label", {}, name)), h("div.inner", {}, inside(those, depth + 1)));
-        this.groups.set(String(those[0].groups.slice(0, depth + 1)), { element, open: true });
+        const key = String(those[0].groups.slice(0, depth + 1));
+        const element = h("details.group", { open: true, ontoggle: () => this._turned(key) }, h("summary", {}, h("span.label", {}, name)), h("div.inner", {}, inside(those, depth + 1)));
+        this.groups.set(key, { element, open: true, told: 0 });
         return element;
       })];
     };

@@ -3,19 +3,21 @@
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { OrbitControls } from "../../vendor/three/OrbitControls.js";
 import { h } from "../dom.js";
+import { Seat } from "./seat.js";
 import { Walk } from "./walk.js";
 
-// Where the camera stands, from what it looks at, and which way is up. "flat" is without perspective, from above; in "walk"
-// one turns around the eye; "ground" moves on the ground; "third" stays behind the frame that is followed, as it turns.
+// Where the camera stands, from what it looks at. "flat" is without perspective, from above; in "walk" one turns around the
+// eye; "ground" moves on the ground; "third" stays behind the frame that is followed, as it turns; "frame" sits in it.
 const VIEWS = {
-  orbit: { position: [-6, -6, 5], up: [0, 0, 1] },
-  top: { position: [0, 0, 14], up: [1, 0, 0] },
-  side: { position: [0, -14, 0.5], up: [0, 0, 1] },
-  front: { position: [14, 0, 0.5], up: [0, 0, 1] },
-  flat: { position: [0, 0, 100], up: [1, 0, 0], flat: true },
-  walk: { position: [-4, 0, 1.5], up: [0, 0, 1] },
-  ground: { position: [-6, -6, 5], up: [0, 0, 1] },
-  third: { position: [-5, 0, 2.5], up: [0, 0, 1] },
+  orbit: { position: [-6, -6, 5] },
+  top: { position: [-0.001, 0, 14] }, // x is up in the picture
+  side: { position: [0, -14, 0.5] },
+  front: { position: [14, 0, 0.5] },
+  flat: { position: [-0.001, 0, 100], flat: true },
+  walk: { position: [-4, 0, 1.5], walks: true },
+  ground: { position: [-6, -6, 5] },
+  third: { position: [-5, 0, 2.5] },
+  frame: { position: [0, 0, 0], walks: true, sits: true },
 };
 const FLAT_HEIGHT = 16; // metres that the flat view shows from top to bottom
 
@@ -23,6 +25,7 @@ export class Stage {
   constructor(place) {
     this.scene = new THREE.Scene();
     this.cameras = [new THREE.PerspectiveCamera(50, 1, 0.01, 5000), new THREE.OrthographicCamera(-1, 1, 1, -1, 0.01, 5000)];
+    for (const camera of this.cameras) camera.up.set(0, 0, 1); // before the controls, which turn around it
     [this.camera] = this.cameras;
     this.canvas = h("canvas", { tabIndex: 0, "aria-label": "3D scene" });
     place.append(this.canvas);
@@ -33,13 +36,17 @@ export class Stage {
     this.controls.enableDamping = false;
     this.controls.listenToKeyEvents(this.canvas); // arrows move the view
     this.controls.addEventListener("change", () => this.draw());
-    this.controls.addEventListener("end", () => this.moved?.()); // the user has turned the view
+    let before = "";
+    const now = () => JSON.stringify(this.place);
+    this.controls.addEventListener("start", () => { before = now(); });
+    this.controls.addEventListener("end", () => { if (now() !== before) this.moved?.(); }); // the user has turned the view
     const sun = new THREE.DirectionalLight(0xffffff, 2.2);
     sun.position.set(3, -5, 8);
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x888899, 2.4), sun);
     this.grid = new THREE.Group();
     this.scene.add(this.grid);
     this.walk = new Walk(this);
+    this.seat = new Seat(this);
     this.frames = 0;
     this.lag = 0; // milliseconds that the last picture took
     this.before = []; // called before each picture
@@ -65,8 +72,7 @@ export class Stage {
   // Look from somewhere at a target. One that walks begins where one is, if one was somewhere.
   view(name, target = [0, 0, 0], from = null) {
     this.name = Object.hasOwn(VIEWS, name) ? name : "orbit";
-    const { position, up, flat } = VIEWS[this.name];
-    const walks = this.name === "walk";
+    const { position, flat, walks, sits } = VIEWS[this.name];
     const eye = walks && from ? from : target.map((value, index) => value + position[index]);
     this.camera = this.cameras[flat ? 1 : 0];
     this.controls.object = this.camera;
@@ -77,10 +83,11 @@ export class Stage {
     this.turned = 0;
     this._grip();
     this.camera.zoom = 1;
-    this.camera.up.set(...up);
+    this.camera.up.set(0, 0, 1);
     this.controls.target.set(...target);
     this.camera.position.set(...eye);
     this.controls.update();
+    if (sits) this.seat.sit();
     this.resize();
   }
 
@@ -100,15 +107,19 @@ export class Stage {
     this.controls.touches.ONE = this._claimed ? null : flat ? THREE.TOUCH.PAN : THREE.TOUCH.ROTATE;
   }
 
-  // The view as numbers, and back; they may come from a link.
+  // The view as numbers, of metres to three digits, and back; they may come from a link.
   get place() {
-    return { name: this.name, position: this.camera.position.toArray(), target: this.controls.target.toArray(), zoom: this.camera.zoom };
+    const place = this.sits ? this.seat.place : { position: this.camera.position.toArray(), target: this.controls.target.toArray(), zoom: this.camera.zoom };
+    for (const name of ["position", "target"]) place[name] = place[name].map((value) => Number(value.toFixed(3)));
+    return { name: this.name, ...place };
   }
 
-  set place({ name, position, target, zoom }) {
+  set place({ name, position, target, zoom, axis }) {
     const good = (numbers) => Array.isArray(numbers) && numbers.length === 3 && numbers.every(Number.isFinite);
-    if (!good(position) || !good(target)) return;
-    this.view(name, target);
+    this.view(name);
+    if (this.sits) this.seat.sit(good(position) && good(target) ? { axis, position, target } : { axis });
+    if (this.sits || !good(position) || !good(target)) return;
+    this.controls.target.set(...target);
     this.turned = null; // it has turned with the frame already
     this.camera.position.set(...position);
     this.camera.zoom = zoom > 0 ? zoom : 1;
@@ -121,6 +132,17 @@ export class Stage {
     const [deep, flat] = this.cameras;
     const high = this.camera === flat ? FLAT_HEIGHT / flat.zoom : 2 * place.distanceTo(deep.position) * Math.tan(deep.fov * Math.PI / 360);
     return high / (this.canvas.clientHeight || 1);
+  }
+
+  // Whether all of a thing is in the picture.
+  shows(object) {
+    const { min, max } = new THREE.Box3().setFromObject(object);
+    this.camera.updateMatrixWorld();
+    for (const x of [min.x, max.x]) for (const y of [min.y, max.y]) for (const z of [min.z, max.z]) {
+      const corner = new THREE.Vector3(x, y, z).project(this.camera);
+      if (Math.max(Math.abs(corner.x), Math.abs(corner.y), Math.abs(corner.z)) > 1) return false;
+    }
+    return true;
   }
 
   // Look at a thing as a whole, from where one looks now.
@@ -136,8 +158,17 @@ export class Stage {
     this.resize();
   }
 
+  // Whether one sits in the frame that is followed, or in the fixed one.
+  get sits() {
+    return Boolean(VIEWS[this.name].sits);
+  }
+
   // Go along with something that has moved.
   follow([x, y, z, ...turn]) {
+    if (this.sits) {
+      this.seat.take([x, y, z, ...turn]);
+      return;
+    }
     if (this.name === "third") this._turn(turn);
     const step = new THREE.Vector3(x, y, z);
     const before = this.followed;

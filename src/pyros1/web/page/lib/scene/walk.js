@@ -66,11 +66,11 @@ export class Walk {
   // Turn to the left and up, in radians.
   _look(left, up) {
     const { camera, controls } = this.stage;
-    const way = new THREE.Spherical().setFromVector3(swapped(controls.target.clone().sub(camera.position)));
+    const turn = new THREE.Quaternion().setFromUnitVectors(camera.up, new THREE.Vector3(0, 1, 0)); // y is up in three.js's spheres
+    const way = new THREE.Spherical().setFromVector3(controls.target.clone().sub(camera.position).applyQuaternion(turn));
     way.theta += left;
     way.phi = Math.min(Math.PI - STEEP, Math.max(STEEP, way.phi - up));
-    const { x, y, z } = new THREE.Vector3().setFromSpherical(way);
-    controls.target.copy(camera.position).add(new THREE.Vector3(z, x, y));
+    controls.target.setFromSpherical(way).applyQuaternion(turn.invert()).add(camera.position);
     controls.update();
   }
 
@@ -82,9 +82,4 @@ export class Walk {
     controls.target.add(step);
     controls.update();
   }
-}
-
-// In spheres of three.js y is up, and in ROS z.
-function swapped({ x, y, z }) {
-  return new THREE.Vector3(y, z, x);
 }

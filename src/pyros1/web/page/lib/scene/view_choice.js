@@ -1,0 +1,102 @@
+// From where one looks: the view, the frame that it goes along with, the axis for those who sit in it. What is kept of it is
+// what the user chose: the name of a view, and the place once he has turned it.
+
+import { fill, h } from "../dom.js";
+
+const VIEWS = { orbit: "orbit", ground: "ground", third: "behind", frame: "in frame", walk: "walk", top: "top", side: "side", flat: "flat" };
+const AXES = ["x", "-x", "y", "-y", "z", "-z"];
+
+export class ViewChoice {
+  // kept: {view, target}, from a link perhaps. host: {changed() keep it, robot() what shall fill the picture, or nothing}.
+  constructor({ view, target }, host) {
+    this.kept = view && typeof view === "object" ? view : null;
+    this.target = String(target || ""); // the frame that is followed
+    this.host = host;
+    this.frames = h("select.mono", { "aria-label": "followed frame", title: "the frame that the view goes along with", onchange: (event) => this._goWith(event.target.value) });
+    this.views = h("select", { "aria-label": "view", title: "from where one looks; ground moves on the ground; behind and in frame turn with the followed frame; walk with the mouse, its wheel and W, A, S, D; flat is from above and without perspective", onchange: (event) => this._look(event.target.value) },
+      Object.entries(VIEWS).map(([name, text]) => h("option", { value: name }, text)));
+    this.axes = h("select.mono", { hidden: true, "aria-label": "axis", title: "the axis of the frame along which one looks", onchange: (event) => this._axis(event.target.value) },
+      ["", ...AXES].map((name) => h("option", { value: name, disabled: !name }, name ? name.replace("-", "−") : "turned")));
+  }
+
+  // The stage is there, and the frames with their poses.
+  begin(stage, poses) {
+    this.stage = stage;
+    this.poses = poses;
+    if (this.kept) stage.place = this.kept;
+    stage.moved = () => this._moved();
+    this._show();
+  }
+
+  offer(names) {
+    fill(this.frames, h("option", { value: "" }, "no frame"), names.map((name) => h("option", { value: name, selected: name === this.target }, name)));
+  }
+
+  // Go along with the frame, where it is now. Who sits in no chosen frame sits in the fixed one.
+  follow() {
+    const name = this.target || (this.stage.sits ? this.poses.fixed : "");
+    const pose = name && this.poses.pose(name);
+    if (pose) this.stage.follow(pose);
+    this.stage.draw();
+  }
+
+  // A robot alone fills the picture and does not leave it, until the user turns the view. again: it looks different now.
+  seeRobot(again) {
+    if (this.kept?.position || this.stage.sits) return;
+    const robot = this.host.robot();
+    if (robot && (again || (!this.target && !this.stage.shows(robot)))) this.stage.fit(robot);
+  }
+
+  // Look from where one looked at first.
+  reset() {
+    if (this.stage) this._begun([0, 0, 0]);
+  }
+
+  _look(name) {
+    if (!this.stage) return;
+    const { camera, controls, sits } = this.stage;
+    const eye = camera.isPerspectiveCamera ? camera.position.toArray() : null;
+    this._begun(sits ? [0, 0, 0] : controls.target.toArray(), eye, name);
+    this.stage.canvas.focus({ preventScroll: true });
+  }
+
+  _begun(target, eye = null, name = this.stage.name) {
+    this.stage.view(name, target, eye);
+    this.stage.followed = null;
+    this.kept = { name };
+    this.seeRobot(true);
+    this.follow();
+    this._show();
+    this.host.changed();
+  }
+
+  _axis(name) {
+    this.stage.seat.look(name);
+    this._moved();
+    this.stage.canvas.focus({ preventScroll: true });
+  }
+
+  _goWith(name) {
+    this.target = name;
+    if (this.stage) {
+      this.stage.followed = null;
+      this.follow();
+    }
+    this.host.changed();
+  }
+
+  // The user has turned the view.
+  _moved() {
+    this.kept = this.stage.place;
+    this._show();
+    this.host.changed();
+  }
+
+  _show() {
+    this.views.value = this.stage.name;
+    this.axes.hidden = !this.stage.sits;
+    if (!this.stage.sits) return;
+    const { axis, along } = this.stage.seat.place;
+    this.axes.value = along ? axis : "";
+  }
+}
