@@ -234,8 +234,7 @@ class Delivery:
     @property
     def _held(self) -> bool:
         """Whether publishers are held back."""
-        holding = self.holding
-        return bool(holding) and any(each.full for each in holding) and not any(each.urgent for each in holding)
+        return any(each.full for each in self.holding) and not any(each.urgent for each in self.holding)
 
     def _work(self) -> None:
         cooperative = self.links.driver.cooperative
