@@ -432,9 +432,8 @@ class Delivery:
 
     def forget(self, source: Source) -> None:
         """Forget a source whose inbox has ended. Called by the owner."""
-        for inbox in list(self.handover.inboxes):
-            if inbox.source is source and not len(inbox):
-                self._forget(inbox)
+        for inbox in [each for each in list(self.handover.inboxes) if each.source is source and not len(each)]:
+            self._forget(inbox)
 
     def _forget(self, inbox: Inbox[Source, Item]) -> None:
         self.handover.forget(inbox)
