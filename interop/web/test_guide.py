@@ -1,0 +1,34 @@
+"""The guide on the page, beside panels that show what its steps do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from browsing import Browser, Web
+
+TITLE = "document.querySelector('.guide-text h2').textContent"
+
+
+def test_a_step_beside_what_it_does(browser: Browser, web: Web, tmp_path: Path) -> None:
+    browser.open(web.page("guide"))
+    browser.wait_for_text("1. A package")
+    browser.wait("document.querySelectorAll('.panel').length === 2")  # the graph is beside it
+    assert browser.run("return document.querySelector('[aria-label=\"the step before\"]').disabled")
+    browser.click(".guide-end button", "Next: A publisher and a subscriber")
+    browser.wait(f"{TITLE} === '2. A publisher and a subscriber'")
+    code = "document.querySelector('.guide-file pre').textContent"
+    assert browser.run(f"return {code}").startswith("#!/usr/bin/env python3\nimport pyros1\n")
+    name = browser.run("return document.querySelector('.guide-file figcaption').firstChild.textContent")
+    assert name == "my_robot/scripts/counter"
+    assert not browser.run("return document.querySelector('.guide-text').innerHTML.includes('```')")
+    browser.choose(".tools select[aria-label=step]", "simulator")
+    browser.wait(f"{TITLE}.startsWith('7. ')")
+    browser.picture(tmp_path / "guide.png")
+    browser.click(".guide-beside button", "Plot")
+    browser.wait_for_text("/force_cmd/data")
+    browser.driver.refresh()
+    browser.wait(f"document.querySelector('.guide-text h2') && {TITLE}.startsWith('7. ')")  # where one was
+    browser.resize(390, 800)
+    browser.wait("document.querySelector('.guide-text').clientWidth <= 390")
+    assert browser.run("return document.documentElement.scrollWidth") <= 390
+    assert browser.complaints() == []

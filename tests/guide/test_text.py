@@ -1,0 +1,89 @@
+"""The parts of the guide's steps, and how a terminal shows them."""
+
+from __future__ import annotations
+
+import random
+import re
+from pathlib import Path
+
+import pytest
+
+from pyros1.guide.text import Block, GuideStep, for_terminal, steps
+
+STEP = """# A step
+
+Two lines
+of *text* with `code`.
+
+## Type
+
+```console
+$ ls
+# not a heading
+
+- not an item
+```
+
+- one
+- two
+  lines
+```python a/b.py
+x = 1
+```
+"""
+
+
+def test_the_parts_of_a_step() -> None:
+    step = GuideStep(3, "step", "A step", STEP)
+    assert step.blocks == [
+        Block("title", "A step"),
+        Block("paragraph", "Two lines of *text* with `code`."),
+        Block("heading", "Type"),
+        Block("code", "$ ls\n# not a heading\n\n- not an item\n", "console"),
+        Block("item", "one"),
+        Block("item", "two lines"),
+        Block("code", "x = 1\n", "python", "a/b.py"),
+    ]
+    assert step.files == {"a/b.py": "x = 1\n"}
+    shown = for_terminal(step, 20, colour=False).splitlines()
+    assert shown[:5] == ["3. A step", "", "Two lines of text", "with code.", ""]
+    assert "\x1b[1m3. A step\x1b[0m" in for_terminal(step, 20, colour=True)
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_no_word_is_lost(seed: int) -> None:
+    chance = random.Random(seed)
+    lines = [
+        "",
+        "word",
+        "- item",
+        "## Heading",
+        "```console",
+        "```",
+        "$ command",
+        "*x* `y`",
+        "  more",
+        "```python f.py",
+    ]
+    text = "".join(f"{chance.choice(lines)}\n" for _ in range(chance.randrange(20)))
+    blocks = GuideStep(1, "x", "x", text).blocks
+    for word in ("word", "item", "Heading", "command", "more", "*x* `y`"):
+        assert sum(block.text.count(word) for block in blocks) == text.count(word)
+
+
+def test_steps_are_numbered_and_named_once_each() -> None:
+    known = steps()
+    assert [step.number for step in known] == list(range(1, len(known) + 1))
+    assert len({step.name for step in known}) == len(known)
+    for step in known:
+        assert [block.text for block in step.blocks if block.kind == "title"] == [step.title]
+        assert [block.text for block in step.blocks if block.kind == "heading"][-1] == "Exercise"
+
+
+def test_the_page_has_panels_for_steps_that_there_are() -> None:
+    folder = Path(__file__).parents[2] / "src" / "pyros1" / "web" / "page" / "panels"
+    beside = re.search(r"const BESIDE = \{\n(.*?)\n\};", (folder / "guide.js").read_text(encoding="utf-8"), re.S)
+    assert beside is not None
+    named = set(re.findall(r"^  (\w+): \[", beside[1], re.M))
+    assert len(named) > 5 and named <= {step.name for step in steps()}
+    assert all((folder / f"{panel}.js").is_file() for panel in re.findall(r'\["(\w+)", "', beside[1]))
