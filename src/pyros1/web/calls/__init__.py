@@ -17,8 +17,20 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _FILES = frozenset(
-    ["actions", "bags", "doctor", "forms", "guide", "launches", "nodes"]
-    + ["page", "params", "reconfigure", "services", "topics"]
+    (
+        "actions",
+        "bags",
+        "doctor",
+        "forms",
+        "guide",
+        "launches",
+        "nodes",
+        "page",
+        "params",
+        "reconfigure",
+        "services",
+        "topics",
+    )
 )
 LONG = frozenset({"services.call"})
 """Calls that take as long as a service, or for ever."""
