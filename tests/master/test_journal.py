@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import errno
 import os
 import random
@@ -360,3 +361,48 @@ def test_a_master_goes_on_where_another_stopped(tmp_path: Path) -> None:
     assert told == [0, ["/a"]]
     client.close()
     second.stop()
+
+
+def test_a_broken_journal_is_not_begun_anew_with_each_change(
+    journal: Callable[..., Journal], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As that takes the whole state each time: with a full disk, or one that hangs."""
+    go_on = threading.Event()
+
+    def hang(*_: object) -> None:
+        go_on.wait(20)
+        raise OSError(errno.EIO, "Input/output error")
+
+    writer = journal(log=lambda _: None)
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "replace", hang)
+        writer.begin([])
+        writer.begin([("setParam", ["/a", "/", {"x": "x" * (70 << 20)}])])
+        writer.add(("setParam", ["/a", "/x", 1]))
+        assert not writer.has_grown and not writer.is_due, "the writer has enough to do"
+        go_on.set()
+        until = time.monotonic() + 20
+        while not writer.is_due:
+            assert time.monotonic() < until
+        assert not writer.has_grown
+
+
+def test_only_nodes_that_were_there_at_the_end_count_as_left() -> None:
+    ended = [
+        call
+        for number in range(200)
+        for call in (
+            ("registerSubscriber", [f"/tool{number}", "/t", "*", f"http://h:{number}/"]),
+            ("unregisterSubscriber", [f"/tool{number}", "/t", f"http://h:{number}/"]),
+        )
+    ]
+    calls = (*ended, ("registerPublisher", ["/a", "/t", "*", "http://robot:1/"]))
+    asked: list[set[str]] = []
+    why_stale(Found(calls, 1, boot_id(), 1000.0, False), 2000.0, lambda apis: not asked.append(set(apis)))
+    assert asked == [{"http://robot:1/"}]
+
+
+def test_an_early_year_can_be_read_again() -> None:
+    call = ("setParam", ("/a", "/x", datetime.datetime(1, 2, 3, 4, 5, 6)))
+    (found,) = journals.unframe(frame(call))
+    assert found is not None and list(found[1]) == list(call[1])

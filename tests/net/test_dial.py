@@ -83,7 +83,7 @@ def test_a_silent_name_server(monkeypatch: pytest.MonkeyPatch) -> None:
     answer = threading.Event()
     monkeypatch.setattr("pyros1.net.resolve.look_up", lambda host: ["127.0.0.1"] * answer.wait(10))
     with pytest.raises(UnknownHostError, match="'slow' cannot be resolved here: no answer from the name server"):
-        dial("slow", 1, 0.05, nothing)
+        dial("slow", 1, 0.5, nothing)
     answer.set()
 
 
@@ -123,3 +123,13 @@ def test_a_loop_leaves_time_for_the_next_address(monkeypatch: pytest.MonkeyPatch
             sock.close()
     finally:
         loop.stop()
+
+
+def test_that_one_address_refuses_says_more_than_that_the_next_has_no_way(
+    listener: socket.socket, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    port = listener.getsockname()[1]
+    listener.close()
+    monkeypatch.setattr("pyros1.net.resolve.look_up", lambda _: ["127.0.0.1", "255.255.255.255"])
+    with pytest.raises(ConnectionRefusedError):
+        dial("both.example", port, 10, nothing)

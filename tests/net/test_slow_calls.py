@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import queue
 import socket
 import threading
 from collections.abc import Callable, Iterator
@@ -11,6 +12,7 @@ import pytest
 
 from pyros1.ground.errors import DeadlineError, Error, UnknownHostError, UnreachableError
 from pyros1.net import timeouts, xmlrpc_server
+from pyros1.net.connect import connect
 from pyros1.net.loop import Loop
 from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_client import XmlRpcClient
@@ -215,3 +217,35 @@ def test_close_interrupts_a_look_up(silent_name: threading.Event) -> None:
     with pytest.raises(UnreachableError, match="closed"):
         client.call("m")
     closer.join()
+
+
+def test_many_calls_that_fail_at_once_are_all_answered(loop: Loop, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As when a name cannot be looked up: each failure begins the next call, and they must not be nested."""
+    monkeypatch.setattr(loop.resolver, "resolve", lambda _, done: done([], socket.gaierror(-2, "unknown")))
+    caller = RpcCaller(loop)
+    errors: list[Error | None] = []
+    all_came = threading.Event()
+
+    def take(_: Any, error: Error | None) -> None:
+        errors.append(error)
+        if len(errors) == 500:
+            all_came.set()
+
+    def ask() -> None:
+        for number in range(500):
+            caller.call("http://nowhere:1/", "getPid", [f"/{number}"], take)
+
+    loop.call_soon(ask)
+    assert all_came.wait(20), len(errors)
+    assert {type(error) for error in errors} == {UnknownHostError}
+    loop.run(caller.close)
+
+
+def test_that_one_address_refuses_says_more_than_that_the_next_has_no_way(
+    loop: Loop, monkeypatch: pytest.MonkeyPatch, free_port: int
+) -> None:
+    monkeypatch.setattr(loop.resolver, "resolve", lambda _, done: done(["127.0.0.1", "255.255.255.255"], None))
+    came: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    connect(loop, "both", free_port, 10.0, lambda sock, error: came.put(error))
+    error = came.get(timeout=20)
+    assert isinstance(error, UnreachableError) and isinstance(error.__cause__, ConnectionRefusedError)

@@ -350,3 +350,48 @@ def test_what_a_new_master_was_not_told_is_told_at_the_next_check(
             break
     assert publishers == {"/a", "/b", "/c"}
     assert not failing, "the interruption happened"
+
+
+def published(client: MasterClient) -> set[str]:
+    return {topic for topic, _ in client.get_system_state()[0]}
+
+
+def test_what_a_dead_master_could_not_be_told_is_told_when_it_goes_on(make_node: Any, late_master: Any) -> None:
+    """It may go on with what it knew; the port of the node is still there, so nobody else would notice."""
+    first = late_master()
+    node = make_node("n")
+    kept, ended = (node.advertise(topic, Float64) for topic in ("/kept", "/ended"))
+    client = MasterClient("/n", late_master.uri)
+    uri = client.lookup_node("/n")
+    first.stop()
+    ended.unregister()
+    late_master()
+    for topic in ("/kept", "/ended"):  # as the journal has it
+        client.register_publisher(topic, "std_msgs/Float64", uri)
+    until = time.monotonic() + 20
+    while "/ended" in published(client):
+        assert time.monotonic() < until
+    assert "/kept" in published(client)
+    kept.unregister()
+    client.close()
+
+
+def test_a_registrar_survives_a_malformed_answer(
+    make_node: Any, late_master: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    late_master()
+    node = make_node("n")
+    node.advertise("/first", Float64)
+    asked = threading.Event()
+
+    def lookup_node(*_: object) -> str:
+        asked.set()
+        raise TypeError("'int' object is not iterable")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(MasterClient, "lookup_node", lookup_node)
+        assert asked.wait(20)
+    node.advertise("/second", Float64)
+    client = MasterClient("/me", late_master.uri)
+    assert "/second" in published(client)
+    client.close()

@@ -37,3 +37,8 @@ def test_turtles_look_where_they_go() -> None:
     plain = [ESCAPE.sub("", line) for line in lines]
     assert "↑▀one" in plain[20] or "↑▀one" in plain[19]
     assert plain[0].endswith("←") and plain[-1].startswith("→▀three")
+
+
+def test_turtles_that_are_nowhere_are_left_out() -> None:
+    lines = drawn(Canvas((1, 2, 3)), 40, 20, lost=(float("nan"), 1.0, 0.0), far=(1.0, float("inf"), 0.0))
+    assert not any(name in line for line in lines for name in ("lost", "far"))

@@ -80,3 +80,16 @@ def test_the_program_restores_the_terminal(end: str | int, environ: dict[str, st
         child.wait()
         os.close(ours)
         os.close(theirs)
+
+
+def test_a_key_that_comes_in_two_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    ours, theirs = pty.openpty()
+    monkeypatch.setattr(sys, "stdin", os.fdopen(theirs, "r"))
+    with Keys() as keys:
+        found = []
+        for part in (b"q\x1b", b"[", b"C\x1b[", b"Dx"):
+            os.write(ours, part)
+            found += keys.wait(PATIENCE) or []
+    assert found == ["q", "right", "left", "x"]
+    sys.stdin.close()
+    os.close(ours)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -18,8 +19,8 @@ from pyros1.bag.api import bag_topics
 from pyros1.finding.library import Library
 from pyros1.graph import Graph, SystemState
 from pyros1.ground import shown
-from pyros1.ground.errors import Error, MasterUnreachableError
-from pyros1.msgs import load_message
+from pyros1.ground.errors import Error, MasterUnreachableError, WaitTimeoutError
+from pyros1.msgs import load_message, load_service
 from pyros1.net.hosts import interface_addresses
 from pyros1.net.master_client import MasterClient
 from pyros1.net.reach import is_loopback
@@ -96,6 +97,15 @@ class Looking:
         figures = meter.figures()
         return figures[0] if figures else 0.0
 
+    def call(self, service: str, kind: str) -> Any:
+        """Return what a service answers to an empty request.
+
+        Raises:
+            WaitTimeoutError: it does not in time.
+        """
+        cls: Any = load_service(kind)
+        return self.node.service(service, cls).call(cls._request_class(), PATIENCE)
+
 
 Check = Callable[[Looking], str]
 """Returns what is missing, and what to do; empty if the exercise is done."""
@@ -143,7 +153,7 @@ def launched(looking: Looking) -> str:
 def silent(looking: Looking) -> str:
     if "/minimal_subscriber" not in looking.state().nodes():
         return "the minimal_subscriber does not run: pyros1 run minimal_nodes minimal_subscriber"
-    answer = looking.node.service("/minimal_subscriber/get_loggers", "roscpp/GetLoggers")()
+    answer = looking.call("/minimal_subscriber/get_loggers", "roscpp/GetLoggers")
     level = {logger.name: logger.level.lower() for logger in answer.loggers}.get("rosout", "unknown")
     return "" if level == "error" else f"its level is {level}: pyros1 log set /minimal_subscriber rosout error"
 
@@ -190,8 +200,8 @@ def service(looking: Looking) -> str:
     for name in ("/stopwatch/read", "/stopwatch/reset"):
         if name not in services:
             return f"there is no service {name}: does my_robot/scripts/stopwatch advertise it, and does it run?"
-    looking.node.service("/stopwatch/reset", "std_srvs/Empty")()
-    answer = looking.node.service("/stopwatch/read", "std_srvs/Trigger")()
+    looking.call("/stopwatch/reset", "std_srvs/Empty")
+    answer = looking.call("/stopwatch/read", "std_srvs/Trigger")
     return "" if answer.message.startswith("0") else f"after a reset it says {answer.message!r}, and should say 0"
 
 
@@ -282,17 +292,30 @@ def tested(looking: Looking) -> str:
         if word not in text:
             return f"the test does without {word}"
     command = [sys.executable, "-m", "pytest", "-q", "--tb=line", str(path)]
-    try:
-        done = subprocess.run(
-            command, cwd=looking.folder, env=dict(looking.environ), timeout=LONGEST_TEST, capture_output=True,
-            text=True, errors="replace", check=False,
-        )  # fmt: skip
-    except subprocess.TimeoutExpired:
-        return f"the test does not end within {LONGEST_TEST:g} s"
-    if "No module named pytest" in done.stderr:
+    with subprocess.Popen(
+        command, cwd=looking.folder, env=dict(looking.environ), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True, errors="replace", start_new_session=True,
+    ) as child:  # fmt: skip
+        try:
+            out, wrong = child.communicate(timeout=LONGEST_TEST)
+        except subprocess.TimeoutExpired:
+            _kill(child)
+            return f"the test does not end within {LONGEST_TEST:g} s"
+        except BaseException:
+            _kill(child)
+            raise
+    if "No module named pytest" in wrong:
         return "there is no pytest here: pip install pytest"
-    last = shown.one_line((done.stdout.strip().splitlines() or ["it prints nothing"])[-1])
-    return "" if done.returncode == 0 else f"python3 -m pytest my_robot/tests/test_stopwatch.py: {last}"
+    last = shown.one_line((out.strip().splitlines() or ["it prints nothing"])[-1])
+    return "" if child.returncode == 0 else f"python3 -m pytest my_robot/tests/test_stopwatch.py: {last}"
+
+
+def _kill(child: subprocess.Popen[str]) -> None:
+    """End a process with the programs that it has started."""
+    if hasattr(os, "killpg"):
+        os.killpg(child.pid, signal.SIGKILL)
+    else:
+        child.kill()
 
 
 CHECKS: tuple[Check, ...] = (
@@ -311,7 +334,10 @@ def check(number: int, environ: Mapping[str, str] = os.environ, folder: Path | N
         folder: the reader's folder; None: the current one.
     """
     with Looking(environ, folder or Path.cwd()) as looking:
-        return CHECKS[number - 1](looking)
+        try:
+            return CHECKS[number - 1](looking)
+        except WaitTimeoutError as error:
+            return str(error)
 
 
 def _published(looking: Looking, topic: str) -> str:

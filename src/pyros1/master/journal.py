@@ -155,9 +155,17 @@ class Journal:
         self._thread.start()
 
     @property
+    def has_grown(self) -> bool:
+        """Whether the file should be begun anew, by `begin`, as it has grown."""
+        return not self._broken and self._added > max(_GROWTH, self._base)
+
+    @property
     def is_due(self) -> bool:
-        """Whether the file should be begun anew, by `begin`: it has grown, or could not be written."""
-        return self._broken or self._added > max(_GROWTH, self._base)
+        """Whether the file should be begun anew when there is time: it has grown, or could not be written.
+
+        Not while the writer still has work: each beginning holds the whole state.
+        """
+        return self.has_grown or (self._broken and self._waiting == self._done)
 
     def begin(self, calls: Iterable[Call]) -> None:
         """Begin the file anew with a state."""

@@ -6,14 +6,15 @@ or an answer that another program gives, says that the node is gone. It is forgo
 
 from __future__ import annotations
 
-import socket
 import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Final
 
 from pyros1.ground.errors import Error, ProtocolError, XmlRpcFault
+from pyros1.master.api import MasterApi
 from pyros1.master.journal import Found, boot_id
 from pyros1.master.registry import Known
+from pyros1.net.dial import dial
 from pyros1.net.hosts import parse_uri
 from pyros1.net.loop import Loop
 from pyros1.net.rpc_caller import RpcCaller
@@ -42,15 +43,17 @@ def why_stale(found: Found, now: float, answers: Callable[[Iterable[str]], bool]
         return "this machine was started again since then"
     if now - found.died <= RECENT_S:
         return ""
-    apis = {str(params[-1]) for method, params in found.calls if method.startswith("register") and params}
-    if answers(apis):
+    # Not all that were ever there: each `rostopic echo` of a long life is in the journal.
+    state = MasterApi(notify=lambda _: None, log=lambda *_: None, on_shutdown=lambda _: None, pid=0)
+    state.restore(found.calls)
+    if answers({node.api for node in state.registry.nodes()}):
         return ""
     since = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(found.died))
     return f"it ended at {since}, and none of its nodes is left"
 
 
 def any_listens(apis: Iterable[str]) -> bool:
-    """Return whether a port of any of these URIs takes connections. It takes a second at most, mostly much less."""
+    """Return whether a port of any of these URIs takes connections. It takes seconds at most, mostly much less."""
     places = list(apis)[:_MOST_KNOCKS]
     if not places:
         return False
@@ -62,8 +65,8 @@ def any_listens(apis: Iterable[str]) -> bool:
 
 def _listens(api: str) -> bool:
     try:
-        with socket.create_connection(parse_uri(api), _KNOCK_S):
-            return True
+        dial(*parse_uri(api), _KNOCK_S, lambda: None).close()
+        return True
     except (OSError, Error):
         return False
 

@@ -128,18 +128,19 @@ class Master:
         self._loop.call_soon(self._begin)
         self._log("info", f"Master initialized: port[{self._server.port}], uri[{self._server.uri}]")
 
-    def stop(self, timeout: float = 5.0) -> None:
+    def stop(self, timeout: float = 5.0, *, keep: bool = False) -> None:
         """Close the port and all connections and end the thread; harmless if done before.
 
         Args:
             timeout: longest wait in seconds.
+            keep: leave the journal to the next master.
         """
         self._ended.set()
         if self._server is not None:
             self._loop.run(self._close, timeout=timeout)
         self._loop.stop(timeout)
         if self._journal is not None:
-            self._journal.close()
+            self._journal.close(remove=not keep)
             self._journal = None
 
     @property
@@ -179,7 +180,7 @@ class Master:
         if self._journal is None:
             return
         self._journal.add((method, params))
-        if self._journal.is_due:
+        if self._journal.has_grown:
             self._journal.begin(self._api.snapshot())
 
     def _tick(self) -> None:

@@ -43,6 +43,7 @@ class ConnectHandle:
         self._timer: TimerHandle | None = None
         self._next: TimerHandle | None = None  # the end of an address's share of the time
         self._until = 0.0
+        self._refused = False
 
     @property
     def pending(self) -> bool:
@@ -74,7 +75,8 @@ class ConnectHandle:
         self._try_next(0)
 
     def _try_next(self, last_error: int) -> None:
-        """Try the remaining addresses in order."""
+        """Try the remaining addresses in order. If one has refused, that is the error: it says more than no route."""
+        self._refused = self._refused or last_error == errno.ECONNREFUSED
         while self._addresses:
             address = self._addresses.pop(0)
             family = socket.AF_INET6 if ":" in address else socket.AF_INET
@@ -100,6 +102,9 @@ class ConnectHandle:
                 return
             sock.close()
             last_error = code
+            self._refused = self._refused or code == errno.ECONNREFUSED
+        if self._refused:
+            last_error = errno.ECONNREFUSED
         failure = UnreachableError(f"cannot connect to {self._host}:{self._port}: {os.strerror(last_error)}")
         failure.__cause__ = OSError(last_error, os.strerror(last_error))
         self._fail(failure)

@@ -56,7 +56,8 @@ def dial(host: str, port: int, seconds: float, check: Callable[[], object]) -> s
             if not isinstance(error, OSError):
                 raise
             check()
-            last = error
+            if not isinstance(last, ConnectionRefusedError):  # which says more than that there is no way to the others
+                last = error
         else:
             return sock
     raise last

@@ -108,11 +108,15 @@ class _Peer:
             self.connecting = handle
 
     def _connected(self, sock: socket.socket | None, error: Error | None) -> None:
+        at_once = self.connecting is None
         self.connecting = None
         if sock is None and lacks_files(error):  # try again until the call's deadline
             self.lack = error
             self.caller.drop_idle()
             self.connecting = self.loop.call_later(PAUSE, self._connect)
+            return
+        if sock is None and at_once:  # not from here: the next call may fail at once, too, and so on
+            self.loop.call_soon(self._not_connected, self.job, error)
             return
         if sock is None:
             self._finish(None, error)
@@ -123,6 +127,10 @@ class _Peer:
         self.parser = ResponseParser(self.caller.limits)
         self.loop.register(sock, READ, self._ready)
         self._send()
+
+    def _not_connected(self, job: _Job | None, error: Error | None) -> None:
+        if job is self.job:  # and has not ended meanwhile
+            self._finish(None, error)
 
     def _send(self) -> None:
         job = self.job

@@ -71,6 +71,7 @@ class Registrar:
         self._on_publishers = on_publishers
         self._on_restart = on_restart
         self._entries: dict[Entry, None] = {}
+        self._owed: dict[Entry, None] = {}  # what a silent master could not be told: it may go on with what it knew
         self._jobs: deque[_Job] = deque()
         self._changed = Bell()
         self._closed = False
@@ -139,10 +140,10 @@ class Registrar:
             if self._thread.is_alive():  # the master is silent: give up the call that is under way
                 self._master.close()
                 self._thread.join(FAREWELL_TIMEOUT)
-        if self._entries and not self._away:
+        if (self._entries or self._owed) and not self._away:
             farewell = MasterClient(self._context.name, self._uri, timeout=FAREWELL_TIMEOUT)
             try:
-                farewell.multicall([(call[0], call[1:]) for call in map(_inverse, self._entries)])
+                farewell.multicall([(call[0], call[1:]) for call in (*self._owed, *map(_inverse, self._entries))])
             except Error:
                 pass  # the master is gone: nothing to unregister from
             finally:
@@ -159,12 +160,16 @@ class Registrar:
             if closed and job is None:
                 return
             if job is None:
-                self._check()
+                try:
+                    self._check()
+                except Exception as error:  # noqa: BLE001 - of a malformed answer: the thread must go on
+                    self._context.log.internal(error)
                 continue
             try:
                 job.value = self._call(job.entry)
                 if job.entry[0] in _INVERSE:
                     self._entries[job.entry] = None
+                    self._owed.pop(_inverse(job.entry), None)
             except Exception as error:  # noqa: BLE001 - told to who waits for it; the thread must go on
                 job.error = error
             job.done.set()
@@ -182,10 +187,10 @@ class Registrar:
                 self._context.log.debug("%s stays registered: %s", entry[1], error)
                 return 0
             except MasterUnreachableError:
-                if entry[0] not in _INVERSE:
-                    self._away = True
-                    return 0
                 self._away = True
+                if entry[0] not in _INVERSE:
+                    self._owed[entry] = None
+                    return 0
                 if not self._told:  # the check, which says nothing, may have noticed it before
                     self._told = True
                     self._context.log.warn("the master at %s does not answer; waiting for it to come back", self._uri)
@@ -231,7 +236,7 @@ class Registrar:
 
     def _check(self) -> None:
         """Check whether the master still knows the node; if not, register everything again."""
-        if not self._entries:
+        if not self._entries and not self._owed:
             return
         if self._incomplete:
             self._register_again()
@@ -239,12 +244,17 @@ class Registrar:
         try:
             self._master.lookup_node(self._context.name)
             self._away = self._told = False
+            for entry in list(self._owed):
+                self._master.multicall([(entry[0], entry[1:])])
+                self._owed.pop(entry, None)
         except MasterUnreachableError:
             self._away = True
         except MasterMethodError:
             pass  # a master without lookupNode: a restart cannot be noticed
         except MasterError:  # it answers, but does not know the node: it is a new master
-            self._register_again()
+            self._owed.clear()
+            if self._entries:
+                self._register_again()
         except Error:
             pass  # an invalid answer: try again later
 

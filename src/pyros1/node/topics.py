@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from pyros1.ground.errors import NodeError, WaitTimeoutError
+from pyros1.ground.errors import Error, NodeError, WaitTimeoutError
 from pyros1.net.bell import Event
 from pyros1.node.checks import check_timeout
 from pyros1.node.publishing.publication import FAREWELL, Publication
@@ -86,10 +87,17 @@ class Topics:
                 raise
         try:
             registered()
-        except BaseException:
+        except BaseException as error:
             self._drop_publication(created)
+            self._take_back(error, "registerPublisher", name, wire_type.name, context.uri)
             raise
         return Publisher(created, message_class, lambda: self._unadvertise(created))
+
+    def _take_back(self, error: BaseException, *registration: str) -> None:
+        """Undo a registration for which a thread waited no longer: a signal handler raised. The master may be away."""
+        if not isinstance(error, Error):
+            with contextlib.suppress(NodeError):
+                self._registrar().begin_unregister(*registration)
 
     def _unadvertise(self, publication: Publication) -> None:
         if self._context.forked:
@@ -179,8 +187,9 @@ class Topics:
         if new:
             try:
                 uris = registered()
-            except BaseException:
+            except BaseException as error:
                 self._drop_subscription(subscription)
+                self._take_back(error, "registerSubscriber", name, subscription.type.name, context.uri)
                 raise
             self.publishers_found(name, uris)
         if deadline is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import pi
+from math import isfinite, pi
 from typing import TYPE_CHECKING, Any
 
 import numpy
@@ -65,6 +65,8 @@ def _marks(
 ) -> dict[tuple[int, int], str]:
     marks: dict[tuple[int, int], str] = {}
     for name, (x, y, theta) in turtles.items():
+        if not isfinite(x + y + theta):  # as others may publish
+            continue
         column = min(max(int(x * PIXELS_PER_UNIT * across / width), 0), across - 1)
         row = min(max(int((height - 1 - y * PIXELS_PER_UNIT) * down / height), 0), down - 1)
         for place, letter in enumerate(name[: max(across - column - 2, 0)], column + 2):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 import select
 import signal
 import sys
@@ -12,6 +13,7 @@ from typing import Any
 
 from pyros1.ground.errors import Error
 
+_BEGUN = re.compile(r"\x1b[\[O]?\Z")
 _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
 
 
@@ -32,6 +34,7 @@ class Keys:
         self._descriptor = -1
         self._former: Any = None
         self._former_handler: Any = None
+        self._begun = ""  # the first characters of an arrow key, whose rest comes with the next read
 
     def __enter__(self) -> Keys:
         try:
@@ -72,7 +75,10 @@ class Keys:
             if not ready:
                 return []
             if data := os.read(self._descriptor, 100):
-                return names(data.decode("latin-1"))
+                text = self._begun + data.decode("latin-1")
+                whole = _BEGUN.sub("", text)
+                self._begun = text[len(whole) :]
+                return names(whole)
         return None
 
 

@@ -81,7 +81,7 @@ class View:
         for topic in topics.keys() - self._subscribers.keys():
             kind, callback = topics[topic]
             self._subscribers[topic] = self._node.subscribe(topic, kind, callback, queue_size=1)
-        self._poses = {name: pose for name, pose in self._poses.items() if name in turtles}
+        self._poses = {name: pose for name, pose in self._poses.copy().items() if name in turtles}
         if node != self._shown:
             self._pixels = self._blank
         self._shown = node if turtles else ""

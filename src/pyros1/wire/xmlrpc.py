@@ -148,7 +148,7 @@ def _write_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911, PLR0912 - 
     if isinstance(value, float):
         return _write(float(value), depth)
     if isinstance(value, datetime):
-        return f"<value><dateTime.iso8601>{value:%Y%m%dT%H:%M:%S}</dateTime.iso8601></value>"
+        return f"<value><dateTime.iso8601>{value.year:04d}{value:%m%dT%H:%M:%S}</dateTime.iso8601></value>"
     if isinstance(value, (list, tuple)):
         return _write(list(value), depth)
     if isinstance(value, dict):

@@ -81,7 +81,7 @@ class Core:
             found=None if continued is None else continued.found,
             on_continued=None if continued is None else continued.report,
             guests=guests,
-            tell=lambda text: self._screen.write("stderr", f"WARNING: {text}\n"),
+            tell=lambda text: self._screen.write("stderr", f"WARNING: {shown.one_line(text, LONGEST_LINE)}\n"),
         )
         self._logged = LOG_LEVELS[LOG_LEVELS.index(log_level) :]
         self._environ = {**environ, "ROS_MASTER_URI": uri}
@@ -156,9 +156,9 @@ class Core:
             self._rosout.shutdown("the core is shutting down")
             self._rosout = None
 
-    def stop_master(self) -> None:
-        """End the master."""
-        self._master.stop()
+    def stop_master(self, *, keep: bool = False) -> None:
+        """End the master. With ``keep`` the next one can continue what it knew."""
+        self._master.stop(keep=keep)
         self._screen.close()
         self._log_thread.close()
         self._log.close()

@@ -99,6 +99,7 @@ class Session:
     on_started: Callable[[], object] | None = None
     exit_code: int = 0
     _core: Core | None = None
+    _complete = False  # whether everything was started
     _core_file: CoreFile = field(default_factory=CoreFile)
     _continued: Continued | None = None
     _server: LaunchServer | None = None
@@ -177,6 +178,7 @@ class Session:
                 self._supervisor.after(trial.time_limit, _TIME_LIMIT)
             if self.on_started is not None:
                 self.on_started()
+            self._complete = True
             reason = self._supervisor.run()
             if trial is not None:
                 trial.timed_out = reason == _TIME_LIMIT
@@ -417,7 +419,8 @@ class Session:
                 self.console.line("[rosout-1] killing on exit")
             self._core.stop_rosout()
             self.console.line("[master] killing on exit")
-            self._core.stop_master()
+            continues = self._continued is not None and self._continued.found is not None
+            self._core.stop_master(keep=continues and not self._complete)
             self._core = None
         if started:
             self.console.line("shutting down processing monitor...")

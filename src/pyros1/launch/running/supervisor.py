@@ -75,6 +75,7 @@ class Supervisor:
         # A SimpleQueue is safe in signal handlers, whatever the main thread was doing.
         self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
         self._timers: dict[str, tuple[float, Callable[[], object]]] = {}
+        self._owed: set[str] = set()  # labels of running answers that are to run once more
         self._processes: dict[str, Process] = {}
         self._dead: dict[str, Process] = {}
         self.required_failed = False
@@ -209,17 +210,33 @@ class Supervisor:
             if answers:  # its end is that of everything
                 self._later(" on-death", ANSWER_LIMIT, lambda: self._events.put(("stop", "required process died")))
             return not answers
+        if spec.label in self._owed:  # it answers the end of another one, which has ended again meanwhile
+            self._owed.discard(spec.label)
+            self._dead.pop(spec.label, None)
+            self.start(spec)
         return False
 
     def _answer(self, spec: ProcessSpec, answer: ProcessSpec) -> bool:
-        """Start what answers the end of a process, anew if it still runs for an earlier end; return whether it runs."""
+        """Start what answers the end of a process; return whether it runs.
+
+        If it still runs for an earlier end it goes on, or a node that dies again and again would never be answered. It
+        runs once more when it has ended, or after ANSWER_LIMIT.
+        """
         self._console.line(f"[{spec.label}] on-death: {' '.join(answer.words)}")
         running = self._processes.get(answer.label)
         if running is not None:
-            self.restart_node(running)
+            if answer.label not in self._owed:
+                self._owed.add(answer.label)
+                self._later(f" again {answer.label}", ANSWER_LIMIT, lambda: self._answer_again(answer.label))
             return True
         self._dead.pop(answer.label, None)
         return self.start(answer)
+
+    def _answer_again(self, label: str) -> None:
+        running = self._processes.get(label)
+        if label in self._owed and running is not None:
+            self._owed.discard(label)
+            self.restart_node(running)
 
     def _retire(self, process: Process) -> None:
         process.join()

@@ -407,10 +407,8 @@ class Delivery:
         self._dropped += backlog.dropped
         backlog.dropped = 0
 
-    # Messages that are handed over -----------------------------------------------------------------------------------
-
     def _take_from(self, inbox: Inbox[Source, Item]) -> None:
-        """Give an inbox its turn."""
+        """Give an inbox its turn. It keeps its place, also if a callback raises what nobody catches."""
         deliver = self._deliver_item if self._callbacks is None else self._queue_for_spin
         stride, begun, now = 1, perf_counter(), 0.0
         while now < begun + TURN and not self._held:
@@ -419,7 +417,11 @@ class Delivery:
                 if item is None or self._closed:
                     self._leave_line(inbox)
                     return
-                deliver(inbox.source, item)
+                try:
+                    deliver(inbox.source, item)
+                except BaseException:
+                    self._local.append(inbox)
+                    raise
             now = perf_counter()
             if now < begun + EARLY:
                 stride = min(2 * stride, STRIDE)
@@ -438,8 +440,6 @@ class Delivery:
     def _forget(self, inbox: Inbox[Source, Item]) -> None:
         self.handover.forget(inbox)
         self._spinning.forget(inbox.source)
-
-    # Nodes that spin --------------------------------------------------------------------------------------------------
 
     def _queue_for_spin(self, source: Source, item: Item) -> None:
         if not self._on_arrival(source, item):

@@ -100,7 +100,9 @@ class Teller:
                 raise  # it runs in the program's own thread
             text = f"{self._what}: sys.exit() ends a program only from its main thread; call node.shutdown()"
             self._log.exception(text, error=error)
-        except Exception as error:  # noqa: BLE001 - the program's code: later news are still told
+        except BaseException as error:  # the program's code: later news are still told
+            if self._callbacks is not None and not isinstance(error, Exception):
+                raise
             self._log.exception(f"bad function for {self._what}: {function!r}", error=error)
 
 
