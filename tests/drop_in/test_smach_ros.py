@@ -395,3 +395,69 @@ def test_userdata_of_messages() -> None:
         for bad in (*bads, deep, often):
             with pytest.raises(ValueError, match="cannot read userdata"):
                 module.decode(base64.b64encode(bad).decode())
+
+
+JUST_BEFORE = """
+import smach, smach_ros
+from actionlib_tutorials.msg import FibonacciAction, FibonacciGoal
+
+class Work(smach.State):
+    def __init__(self):
+        smach.State.__init__(self, ["done", "stopped"])
+    def execute(self, userdata):
+        return "stopped" if self.preempt_requested() else "done"
+
+class Machine(smach.StateMachine):
+    ready = False
+    def check_consistency(self):
+        super().check_consistency()
+        if self.ready:
+            wrapper.preempt_cb()  # a cancel comes just before it runs
+
+class Server:
+    def is_preempt_requested(self):
+        return False
+    def set_succeeded(self, result):
+        print("succeeded")
+    def set_preempted(self, result):
+        print("preempted")
+    set_aborted = set_succeeded
+
+machine = Machine(["done", "stopped"])
+with machine:
+    smach.StateMachine.add("WORK", Work())
+wrapper = smach_ros.ActionServerWrapper("x", FibonacciAction, machine, ["done"], [], ["stopped"])
+wrapper._server = Server()
+machine.ready = True
+wrapper.execute_cb(FibonacciGoal())
+"""
+
+
+def test_a_cancel_that_comes_just_before_the_machine_runs(environ: dict[str, str]) -> None:
+    assert "preempted" in run(JUST_BEFORE, environ).splitlines()
+
+
+STOPPED = """
+import rospy, smach, smach_ros
+rospy.init_node("stopped")
+
+class Work(smach.State):
+    def __init__(self):
+        smach.State.__init__(self, ["done"])
+    def execute(self, userdata):
+        return "done"
+
+machine = smach.StateMachine(["done"])
+with machine:
+    smach.StateMachine.add("WORK", Work())
+server = smach_ros.IntrospectionServer("look", machine, "/top")
+server.start()
+server.stop()
+print(machine.execute())
+rospy.signal_shutdown("done")
+"""
+
+
+def test_a_machine_goes_on_without_its_introspection(environ: dict[str, str]) -> None:
+    out = run(STOPPED, environ)
+    assert "done" in out.splitlines() and "Could not" not in out and "NoneType" not in out

@@ -126,6 +126,15 @@ def test_time_that_jumps_back_ends_a_sleep_p29(clock: Simulation, in_thread: Any
     assert caught.value.jump == pytest.approx(-60.0)
 
 
+def test_time_that_goes_back_a_little_does_not_end_a_sleep(clock: Simulation, in_thread: Any) -> None:
+    """As when two publish /clock."""
+    clock.tick(Time(10))
+    sleeping = in_thread(clock.sleep, 1.0)
+    for seconds in (10.5, 10.4, 10.9, 11.0):
+        clock.go(seconds)
+    sleeping.join()
+
+
 def test_sleep_in_simulated_time_ends_with_the_node(
     clock: Simulation, in_thread: Any, stopping: threading.Event
 ) -> None:

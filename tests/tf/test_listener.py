@@ -56,6 +56,18 @@ def test_transforms_travel(make_node: Make, transport: str, callbacks: str) -> N
     assert "lidar: \n  parent: 'base'\n" in frames.frame_yaml
 
 
+def test_a_message_that_is_used_again_is_sent_as_it_was(make_node: Make) -> None:
+    static = StaticTransformBroadcaster(make_node("robot"))
+    message = stamped("base", "lidar", 1, 0.5)
+    static.send_transform(message)
+    message.child_frame_id = "camera"
+    static.send_transform(message)
+    buffer = Buffer()
+    TransformListener(make_node("viewer"), buffer)
+    for frame in ("lidar", "camera"):
+        assert buffer.lookup_transform("base", frame, timeout=10).transform.translation.x == 0.5
+
+
 def test_a_late_listener_gets_all_static_transforms(make_node: Make) -> None:
     for number in range(3):
         broadcaster = StaticTransformBroadcaster(make_node(f"static{number}"))

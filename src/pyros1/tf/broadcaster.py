@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import threading
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
@@ -53,7 +54,7 @@ class StaticTransformBroadcaster:
         """Publish a geometry_msgs/TransformStamped, or several."""
         with self._lock:
             for item in _listed(transform):
-                self._sent[item.child_frame_id] = item
+                self._sent[item.child_frame_id] = copy.deepcopy(item)  # programs use one again and again
             self._changes += 1
             published = 0
             while published != self._changes:  # again, if a handler has sent more meanwhile: the last message counts

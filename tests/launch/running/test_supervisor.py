@@ -164,8 +164,20 @@ def test_an_answer_that_never_ends_does_not_keep_a_launch(bench: Bench, monkeypa
     assert bench.supervisor.run() == "required process died"
 
 
-def test_each_end_of_a_node_is_answered(bench: Bench) -> None:
-    """Also one that comes while the answer to the last one still runs."""
+def test_an_answer_is_not_cut_short_by_the_next_end(bench: Bench, tmp_path: Path) -> None:
+    """A node that dies again and again would never be answered."""
+    deaths = tmp_path / "deaths"
+    spec = bench.spec("controller-1", f"open({str(deaths)!r}, 'a').write('x')", respawn=True)
+    wait = f"d = {str(deaths)!r}; n = len(open(d).read())\nwhile len(open(d).read()) < n + 3: pass"
+    spec.on_death = bench.spec("stop-1", f"{wait}\nprint('braked', flush=True)")
+    bench.supervisor.start(spec)
+    with Running(bench):
+        bench.wait_for_log("stop-1", "braked")
+
+
+def test_each_end_of_a_node_is_answered(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also one that comes while the answer to the last one still runs: it is made once more, but not without end."""
+    monkeypatch.setattr("pyros1.launch.running.supervisor.ANSWER_LIMIT", 0.1)
     spec = bench.spec("controller-1", "print('up')", respawn=True)
     spec.on_death = bench.spec("stop-1", "import signal; print('braked', flush=True); signal.pause()")
     bench.supervisor.start(spec)

@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from pyros1.msgs.std_msgs.msg import Float64, String
-from pyros1.node.subscribing.delivery import FRESH
+from pyros1.node.subscribing.delivery import FRESH, Delivery
+from pyros1.node.subscribing.inbox import Inbox
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
 from pyros1.wire.header import encode_header
 
@@ -449,3 +450,55 @@ def test_a_callback_waits_for_the_latched_message_of_its_own_topic(make_node: An
     listener.subscribe("t", Float64, callback)
     assert done.wait(15)
     assert got == [3.0, 4.0]
+
+
+class _Driver:
+    """Runs a delivery only when the test says so."""
+
+    cooperative, someone_waits = False, True
+
+    def wake(self, _: Any) -> None: ...
+
+
+class _Here:
+    """A source within the process."""
+
+    header: dict[str, str] = {}
+    connected = True
+
+
+def test_who_subscribed_before_a_message_was_sent_gets_it_though_others_are_behind() -> None:
+    """A job that begins a subscriber comes before the messages that were put after it."""
+    said: list[object] = []
+    inbox: Inbox[Any, Any] = Inbox(_Here())
+
+    def deliver(_: Any, item: object) -> None:
+        said.append(item)
+        if item == "old":
+            delivery.submit(lambda: said.append("begun"), by_callback=True)
+            delivery.push(inbox, "new", 50)
+
+    delivery: Delivery = Delivery(_Driver(), None, deliver, None, None, None)  # type: ignore[arg-type]
+    delivery.open(inbox)
+    delivery.push(inbox, "old", 50)
+    delivery.run(None)
+    assert said == ["old", "begun", "new"]
+
+
+def test_a_callback_that_raises_what_nobody_catches_costs_no_other_message() -> None:
+    said: list[object] = []
+    inbox: Inbox[Any, Any] = Inbox(_Here())
+
+    def deliver(_: Any, item: object) -> None:
+        said.append(item)
+        if item == "bad":
+            raise GeneratorExit
+
+    delivery: Delivery = Delivery(_Driver(), None, deliver, None, None, None)  # type: ignore[arg-type]
+    delivery.open(inbox)
+    for item in ("good", "bad", "next"):
+        delivery.push(inbox, item, 50)
+    with pytest.raises(GeneratorExit):
+        delivery.run(None)
+    delivery.run(None)
+    assert said == ["good", "bad", "next"]

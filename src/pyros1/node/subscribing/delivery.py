@@ -3,8 +3,6 @@
 One thread at a time, of those that the subscriptions of a node share, does this: the *owner*. A thread that brings work
 puts it into a queue and becomes the owner; or goes on if there is one already, which checks the queues before it ends.
 
-Rules:
-
 * All messages of one system call are decoded together, while callbacks keep up. A large byte array is received into
   the object that the callback gets.
 * Sources take turns: a turn is one receive, or TURN seconds of callbacks if others wait; the rest waits for the next
@@ -378,8 +376,8 @@ class Delivery:
                 backlog.put(link, data[start:end])
             self._rearm(link)
         while not self._closed:
-            self._run_jobs()
             self._gather(backlog)
+            self._run_jobs()  # after taking messages: who subscribed before they were sent gets them
             if not backlog:
                 return
             behind = perf_counter() + FRESH
@@ -414,6 +412,8 @@ class Delivery:
         while now < begun + TURN and not self._held:
             for _ in range(stride):
                 item = inbox.take()
+                if self._jobs:
+                    self._run_jobs()  # as above
                 if item is None or self._closed:
                     self._leave_line(inbox)
                     return

@@ -172,8 +172,11 @@ def _decode(data: bytes) -> Any:
     pillow = _pillow()
     try:
         with pillow.open(io.BytesIO(data)) as picture:
-            grey = picture.mode in ("L", "1", "I;16")
-            image = np.asarray(picture.convert("L" if grey else "RGB"))
+            deep = picture.mode.startswith("I")  # 16 bits: the upper ones count, as with OpenCV
+            grey = deep or picture.mode in ("L", "1")
+            image = np.asarray(picture if deep else picture.convert("L" if grey else "RGB"))
+            if deep:
+                image = (image >> 8).astype(np.uint8)
     except (OSError, ValueError, pillow.DecompressionBombError) as error:
         raise CvBridgeError(f"the data of the compressed image cannot be read: {error}") from error
     return image.copy() if grey else image[..., ::-1].copy()

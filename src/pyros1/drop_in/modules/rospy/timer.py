@@ -54,9 +54,11 @@ def sleep(duration: float | _Duration) -> None:
         ROSTimeMovedBackwardsException: simulated time jumped back.
     """
     seconds = duration.to_sec() if isinstance(duration, _Duration) else duration
-    if seconds < 0:
-        return
     node = PROCESS.node
+    if seconds < 0:
+        if node is not None and node.simulated_time and (PROCESS.is_shutdown or not node.ok()):
+            raise ROSInterruptException("ROS shutdown request")
+        return
     if node is None or PROCESS.is_shutdown:
         if node is not None and node.simulated_time:
             raise ROSInterruptException("ROS shutdown request")
@@ -173,7 +175,7 @@ class Timer(threading.Thread):
                 if PROCESS.is_shutdown:
                     return
                 raise
-            if self._ended or PROCESS.is_shutdown:
+            if self._ended or PROCESS.is_shutdown or not (PROCESS.node is None or PROCESS.node.ok()):
                 return
             real = get_rostime()
             start = time.perf_counter()

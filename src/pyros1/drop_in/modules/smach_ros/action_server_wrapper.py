@@ -141,8 +141,7 @@ class ActionServerWrapper:
 
     def preempt_cb(self) -> None:
         """Preempt the container; the action server calls this when a client cancels the goal, or sends another one."""
-        if self.wrapped_container.is_running():
-            self.wrapped_container.request_preempt()
+        self.wrapped_container.request_preempt()  # also if it is just about to run
 
 
 __all__ = ["ActionServerWrapper"]

@@ -60,6 +60,8 @@ class ConditionState(State):
                 break
             try:
                 rospy.sleep(self._poll_rate)
+            except rospy.ROSTimeMovedBackwardsException:
+                begin = min(begin, rospy.Time.now())
             except rospy.ROSInterruptException:
                 return "preempted"
         return "false"

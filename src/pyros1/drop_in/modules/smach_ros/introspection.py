@@ -88,6 +88,7 @@ class ContainerProxy:
         self._container = container
         self._path = path
         self._lock = threading.Lock()
+        self._stopped = False  # the container still calls this
         self._structure_pub = rospy.Publisher(server_name + STRUCTURE_TOPIC, SmachContainerStructure, queue_size=100)
         self._status_pub = rospy.Publisher(server_name + STATUS_TOPIC, SmachContainerStatus, queue_size=100)
         self._init_cmd = rospy.Subscriber(server_name + INIT_TOPIC, SmachContainerInitialStatusCmd, self._begin_with)
@@ -97,7 +98,7 @@ class ContainerProxy:
 
     def publish_structure(self, info_str: str = "") -> None:
         """Publish the states and edges of the container."""
-        if self._container is None or not self._structure_pub.get_num_connections():
+        if self._stopped or self._container is None or not self._structure_pub.get_num_connections():
             return
         edges = self._container.get_internal_edges()
         self._structure_pub.publish(
@@ -118,7 +119,7 @@ class ContainerProxy:
         Args:
             info_str: why: "HEARTBEAT", "START", "TRANSITION", "TERMINATION" or "INITIAL STATE".
         """
-        if not self._status_pub.get_num_connections():
+        if self._stopped or not self._status_pub.get_num_connections():
             return  # nobody sees it, and the userdata may be large
         userdata = self._container.userdata
         values = {key: userdata[key] for key in userdata.keys()}  # noqa: SIM118
@@ -152,6 +153,7 @@ class ContainerProxy:
 
     def stop(self) -> None:
         """End publishers and subscriber."""
+        self._stopped = True
         for each in (self._structure_pub, self._status_pub, self._init_cmd):
             each.unregister()
 

@@ -52,7 +52,7 @@ class MonitorState(State):
         self._trigger_event.clear()
         subscriber = rospy.Subscriber(self._topic, self._msg_type, self._cb, callback_args=ud)
         try:
-            while not self._trigger_event.wait(0.1) and not rospy.is_shutdown():
+            while not (self._trigger_event.wait(0.1) or rospy.is_shutdown() or self.preempt_requested()):
                 pass
         finally:
             subscriber.unregister()

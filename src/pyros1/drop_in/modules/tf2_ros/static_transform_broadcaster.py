@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import threading
 from typing import Any
 
@@ -31,7 +32,7 @@ class StaticTransformBroadcaster:
         """Publish a geometry_msgs/TransformStamped, or a list of them."""
         with self._lock:
             for item in transform if isinstance(transform, (list, tuple)) else [transform]:
-                self._sent[item.child_frame_id] = item
+                self._sent[item.child_frame_id] = copy.deepcopy(item)  # programs use one again and again
             self._changes += 1
             published = 0
             while published != self._changes:  # again, if a handler has sent more meanwhile: the last message counts

@@ -14,6 +14,7 @@ from pyros1.ground.errors import NodeShutdownError
 from pyros1.ground.names import parse_arguments
 from pyros1.node.log.offered import QUEUE_SIZE
 from pyros1.node.log.sink import EVERYWHERE, Places, default_log_file
+from rospy.exceptions import ROSTimeMovedBackwardsException
 from rospy.impl.loggers import logerr
 
 if TYPE_CHECKING:
@@ -176,7 +177,8 @@ def guarded(callback: Callable[[Any], object], shown: object) -> Callable[[Any],
         try:
             callback(message)
         except Exception as error:
-            if isinstance(error, (KeyboardInterrupt, NodeShutdownError)) or PROCESS.is_shutdown:
+            moved = isinstance(error, ROSTimeMovedBackwardsException)  # which is one of Ctrl-C, too
+            if (isinstance(error, (KeyboardInterrupt, NodeShutdownError)) and not moved) or PROCESS.is_shutdown:
                 raise  # the end cut a wait short: the node knows what to do
             import traceback
 
