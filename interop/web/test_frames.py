@@ -7,12 +7,27 @@ from typing import Any
 
 from browsing import Browser, Web
 
+from pyros1.msgs.geometry_msgs.msg import TransformStamped
+from pyros1.node import Node
+from pyros1.tf import TransformBroadcaster
 
-def test_the_tree(browser: Browser, web: Web, start_program: Callable[..., Any]) -> None:
+
+def test_the_tree(
+    browser: Browser, web: Web, start_program: Callable[..., Any], make_node: Callable[..., Node]
+) -> None:
     browser.open(web.page("frames"))
     browser.wait_for_text("No frames yet")
     start_program("run", "tf2_ros", "static_transform_publisher", "1", "2", "0", "0", "0", "1.5707963", "map", "odom")
-    start_program("run", "tf", "static_transform_publisher", "0", "0", "0.5", "0", "0", "0", "odom", "base_link", "50")
+    sender = make_node("sender")
+    broadcaster = TransformBroadcaster(sender)
+    link = TransformStamped(child_frame_id="base_link")
+    link.header.frame_id, link.transform.translation.z, link.transform.rotation.w = "odom", 0.5, 1.0
+
+    def send(_: object) -> None:
+        link.header.stamp = sender.now()
+        broadcaster.send_transform(link)
+
+    sender.timer(0.05, send)
     rows = "[...document.querySelectorAll('.frames tbody tr')].map((each) => each.innerText.split(/[\\s▾▸]+/))"
     names = f"{rows}.map((row) => row.find((word) => /[a-z]/.test(word))).join()"
     browser.wait(f"{names} === 'map,odom,base_link'")

@@ -121,7 +121,8 @@ export class Stage {
     if (this.sits || !good(position) || !good(target)) return;
     this.controls.target.set(...target);
     this.turned = null; // it has turned with the frame already
-    this.camera.position.set(...position);
+    const above = position[0] === target[0] && position[1] === target[1]; // then x is up in the picture, as in the view "top"
+    this.camera.position.set(above ? position[0] - 0.001 : position[0], position[1], position[2]);
     this.camera.zoom = zoom > 0 ? zoom : 1;
     this.controls.update();
     this.resize();
