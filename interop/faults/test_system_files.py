@@ -99,6 +99,12 @@ def test_the_web_server(launcher: Master) -> None:
         assert answer.status == 200
 
 
+def messages(master: Master, topic: str) -> int:
+    """How many messages of a topic the recorder has received."""
+    statistics = dict(master.node("/recorder", "getBusStats")[2][1])
+    return sum(link[2] for link in statistics[topic])
+
+
 def test_a_recorder(launcher: Master, topic: str, tmp_path: Path) -> None:
     early, late = launcher.ready_peer("roscpp", "early"), launcher.ready_peer("roscpp", "late")
     early.advertise(f"{topic}/early", TEXT)
@@ -123,6 +129,8 @@ def test_a_recorder(launcher: Master, topic: str, tmp_path: Path) -> None:
         early.publish(f"{topic}/early", 2)
     late.linked(f"{topic}/late")
     late.publish(f"{topic}/late")
+    for name, count in ((f"{topic}/early", 2), (f"{topic}/late", 1)):
+        until(lambda: messages(launcher, name) == count, f"{count} of {name} have come", 30)  # noqa: B023
     recorder.signal(signal.SIGINT)
     assert recorder.wait(60) == 0, recorder.transcript()
     with BagReader(tmp_path / "a.bag") as bag:

@@ -38,6 +38,8 @@ from pyros1.master import Master
 from .made import write_bag
 from .old_bags import old_bag, text
 
+pytestmark = pytest.mark.once
+
 MIB = 1 << 20
 
 BZ2_CONTENT = 1992294605

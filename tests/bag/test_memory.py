@@ -17,6 +17,8 @@ from pyros1.msgs import load_message
 
 from .made import header_of
 
+pytestmark = pytest.mark.once
+
 MIB = 1 << 20
 SIZE = 8 * MIB
 SPARE = 12 * MIB

@@ -398,7 +398,7 @@ def test_userdata_of_messages() -> None:
 
 
 JUST_BEFORE = """
-import smach, smach_ros
+import actionlib.simple_action_server, smach, smach_ros
 from actionlib_tutorials.msg import FibonacciAction, FibonacciGoal
 
 class Work(smach.State):
@@ -415,6 +415,14 @@ class Machine(smach.StateMachine):
             wrapper.preempt_cb()  # a cancel comes just before it runs
 
 class Server:
+    def __init__(self, *arguments, **options):
+        pass
+    def start(self):
+        pass
+    def register_preempt_callback(self, callback):
+        pass
+    def is_active(self):
+        return False
     def is_preempt_requested(self):
         return False
     def set_succeeded(self, result):
@@ -423,11 +431,12 @@ class Server:
         print("preempted")
     set_aborted = set_succeeded
 
+actionlib.simple_action_server.SimpleActionServer = Server
 machine = Machine(["done", "stopped"])
 with machine:
     smach.StateMachine.add("WORK", Work())
 wrapper = smach_ros.ActionServerWrapper("x", FibonacciAction, machine, ["done"], [], ["stopped"])
-wrapper._server = Server()
+wrapper.run_server()
 machine.ready = True
 wrapper.execute_cb(FibonacciGoal())
 """

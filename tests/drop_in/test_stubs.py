@@ -15,6 +15,8 @@ from pyros1.drop_in.finder import MODULES
 from pyros1.drop_in.stubs import write_stubs
 from pyros1.finding.library import Library
 
+pytestmark = pytest.mark.once
+
 SOURCE = Path(__file__).resolve().parents[2] / "src"
 
 PROGRAM = """

@@ -15,6 +15,8 @@ import pytest
 from .fuzzer import CORPUS, Finding, Fuzzer, check, inputs, mutations
 from .fuzzers import FUZZERS
 
+pytestmark = pytest.mark.once
+
 MOMENT = 0.15
 """Seconds of the processor's time for inputs that are made at random."""
 

@@ -33,7 +33,10 @@ from pyros1.net.master_client import MasterClient
 
 DEADLINE = 40.0
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32" or shutil.which("bash") is None, reason="a guide for shells")
+pytestmark = [
+    pytest.mark.once,
+    pytest.mark.skipif(sys.platform == "win32" or shutil.which("bash") is None, reason="a guide for shells"),
+]
 
 
 class Typed(NamedTuple):

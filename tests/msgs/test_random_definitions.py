@@ -7,6 +7,8 @@ import sys
 import pytest
 from definition_checks import faults
 
+pytestmark = pytest.mark.once
+
 EACH = 125
 COUNT = 500
 BEGIN = COUNT * (sys.version_info.minor % 4)

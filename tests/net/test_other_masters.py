@@ -20,6 +20,8 @@ from pyros1.net.hosts import parse_uri
 from pyros1.net.master_client import MasterClient
 from pyros1.node import Node
 
+pytestmark = pytest.mark.once
+
 DEADLINE = 10.0
 Change = Callable[[list[Any]], Any]
 

@@ -24,7 +24,10 @@ SCRIPTS = SRC / "packages" / "minimal_nodes" / "scripts"
 README = Path(__file__).resolve().parents[2] / "README.md"
 PATIENCE = 30.0
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals")
+pytestmark = [
+    pytest.mark.once,
+    pytest.mark.skipif(sys.platform == "win32", reason="signals"),
+]
 
 
 @pytest.fixture

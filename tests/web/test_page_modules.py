@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.once
+
 TESTS = sorted(Path(__file__).with_name("page").glob("*.test.mjs"))
 
 

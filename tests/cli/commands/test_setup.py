@@ -14,6 +14,8 @@ from pyros1.cli.commands.setup._programs import SetupError, make_programs
 from pyros1.cli.registry import stock_names
 from pyros1.cli.shared.shells import detect_shell
 
+pytestmark = pytest.mark.once
+
 SOURCE = Path(__file__).resolve().parents[3] / "src"
 
 # Each script prints what the shell holds before and after into files, and what the stock names do to its output. The

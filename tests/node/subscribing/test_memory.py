@@ -16,6 +16,8 @@ from pyros1.wire.handshake import TopicType
 
 from ...bodies import encode
 
+pytestmark = pytest.mark.once
+
 SIZE = 96 << 20
 SPARE = 24 << 20
 """Bytes that the process may take besides: what it imports, what it sets aside."""

@@ -17,6 +17,8 @@ from pyros1.web import calls, views
 from pyros1.web.robot import Robot
 from pyros1.web.server import wire
 
+pytestmark = pytest.mark.once
+
 FILES = ("actions", "bags", "doctor", "forms", "page", "params", "reconfigure", "services", "topics")
 CALLS = sorted(f"{file}.{word}" for file in FILES for word in import_module(f"pyros1.web.calls.{file}").CALLS)
 _WORDS = """topic type value latch begin service services timeout node logger level name yaml part action id path time
