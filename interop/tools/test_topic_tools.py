@@ -170,7 +170,9 @@ def test_throttle_bytes(ours: Peer, run: Run, launcher: Master, topic: str) -> N
     got = [ours.received(topic + "/some")]
     while got[-1] != bodies[3]:
         got.append(ours.received(topic + "/some"))
-    assert got[-4:] == bodies[:4] and len(got) <= 5, "the first message of all may still come, too"  # 5 times 8 bytes passed before 36 were reached
+    assert got[-4:] == bodies[:4] and len(got) <= 5, (
+        "the first message of all may still come, too"
+    )  # 5 times 8 bytes passed before 36 were reached
     assert not ours.unread(rf"^got {topic}/some ")
 
 

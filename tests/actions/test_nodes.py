@@ -249,6 +249,21 @@ def test_a_server_that_is_gone_has_lost_the_goal(
         goal.result(20)
 
 
+def test_a_lost_goal_is_told_of_though_nobody_waits_for_it(
+    make_node: Make, stack: ExitStack, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.actions.client.GONE", 0.2)
+    accepted, ended = threading.Event(), threading.Event()
+    server = Server(make_node("server"), ACTION, FibonacciAction, lambda goal: (goal.accept(), accepted.set()))
+    client = stack.enter_context(Client(make_node("client"), ACTION, FibonacciAction))
+    goal = client.send(FibonacciGoal(), on_done=lambda _: ended.set(), timeout=20)
+    assert accepted.wait(20)
+    server.close()
+    assert ended.wait(20)
+    with pytest.raises(GoalError, match="the action server is gone"):
+        goal.outcome()
+
+
 def test_waits_end_with_the_node_and_the_client(make_node: Make) -> None:
     node = make_node("client")
     client = Client(node, ACTION, FibonacciAction)

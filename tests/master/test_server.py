@@ -21,7 +21,7 @@ from pyros1.ground.errors import (
 )
 from pyros1.master import Master
 from pyros1.master.notify import MAX_WAITING, Notifier
-from pyros1.master.registry import Notice
+from pyros1.master.registry import Notice, Registry
 from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
 from pyros1.net.xmlrpc_server import XmlRpcServer
@@ -282,6 +282,32 @@ def test_a_subscriber_that_cannot_be_reached_is_told_of_once() -> None:
     send("publisherUpdate", None)
     send("publisherUpdate", unknown)
     assert len(told) == 2
+
+
+def test_a_node_that_subscribes_again_hears_the_latest_last() -> None:
+    """An update under way is older than the answer to registerSubscriber, and may come after it."""
+    caller = SlowCaller()
+    notifier = Notifier(caller, lambda level, text: None)  # type: ignore[arg-type] # a stand-in
+    registry = Registry()
+
+    def told() -> list[Any]:
+        return [params[1:] for _, _, params, _ in caller.calls]
+
+    def answer() -> None:
+        caller.calls[-1][3]([1, "", 0], None)
+
+    notifier.send(registry.register_subscriber("/s", "/t", "p/T", "uri"))
+    assert told() == [], "its answer has said all"
+    notifier.send(registry.register_publisher("/p", "/t", "p/T", "one"))
+    registry.unregister_subscriber("/s", "/t", "uri")
+    registry.register_publisher("/q", "/t", "p/T", "two")
+    notifier.send(registry.register_subscriber("/s", "/other", "p/T", "uri"))
+    notifier.send(registry.register_subscriber("/s", "/t", "p/T", "uri"))
+    answer()
+    assert told() == [["/t", ["one"]], ["/t", ["one", "two"]]]
+    answer()
+    notifier.send(registry.register_subscriber("/s", "/t", "p/T", "uri"))
+    assert len(told()) == 2
 
 
 def test_newer_notices_replace_those_that_wait_and_queues_are_bounded() -> None:

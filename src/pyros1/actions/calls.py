@@ -1,4 +1,4 @@
-"""Callbacks in a thread of their own, which lives while there is something to call."""
+"""Callbacks in a thread of their own, which lives while there is something to call or to look after."""
 
 from __future__ import annotations
 
@@ -19,11 +19,14 @@ class Calls:
     Args:
         name: the thread's name.
         log: for exceptions of such functions.
+        look: called each half second while there is nothing to call, from `look_after` on until it returns False.
     """
 
-    def __init__(self, name: str, log: Log) -> None:
+    def __init__(self, name: str, log: Log, look: Callable[[], bool] = lambda: False) -> None:
         self._name = name
         self._log = log
+        self._look = look
+        self._asked = False
         self._calls: deque[Callable[[], object]] = deque()
         self._lock = threading.RLock()
         self._bell = Bell()
@@ -33,16 +36,31 @@ class Calls:
         """Call a function after all those before it."""
         with self._lock:
             self._calls.append(call)
-            if self._thread is None:
-                self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
-                self._thread.start()
+            self._start()
         self._bell.ring()
 
+    def look_after(self) -> None:
+        """Look until it is no more needed."""
+        with self._lock:
+            self._asked = True
+            self._start()
+
+    def _start(self) -> None:
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
+            self._thread.start()
+
     def _run(self) -> None:
+        looks_on = False
         while True:
             self._bell.wait(lambda: self._calls, _LINGERS)
+            if not self._calls:
+                self._asked = False  # before the look: who asks after it gets another one
+                looks_on = self._look()
             with self._lock:
                 if not self._calls:
+                    if looks_on or self._asked:
+                        continue
                     self._thread = None
                     return
                 call = self._calls.popleft()

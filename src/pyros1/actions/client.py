@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
@@ -52,7 +53,7 @@ class Client:
         self._names = GoalNames(node.name)
         self._open: dict[str, ClientGoal] = {}
         self._bell = Bell()
-        self._calls = Calls(f"pyros1-action {self.name}", node.log)
+        self._calls = Calls(f"pyros1-action {self.name}", node.log, self._look)
         self._said = False  # a status has come: a server runs
         self._alone_since: float | None = None
         self._closed = False
@@ -121,6 +122,8 @@ class Client:
         with self.lock:
             self._open[sent.name] = sent  # before the answer can come
         self._goals.publish(message)
+        if on_feedback or on_stage or on_done:
+            self._calls.look_after()  # nobody may wait for the goal
         return sent
 
     def cancel_all(self) -> None:
@@ -180,6 +183,13 @@ class Client:
             self._alone_since = monotonic()
         elif monotonic() - self._alone_since > GONE:
             self._lose("the action server is gone")
+
+    def _look(self) -> bool:
+        """Look for the server while goals are open; returns whether to look again."""
+        with suppress(NodeShutdownError):
+            self.watch()
+            return bool(self._open)
+        return False
 
     def changed(self) -> None:
         """Wake waits, after a change of a goal."""

@@ -44,17 +44,20 @@ class Notifier:
         self._log = log
         self._tell = tell
         self._told: set[str] = set()
-        self._waiting: dict[str, dict[_Key, Notice]] = {}  # API URI -> notices; an entry means one is in flight
+        self._in_flight: dict[str, _Key] = {}  # API URI -> what it is being told
+        self._waiting: dict[str, dict[_Key, Notice]] = {}  # API URI -> what it will be told after that
 
     def send(self, notices: Sequence[Notice]) -> None:
         """Queue notices, in order."""
         for notice in notices:
-            waiting = self._waiting.get(notice.api)
-            if waiting is None:
-                self._waiting[notice.api] = {}
-                self._call(notice)
+            key = _key(notice)
+            if notice.api not in self._in_flight:
+                if not notice.again:
+                    self._call(notice)
                 continue
-            key = (notice.node, notice.method, notice.subject)
+            waiting = self._waiting.setdefault(notice.api, {})
+            if notice.again and key not in waiting and key != self._in_flight[notice.api]:
+                continue
             waiting.pop(key, None)  # the newer one goes to the end
             waiting[key] = notice
             if len(waiting) > MAX_WAITING:
@@ -78,6 +81,7 @@ class Notifier:
             self._next(notice.api)
 
         self._log("info", what)
+        self._in_flight[notice.api] = _key(notice)
         try:
             self._caller.call(notice.api, notice.method, [MASTER_NAME, notice.subject, *notice.value], done)
         except Error as error:
@@ -101,5 +105,11 @@ class Notifier:
         waiting = self._waiting.get(api)
         if not waiting:
             self._waiting.pop(api, None)
+            del self._in_flight[api]
             return
         self._call(waiting.pop(next(iter(waiting))))
+
+
+def _key(notice: Notice) -> _Key:
+    """What a notice is about: a newer one with the same key says more than an older one."""
+    return notice.node, notice.method, notice.subject

@@ -27,6 +27,8 @@ class Notice(NamedTuple):
         method: ``publisherUpdate``, ``paramUpdate`` or ``shutdown``.
         subject: topic, key or reason: the argument after the caller id.
         value: what follows the subject, empty or one item.
+        again: the node has just been answered the same. It is told again only if an older notice of the same, which
+            may be under way, could come after that answer.
     """
 
     api: str
@@ -34,6 +36,7 @@ class Notice(NamedTuple):
     method: str
     subject: str
     value: tuple[Any, ...] = ()
+    again: bool = False
 
 
 class Known(NamedTuple):
@@ -147,7 +150,7 @@ class Registry:
         self._subscribers.setdefault(topic, {})[node] = api
         if kind != ANY_TYPE and topic not in self._types:
             self._types[topic] = kind
-        return notices
+        return [*notices, Notice(api, node, "publisherUpdate", topic, (self.publisher_apis(topic),), again=True)]
 
     def register_service(self, node: str, service: str, uri: str, api: str) -> list[Notice]:
         """Make a node the only provider of a service, in place of any other (M17)."""
