@@ -24,8 +24,17 @@ def test_a_step_beside_what_it_does(browser: Browser, web: Web, tmp_path: Path) 
     browser.choose(".tools select[aria-label=step]", "simulator")
     browser.wait(f"{TITLE}.startsWith('7. ')")
     browser.picture(tmp_path / "guide.png")
+    width = "document.querySelector('.guide-text').clientWidth"
+    before = browser.run(f"return {width}")
+    browser.click(".guide-beside button", "Graph")  # is there
     browser.click(".guide-beside button", "Plot")
     browser.wait_for_text("/force_cmd/data")
+    assert browser.run("return [...document.querySelectorAll('.panel')].map((each) => each.dataset.panel)") == [
+        "guide",
+        "graph",
+        "plot",
+    ]
+    assert browser.run(f"return {width}") >= before, "the text keeps its room"
     browser.driver.refresh()
     browser.wait(f"document.querySelector('.guide-text h2') && {TITLE}.startsWith('7. ')")  # where one was
     browser.resize(390, 800)

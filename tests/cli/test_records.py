@@ -39,8 +39,9 @@ EXPLAINED_OTHERWISE = {"setup", "stack", "unsetup"}
 """Their help shows in its own way how they are used."""
 RECORDS = [pytest.param(line, verb, id=line) for line, verb in records()]
 SPOKEN = [
-    pytest.param(line, verb, id=line)
-    for line, verb in records()
+    record
+    for record in RECORDS
+    for line in (str(record.id),)
     if line not in EXPLAINED_OTHERWISE and (" " not in line or line.partition(" ")[0] not in ALONE)
 ]
 """Those with help of their own."""

@@ -170,8 +170,10 @@ def test_goals_of_an_action(make_node: Make, watch: Make, robot: Robot) -> None:
     go_on = threading.Event()
 
     def execute(goal: Any) -> Any:
-        goal.feedback(FibonacciFeedback(sequence=[0, 1]))
-        assert go_on.wait(PATIENCE)
+        until = time.monotonic() + PATIENCE
+        while not go_on.wait(0.1):  # who looks may come later than the goal
+            assert time.monotonic() < until
+            goal.feedback(FibonacciFeedback(sequence=[0, 1]))
         if goal.cancel_requested:
             goal.cancel(FibonacciResult(sequence=[9]))
             return None
@@ -186,7 +188,7 @@ def test_goals_of_an_action(make_node: Make, watch: Make, robot: Robot) -> None:
         sent = calls.run(robot, "actions.send", {"action": "/fibonacci", "value": {"order": 7}})
         assert sent["subscribers"] == 1  # it has waited for them
         going = watched.until(lambda data: data["goals"] and data["goals"][0]["feedback"])["goals"][0]
-        assert going["id"] == sent["id"] and going["feedbacks"] == 1
+        assert going["id"] == sent["id"] and going["feedbacks"] >= 1
         go_on.set()
         done = watched.until(lambda data: data["goals"][0]["result"] and data["goals"][0]["status"] == 3)["goals"][0]
         assert done["result"]["fields"][0][2]["items"] == [0, 1, 7]

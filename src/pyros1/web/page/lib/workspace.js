@@ -4,6 +4,7 @@ import { fill, h } from "./dom.js";
 
 const DEEPEST = 6;
 const LEAST = 0.08; // of a split's size
+const WIDE = 900; // pixels from which a panel has room for two
 
 export class Workspace {
   // changed(tree) is called when the user arranges something, or a panel saves its settings.
@@ -14,6 +15,7 @@ export class Workspace {
     this.changed = changed;
     this.tree = null;
     this._mounted = new Map();
+    this._bodies = new Map();
     this._banner = h("div.banner", { role: "alert", hidden: true });
     this._place = h("div.place");
     fill(root, this._banner, this._place); // the page has said there that it loads
@@ -23,6 +25,7 @@ export class Workspace {
     this.tree = this._clean(tree, 0) || { panel: this.panels[0].name };
     for (const mounted of this._mounted.values()) mounted.unmount?.();
     this._mounted.clear();
+    this._bodies.clear();
     fill(this._place, this._draw(this.tree));
     this._mountAll(this.tree);
   }
@@ -116,6 +119,7 @@ export class Workspace {
     const panel = this.panels.find((each) => each.name === node.panel);
     const { body, tools, note } = node;
     for (const key of ["body", "tools", "note"]) delete node[key]; // the tree is saved as it is
+    this._bodies.set(node, body);
     const problem = (text) => {
       note.hidden = !text;
       fill(note, text);
@@ -150,11 +154,33 @@ export class Workspace {
     this._again();
   }
 
-  // Show a panel for another one: a panel of that kind that is there takes the settings, else a new one is made beside.
+  // Show a panel for another one: a panel of that kind that is there takes the settings, else a new one is made.
   _beside(node, name, settings) {
-    const known = [...this._mounted].find(([other, mounted]) => other !== node && other.panel === name && mounted.accept);
+    const others = [...this._mounted].filter(([other]) => other !== node);
+    const known = others.find(([other, mounted]) => other.panel === name && mounted.accept);
+    const same = others.find(([other]) => other.panel === name);
     if (known) known[1].accept(settings);
-    else this._split(node, "row", { panel: name, settings });
+    else if (same && !Object.keys(settings).length) this._point(same[0]);
+    else {
+      const [at, split] = this._room(node);
+      this._split(at, split, { panel: name, settings });
+    }
+  }
+
+  // The panel that can give half of its room, and how to split it: the one that asks if it is wide, else the largest other one.
+  _room(node) {
+    const size = (other) => this._bodies.get(other).getBoundingClientRect();
+    const others = [...this._mounted.keys()].filter((other) => other !== node);
+    if (!others.length || size(node).width >= WIDE) return [node, "row"];
+    const area = (other) => size(other).width * size(other).height;
+    const largest = others.reduce((most, other) => (area(other) > area(most) ? other : most));
+    return [largest, size(largest).width >= WIDE ? "row" : "column"];
+  }
+
+  _point(node) {
+    const panel = this._bodies.get(node).closest(".panel");
+    panel.scrollIntoView({ block: "nearest" });
+    panel.animate([{ outline: "2px solid var(--accent)" }, { outline: "2px solid transparent" }], 900);
   }
 
   _remove(node) {
