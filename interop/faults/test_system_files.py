@@ -11,11 +11,14 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+import pytest
 from harness import Master, Process, until
 from vitals import busy, limited, vitals
 
 from pyros1.bag.format.reader import BagReader
+from pyros1.msgs.std_msgs.msg import String
 from pyros1.net.hosts import parse_uri
+from pyros1.node import Node
 
 MASTERS = ("ours",)
 TEXT, FLIP = "std_msgs/String", "std_srvs/SetBool"
@@ -137,3 +140,46 @@ def test_a_recorder(launcher: Master, topic: str, tmp_path: Path) -> None:
         topics = [message.connection.topic for message in bag.messages()]
     assert sorted(topics) == [f"{topic}/early"] * 2 + [f"{topic}/late"]
     until(lambda: not recorder.unread("Traceback"), "no traceback")
+
+
+@pytest.fixture
+def node(launcher: Master) -> Iterator[Node]:
+    with Node("source", argv=[], environ=launcher.environ(), handle_signals=False) as node:
+        yield node
+
+
+def test_a_recorder_that_splits(launcher: Master, node: Node, topic: str, tmp_path: Path) -> None:
+    """It goes on in the file that it has, and begins the next one when it can."""
+    publisher = node.advertise(topic, String, queue_size=0)
+    words = [sys.executable, "-m", "pyros1", "bag", "record", "--split", "--size=1", "-O", str(tmp_path / "a"), topic]
+    recorder = launcher.run([*words, "__name:=recorder"], python="ours", label="recorder")
+    assert publisher.wait_for_subscribers(timeout=60)
+    sent = 0
+
+    def publish(count: int) -> None:
+        nonlocal sent
+        for _ in range(count):
+            publisher.publish(String(f"{sent:06d}" + "x" * 300_000))
+            sent += 1
+
+    publish(1)
+    place = launcher.call("lookupService", "/recorder/get_loggers")[2]
+    with crowd(recorder, parse_uri(place, "rosrpc")[1]):
+        recorder.wait_line("Too many open files", 30)
+        publish(8)
+        recorder.wait_line("Cannot begin the next file .Too many open files.; the recording goes on in .*a_0.bag", 30)
+        assert not (tmp_path / "a_1.bag.active").exists()
+
+    def begins_another() -> bool:
+        publish(1)
+        until(lambda: messages(launcher, topic) == sent, "all have come", 30)
+        return (tmp_path / "a_1.bag.active").exists()
+
+    until(begins_another, "the next file is begun", 30)
+    recorder.signal(signal.SIGINT)
+    assert recorder.wait(60) == 0, recorder.transcript()
+    numbers = []
+    for file in sorted(tmp_path.glob("a_*.bag"), key=lambda each: each.stat().st_mtime):
+        with BagReader(file) as bag:
+            numbers += [int(message.data[4:10]) for message in bag.messages()]
+    assert numbers == list(range(sent))

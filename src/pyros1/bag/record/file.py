@@ -140,7 +140,12 @@ class RecordFile(Generic[_K]):
         self._keys: dict[int, _K] = {}
         self._conns: dict[_K, int] = {}
         self._flush_at = time.monotonic() + FLUSH_TIME
-        self._disk = _DiskSync(self._writer.descriptor())
+        try:
+            self._disk = _DiskSync(self._writer.descriptor())
+        except OSError:
+            self._writer.abort()
+            os.remove(path + SUFFIX)
+            raise
 
     @property
     def size(self) -> int:
@@ -192,6 +197,13 @@ class RecordFile(Generic[_K]):
     def lost(self) -> dict[_K, int]:
         """Connection key -> number of messages that were lost because the disk was full."""
         return {self._keys[conn]: count for conn, count in self._writer.lost.items()}
+
+    def discard(self) -> None:
+        """Remove the file, in which nothing was written."""
+        self._disk.close()
+        self._writer.abort()
+        with contextlib.suppress(OSError):
+            os.remove(self.path + SUFFIX)
 
     def close(self) -> None:
         """Write the index and give the file its name.

@@ -6,6 +6,7 @@ The node's threads receive, stamp and queue the messages; one thread writes them
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import threading
 import time
@@ -25,6 +26,7 @@ from pyros1.node import Node
 _NS = 1_000_000_000
 _POLL = 0.05
 _WARN_TIME = 5.0
+_AGAIN_TIME = 1.0
 
 
 @dataclass
@@ -90,6 +92,7 @@ class Recorder:
         self._finished: deque[str] = deque()
         self._number = 0
         self._began = self._now()
+        self._split_from = 0.0  # of the monotonic clock: when to try to begin the next file
         self._warned: dict[str, float] = {}
         self._ending = threading.Event()
         self._unwritten: list[tuple[Source, int, bytes]] = []  # of a batch that could not be finished
@@ -98,7 +101,8 @@ class Recorder:
         folder = os.path.dirname(options.names.name(0, time.time())) or "."
         self._space = SpaceGuard(folder, options.min_space, self._events.warning)
         self._space.check()
-        self._file: RecordFile[Source] | None = self._open()
+        self._file: RecordFile[Source] | None = self._open(0)
+        self._events.opened(self._file.path)
         self._thread = threading.Thread(target=self._run, name="bag:writer", daemon=True)
         self._thread.start()
 
@@ -234,34 +238,55 @@ class Recorder:
         due = bool(options.max_size and file.size > options.max_size)
         duration = int(options.max_duration * _NS)
         self._began = min(self._began, stamp)  # simulated time may start again
-        if duration and stamp - self._began > duration:
+        began = self._began
+        if duration and stamp - began > duration:
             due = True
-            self._began += (stamp - self._began - 1) // duration * duration
+            began += (stamp - began - 1) // duration * duration
         if not due:
             return True
         if not options.split:
             return False
-        self._close_file()
-        self._forget_oldest()
+        if time.monotonic() >= self._split_from and self._split():
+            self._began = began
+        return True
+
+    def _split(self) -> bool:
+        """Begin the next file. Return False, and go on with this one, if the process can open no more files now."""
+        file = self._file
+        assert file is not None
+        try:
+            following = self._open(self._number + 1)  # first: what comes meanwhile must not find no file
+        except OSError as error:
+            if error.errno not in (errno.EMFILE, errno.ENFILE):
+                raise
+            self._split_from = time.monotonic() + _AGAIN_TIME
+            self._warn(f"Cannot begin the next file ({error.strerror}); the recording goes on in {file.path}.")
+            return False
+        try:
+            self._close_file()
+        except OSError:
+            following.discard()
+            raise
+        self._file = following
         self._number += 1
-        self._file = self._open()
-        if options.repeat_latched:
+        self._forget_oldest()
+        self._events.opened(following.path)
+        if self._options.repeat_latched:
             moment = self._now()
             for source in self._latching:
                 if source.latched is not None:
-                    self._file.write(source, source.topic.name, source.header, moment, source.latched)
+                    following.write(source, source.topic.name, source.header, moment, source.latched)
         return True
 
-    def _open(self) -> RecordFile[Source]:
+    def _open(self, number: int) -> RecordFile[Source]:
         options = self._options
-        path = options.names.name(self._number, time.time())
+        path = options.names.name(number, time.time())
         file = RecordFile[Source](path, options.compression, options.chunk_size)
         if file.rescued:
             self._events.warning(
                 f"{path}.active of a recording that was not closed was renamed to {file.rescued}; "
                 "`pyros1 bag reindex` can repair it"
             )
-        self._events.opened(path)
         return file
 
     def _close_file(self) -> None:
