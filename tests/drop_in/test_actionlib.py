@@ -121,33 +121,3 @@ rospy.signal_shutdown("done")
 
 def test_goals_that_are_sent_at_the_end_of_others(environ: dict[str, str]) -> None:
     run(CHAIN, environ)
-
-
-EARLY = """
-import rospy
-from actionlib import comm_state
-from actionlib.comm_state import ClientGoalHandle, CommState, CommStateMachine
-from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
-from actionlib_tutorials.msg import FibonacciActionGoal
-
-def made():
-    machine = CommStateMachine(FibonacciActionGoal(goal_id=GoalID(id="g")), None, None, None, lambda goal: None)
-    handle = ClientGoalHandle(machine)
-    handle.cancel()
-    return machine, handle
-
-machine, handle = made()
-machine.update_status(GoalStatusArray())
-print(CommState.to_string(handle.get_comm_state()))
-machine.update_status(GoalStatusArray(status_list=[GoalStatus(GoalID(id="g"), GoalStatus.PREEMPTING, "")]))
-machine.update_status(GoalStatusArray())
-print(CommState.to_string(handle.get_comm_state()), handle.get_goal_status() == GoalStatus.LOST)
-comm_state.GRACE = 0.0
-machine, handle = made()
-machine.update_status(GoalStatusArray())
-print(CommState.to_string(handle.get_comm_state()))
-"""
-
-
-def test_a_cancelled_goal_is_not_lost_because_a_list_is_older_than_it(environ: dict[str, str]) -> None:
-    assert run(EARLY, environ).split("\n")[:3] == ["WAITING_FOR_CANCEL_ACK", "DONE True", "DONE"]

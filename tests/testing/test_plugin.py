@@ -119,7 +119,7 @@ def test_a_program_that_does_not_end_is_ended_with_its_children(monkeypatch: pyt
         import os, signal, sys, time
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
-        print(os.fork(), flush=True)
+        os.write(1, b"%d" % os.fork() + os.linesep.encode())  # in one piece
         time.sleep(1000)
     """
     program = Program([sys.executable, "-c", textwrap.dedent(code)], os.environ)

@@ -124,11 +124,12 @@ class TcprosServer:
     def _refuse(self, greeting: _Greeting, reason: str, header: dict[str, str] | None) -> None:
         """Send the reason to the peer, log it, and close."""
         self._release(greeting)
+        if self._context.stopping.is_set():
+            greeting.sock.close()  # who heard of this node a moment ago comes too late: nothing is wrong
+            return
         header = header or {}
         what = header.get("topic") or header.get("service")
-        if self._context.stopping.is_set():
-            pass  # a peer that heard of this node a moment ago comes too late: nothing is wrong
-        elif what:
+        if what:
             who = header.get("callerid", "?")
             self._context.log.peer(WARN, "refused a connection of %s for %s: %s", who, what, reason)
         else:  # not a ROS node, or a broken one

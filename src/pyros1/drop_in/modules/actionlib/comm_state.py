@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from time import monotonic
 from typing import Any
 
 import rospy
@@ -12,8 +11,6 @@ import rospy
 from pyros1.actions.states import Stage, Status, stages_after
 from pyros1.msgs.actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
-GRACE = 5.0
-"""Seconds in which the server's lists may still be older than a goal."""
 _SPOKEN = frozenset(Status) - {Status.LOST}
 """What a server may say."""
 _ENDS = frozenset(status for status in Status if status.ended)
@@ -95,8 +92,6 @@ class CommStateMachine:
         self.mutex = threading.RLock()
         self.latest_goal_status = GoalStatus(status=GoalStatus.PENDING)
         self.latest_result: Any = None
-        self._made = monotonic()
-        self._known = False  # to the server, as far as is seen here
 
     def __eq__(self, o: object) -> bool:
         return self.action_goal.goal_id.id == o.action_goal.goal_id.id  # type: ignore[attr-defined]
@@ -125,12 +120,9 @@ class CommStateMachine:
             name = self.action_goal.goal_id.id
             status = next((each for each in status_array.status_list if each.goal_id.id == name), None)
             if status is None:
-                # A list may be older than the goal; stock takes a goal that was cancelled meanwhile for lost then.
-                awaited = not self._known and monotonic() < self._made + GRACE
-                if not awaited and self.state not in (CommState.WAITING_FOR_GOAL_ACK, CommState.WAITING_FOR_RESULT):
+                if self.state not in (CommState.WAITING_FOR_GOAL_ACK, CommState.WAITING_FOR_RESULT):
                     self._mark_as_lost()
                 return
-            self._known = True
             self.latest_goal_status = status
             self._follow(status.status)
 
