@@ -171,8 +171,11 @@ class BagFile:
 
     @property
     def index_pos(self) -> int:
-        """Offset of the end section; 0 if the bag was not closed."""
-        return u64(self.header, "index_pos") if "index_pos" in self.header else 0
+        """Offset of the end section; 0 if the bag was not closed, or its header does not say where."""
+        try:
+            return u64(self.header, "index_pos")
+        except RecordError:
+            return 0  # as good as a bag without an index: all else of it can be read
 
     @property
     def encrypted(self) -> str:

@@ -23,7 +23,7 @@ from pyros1.bag.format.scanner import Damage
 ENTRY = struct.Struct("<III")
 """Seconds, nanoseconds and offset in the content of a message."""
 
-_NOT_CLOSED = "the bag was not closed, so it has no index; `pyros1 bag reindex` makes one"
+_NOT_CLOSED = "the bag has no index (it was not closed); `pyros1 bag reindex` makes one"
 
 
 def read_index(file: BagFile) -> tuple[dict[int, Connection], list[Chunk]]:
