@@ -1,0 +1,108 @@
+"""The examples of `pyros1 pkg create --example`, run as their users do: each in each face, and what it does is seen."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from harness import SOURCE, until
+
+from pyros1.guide.catalogue import CATALOGUE, FACES
+from pyros1.msgs.geometry_msgs.msg import Twist, Vector3
+
+Start = Callable[..., Any]
+pytestmark = pytest.mark.ours_only
+
+
+@pytest.fixture(scope="module")
+def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a package for each face, which has all examples of that face."""
+    folder = tmp_path_factory.mktemp("workspace")
+    for face in FACES:
+        words = [word for each in CATALOGUE if face in each.faces for word in ("--example", each.name)]
+        command = [sys.executable, "-m", "pyros1", "pkg", "create", f"in_{face}", "--face", face, *words]
+        environ = {**os.environ, "PYTHONPATH": str(SOURCE)}
+        made = subprocess.run(
+            command, cwd=folder, env=environ, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60,
+            check=False,
+        )  # fmt: skip
+        assert (made.returncode, made.stderr) == (0, "")
+    return folder
+
+
+@pytest.fixture(params=FACES)
+def package(request: pytest.FixtureRequest, workspace: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The package of a face; programs are found as in a shell in its folder, with this Python."""
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(workspace))
+    monkeypatch.setenv("PYTHONPATH", str(SOURCE))
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
+    monkeypatch.chdir(workspace)
+    return f"in_{request.param}"
+
+
+def stock(*words: str) -> str:
+    """Run a tool of stock; return what it prints."""
+    done = subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=30, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_publisher_and_subscriber(package: str, ros_run: Start, ros_listen: Start) -> None:
+    numbers = ros_listen("numbers", "std_msgs/Float64")
+    ros_run(package, "publisher.py", "_rate:=50")
+    assert all(-1.0 <= message.data <= 1.0 for message in numbers.wait(5))
+    subscriber = ros_run(package, "subscriber.py")
+    subscriber.wait_for(r"\[INFO\] .*: -?[01]\.\d+, the mean of 3 is -?[01]\.\d+")
+    assert "data: " in stock("rostopic", "echo", "-n", "1", "/numbers")
+
+
+def test_service(package: str, ros_run: Start, ros_master: Any) -> None:
+    ros_run(package, "divide_server.py")
+    client = ros_run(package, "divide_client.py", "7", "2")
+    client.wait_for(r"^7 / 2 = 3\.5$")
+    assert client.wait() == 0
+    refused = ros_run(package, "divide_client.py", "1", "0")
+    refused.wait_for("no answer: .*the divisor is 0")
+    assert refused.wait() == 1 and "Traceback" not in refused.output
+    assert stock("rosservice", "type", "/divide").strip() == f"{package}/Divide"
+
+
+def test_timer(package: str, ros_run: Start, ros_listen: Start) -> None:
+    lamp = ros_listen("lamp", "std_msgs/Bool")
+    blinker = ros_run(package, "blinker.py", "_period:=0.05", "_duration:=1.0")
+    first, second, third = lamp.wait(3)
+    assert first.data != second.data != third.data
+    blinker.wait_for("blinked long enough")
+    assert blinker.wait() == 0 and lamp.messages[-1].data is False
+
+
+def test_parameters(package: str, ros_launch: Start, ros_node: Start, ros_listen: Start) -> None:
+    limited = ros_listen("cmd_vel_limited", "geometry_msgs/Twist")
+    launch = ros_launch(package, "speed_limiter.launch")
+    launch.wait_for("mower has the wheels: left, right")
+    node = ros_node("driver")
+    fast = node.advertise("cmd_vel", "geometry_msgs/Twist", latch=True)
+    fast.publish(Twist(linear=Vector3(x=2.0)))
+    assert limited.next().linear.x == 0.5 and node.params["/speed_limiter/wheel_count"] == 2
+    node.params["/speed_limiter/limits/linear"] = 0.2
+
+    def slower() -> bool:
+        fast.publish(Twist(linear=Vector3(x=-2.0)))
+        return bool(limited.next().linear.x == -0.2)
+
+    until(slower, "the new limit")
+
+
+def test_launch(package: str, ros_launch: Start, ros_node: Start, ros_listen: Start) -> None:
+    words = ros_listen("/r2/words", "std_msgs/String")
+    launch = ros_launch(package, "robot.launch", "robot:=r2", "rate:=20")
+    assert words.next().data == "hello from /r2/talker"
+    launch.wait_for("heard: hello from /r2/talker")
+    assert ros_node("looking").params["/robot_name"] == "r2"
+    nodes = stock("rosnode", "list").split()
+    assert {"/r2/talker", "/r2/listener"} <= {*nodes}
