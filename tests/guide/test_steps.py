@@ -73,7 +73,7 @@ _HOST = re.compile(r"http://[\w.-]+:\d+/?")
 _TOKEN = re.compile(r"token=[\w-]+")
 _COLOUR = re.compile(r"\x1b\[\d*m")
 _STRAY = "names no topic or service: connection header of 1414745936 bytes"
-"""An HTTP request at a TCPROS port: the system gives ports anew, and programs of other tests may call one that was theirs."""
+"""An HTTP request at a TCPROS port: programs of other tests may call a port that was theirs before."""
 
 
 def pattern(lines: list[str]) -> re.Pattern[str]:
