@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
@@ -14,6 +15,8 @@ from harness import SOURCE, until
 
 from pyros1.guide.catalogue import CATALOGUE, FACES
 from pyros1.msgs.geometry_msgs.msg import Twist, Vector3
+from pyros1.reconfigure import Client
+from pyros1.tf import Buffer, TransformListener
 
 Start = Callable[..., Any]
 pytestmark = pytest.mark.ours_only
@@ -38,7 +41,8 @@ def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(params=FACES)
 def package(request: pytest.FixtureRequest, workspace: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     """The package of a face; programs are found as in a shell in its folder, with this Python."""
-    monkeypatch.setenv("ROS_PACKAGE_PATH", str(workspace))
+    ours = SOURCE / "pyros1" / "packages"  # before those of a stock ROS on this machine
+    monkeypatch.setenv("ROS_PACKAGE_PATH", f"{workspace}:{ours}")
     monkeypatch.setenv("PYTHONPATH", str(SOURCE))
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
     monkeypatch.chdir(workspace)
@@ -106,3 +110,43 @@ def test_launch(package: str, ros_launch: Start, ros_node: Start, ros_listen: St
     assert ros_node("looking").params["/robot_name"] == "r2"
     nodes = stock("rosnode", "list").split()
     assert {"/r2/talker", "/r2/listener"} <= {*nodes}
+
+
+def test_action(package: str, ros_run: Start, ros_master: Any) -> None:
+    ros_run(package, "count_server.py")
+    client = ros_run(package, "count_client.py", "3")
+    client.wait_for("^now 1\ncounted 3$")
+    assert client.wait() == 0
+    stopped = ros_run(package, "count_client.py", "500", "--patience", "0.5")
+    stopped.wait_for("that takes too long\nnot done: .*PREEMPTED")
+    refused = ros_run(package, "count_client.py", "--", "-1")
+    refused.wait_for("not done: .*ABORTED.* not negative")
+    assert (stopped.wait(), refused.wait()) == (1, 1)
+    assert stock("rostopic", "type", "/count/goal").strip() == f"{package}/CountActionGoal"
+
+
+def test_reconfigure(package: str, ros_run: Start, ros_listen: Start, ros_node: Start) -> None:
+    output = ros_listen("output", "std_msgs/Float64")
+    oscillator = ros_run(package, "oscillator.py")
+    oscillator.wait_for("amplitude 1.0, frequency 0.5 Hz")
+    Client(ros_node("tuner"), "oscillator").update({"amplitude": 2.5, "shape": 1})
+    assert output.first(lambda message: abs(message.data) == 2.5)
+    oscillator.wait_for("amplitude 2.5")
+
+
+def test_tf(package: str, ros_run: Start, ros_master: Any) -> None:
+    listener = ros_run(package, "tf_listener.py", "world", "laser")
+    listener.wait_for("not yet: ")
+    ros_run(package, "tf_broadcaster.py")
+    place = listener.wait_for(r"laser is at x = (\S+), y = (\S+), z = 0\.30 m")
+    assert math.hypot(float(place[1]), float(place[2])) == pytest.approx(math.hypot(2.0, 0.2), abs=0.02)
+
+
+def test_urdf(package: str, ros_launch: Start, ros_node: Start) -> None:
+    ros_launch(package, "arm.launch")
+    buffer = Buffer()
+    with TransformListener(ros_node("looking"), buffer):
+        found = buffer.lookup_transform("upper_arm", "right_link", timeout=20.0).transform.translation
+        assert -0.05 <= found.y <= -0.02 and found.z == 0.5
+        start = buffer.lookup_transform("base_link", "upper_arm").transform.rotation.y
+        until(lambda: buffer.lookup_transform("base_link", "upper_arm").transform.rotation.y != start, "a movement")

@@ -93,6 +93,28 @@ CATALOGUE = (
         ("launch my_package speed_limiter.launch", "param set /speed_limiter/limits/linear 0.2"),
     ),
     Example(
+        "action", "goals with feedback that can be stopped, of its own type, and a client", ("actionlib_msgs",),
+        ("run my_package count_server.py", "run my_package count_client.py 20"), ("actionlib",),
+    ),
+    Example(
+        "reconfigure", "parameters that tools change while the node runs", ("std_msgs",),
+        ("run my_package oscillator.py", "dynparam set oscillator amplitude 2.5"), ("dynamic_reconfigure",),
+    ),
+    Example(
+        "tf_broadcaster", "publishes frames, one that moves and one that does not", ("geometry_msgs",),
+        ("run my_package tf_broadcaster.py", "tf tree"), ("tf2_ros",),
+    ),
+    Example(
+        "tf_listener", "asks where one frame is in another", (),
+        ("run my_package tf_listener.py world laser", "tf static_transform_publisher 1 0 0.5 0 0 0 world laser"),
+        ("tf2_ros",),
+    ),
+    Example(
+        "urdf", "a robot of links and joints, which moves",
+        ("joint_state_publisher", "robot_state_publisher", "sensor_msgs"),
+        ("launch my_package arm.launch", "web scene --open"),
+    ),
+    Example(
         "launch", "a launch file with all that is usual, and its nodes", ("std_msgs",),
         ("launch my_package robot.launch", "launch my_package robot.launch robot:=r2 rate:=5"),
     ),
