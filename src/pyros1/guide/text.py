@@ -197,9 +197,9 @@ def plain(text: str) -> str:
     def shown(found: re.Match[str]) -> str:
         if found["label"] is None:
             return found["code"] or found["word"] or found["link"]
-        name = _PAGE.fullmatch(found["to"])
+        name, label = _PAGE.fullmatch(found["to"]), plain(found["label"])
         to = f"pyros1 guide howto {name[1]}" if name else found["to"]
-        return f"{found['label']} ({to})" if name or to.startswith("http") else found["label"]
+        return f"{label} ({to})" if name or to.startswith("http") else label
 
     return _INLINE.sub(shown, text)
 

@@ -130,7 +130,8 @@ function line(text, open) {
   return text.split(/(`[^`]+`|\*\w[^*]*\*|\[[^\]]+\]\([^)]+\)|<http[^>]+>)/).map((part) => {
     if (part.length > 1 && part.startsWith("`")) return h("code", {}, part.slice(1, -1));
     if (part.length > 1 && part.startsWith("*")) return h("em", {}, part.slice(1, -1));
-    const [, label, to] = part.match(/^\[(.+)\]\((.+)\)$/) || part.match(/^<((http.+))>$/) || [];
+    const [, text, to] = part.match(/^\[(.+)\]\((.+)\)$/) || part.match(/^<((http.+))>$/) || [];
+    const label = text && (part.startsWith("[") ? line(text, open) : text);
     const page = to?.match(/^(\w+)\.md$/);
     if (page) return h("button.guide-link", { onclick: () => open(page[1]) }, label);
     if (to?.startsWith("http")) return h("a", { href: to, target: "_blank", rel: "noreferrer" }, label);
