@@ -22,6 +22,7 @@ from pyros1.ground.errors import (
     SerializationError,
     WaitTimeoutError,
 )
+from pyros1.ground.loading import loading
 from rospy.core import add_client_shutdown_hook, logdebug, logerr, loginfo, logwarn, register_signals, signal_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.msproxy import MasterProxy
@@ -97,7 +98,8 @@ def init_node(
         raise ValueError("namespaces are not allowed in node names")
     line = list(sys.argv if argv is None else argv)
     arguments = (name, line, anonymous, log_level, disable_rostime, disable_signals)
-    from rospy.impl import rosout
+    with loading():
+        from rospy.impl import rosout
 
     with PROCESS.start_lock:  # other threads wait for the one node
         if PROCESS.node is not None:
