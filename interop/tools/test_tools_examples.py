@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy
 import pytest
 from harness import SOURCE, until
 
@@ -38,14 +40,19 @@ def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture(params=FACES)
-def package(request: pytest.FixtureRequest, workspace: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """The package of a face; programs are found as in a shell in its folder, with this Python."""
+@pytest.fixture
+def shell(workspace: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Programs are found as in a shell in the folder, with this Python."""
     ours = SOURCE / "pyros1" / "packages"  # before those of a stock ROS on this machine
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"{workspace}:{ours}")
     monkeypatch.setenv("PYTHONPATH", str(SOURCE))
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
     monkeypatch.chdir(workspace)
+
+
+@pytest.fixture(params=FACES)
+def package(request: pytest.FixtureRequest, shell: None) -> str:
+    """The package of a face."""
     return f"in_{request.param}"
 
 
@@ -150,3 +157,69 @@ def test_urdf(package: str, ros_launch: Start, ros_node: Start) -> None:
         assert -0.05 <= found.y <= -0.02 and found.z == 0.5
         start = buffer.lookup_transform("base_link", "upper_arm").transform.rotation.y
         until(lambda: buffer.lookup_transform("base_link", "upper_arm").transform.rotation.y != start, "a movement")
+
+
+def test_image(package: str, ros_run: Start, ros_listen: Start) -> None:
+    edges = ros_listen("edges", "sensor_msgs/Image")
+    ros_run(package, "edges.py")
+    ros_run(package, "picture_source.py")
+    image = edges.next()
+    assert (image.width, image.height, image.encoding, image.header.frame_id) == (320, 240, "mono8", "camera")
+    bright = numpy.frombuffer(image.data, numpy.uint8).reshape(240, 320) > 100
+    assert 200 < bright.sum() < 1000  # the outline of a square of 60 pixels
+    assert bright[85:155].any() and not bright[:80].any()
+
+
+def test_cloud(package: str, ros_run: Start, ros_listen: Start) -> None:
+    filtered = ros_listen("filtered", "sensor_msgs/PointCloud2")
+    ros_run(package, "cloud_filter.py", "_cube:=0.2")
+    ros_run(package, "cloud_source.py")
+    cloud = filtered.next()
+    points = numpy.frombuffer(cloud.data, "<f4").reshape(-1, 3)
+    assert 10 < cloud.width == len(points) < 200 and cloud.header.frame_id == "camera"
+    assert (points[:, 2] > 0.05).all() and (abs(points[:, :2]) < 0.31).all()  # the ball, without the floor
+
+
+def test_bag(package: str, ros_run: Start, tmp_path: Path) -> None:
+    bag = str(tmp_path / "drive.bag")
+    assert ros_run(package, "write_bag.py", bag).wait() == 0
+    assert re.search(r"^messages: +1200$", stock("rosbag", "info", bag), re.M)
+    pytest.importorskip("pandas")
+    analysis = ros_run(package, "analyse_bag.py", bag)
+    analysis.wait_for(r"^driven: 19\.1\d m\nstood still: [45]\d% of the time\nmean speed, every 10 s: 0\.\d\d, ")
+    other = ros_run(package, "analyse_bag.py", bag, "/odo")
+    other.wait_for("/odo")
+    assert (analysis.wait(), other.wait()) == (0, 1) and "Traceback" not in other.output
+    (tmp_path / "pandas.py").write_text("raise ImportError")
+    lacking = ros_run(package, "analyse_bag.py", bag, environ={"PYTHONPATH": f"{tmp_path}:{SOURCE}"})
+    lacking.wait_for("^this needs pandas: pip install pandas$")
+    assert lacking.wait() == 1
+
+
+def test_asyncio(workspace: Path, ros_run: Start, ros_listen: Start, ros_node: Start, shell: None) -> None:
+    average = ros_listen("average", "std_msgs/Float64")
+    averager = ros_run("in_node", "averager.py")
+    node = ros_node("counter")
+    numbers = node.advertise("numbers", "std_msgs/Float64", latch=True)
+    numbers.publish(data=1.0)
+    assert average.first().data == 1.0
+    numbers.publish(data=4.0)
+    assert average.first(lambda message: message.data == 2.5)
+    node.service("reset", "std_srvs/Empty")()
+    numbers.publish(data=7.0)
+    assert average.first(lambda message: message.data == 7.0)
+    assert averager.stop() == 0 and "Traceback" not in averager.output
+
+
+def test_test(package: str, workspace: Path, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", f"{package}/tests"]
+    asked = subprocess.run(
+        command, cwd=workspace, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    assert asked.returncode == 0 and "4 passed" in asked.stdout, asked.stdout
+    command = [sys.executable, "-m", "pyros1", "test", package, "doubler.test"]
+    asked = subprocess.run(
+        command, cwd=workspace, env={**os.environ, "ROS_HOME": str(tmp_path)}, stdin=subprocess.DEVNULL,
+        capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    assert asked.returncode == 0 and f"[{package}.rosunit-check_doubler/test_a_number_is_doubled][passed]" in asked.stdout

@@ -113,6 +113,7 @@ def test_the_list_names_each_with_a_line(capfd: pytest.CaptureFixture[str], fold
     ("words", "text"),
     [
         (["-e", "servce"], "ERROR: there is no example 'servce' (did you mean 'service'?); there are: publisher, "),
+        (["-e", "asyncio", "--face", "rospy"], "ERROR: the example 'asyncio' has no face 'rospy', only: node\n"),
         (["-e", "timer", "-e", "nothing"], "ERROR: there is no example 'nothing'; there are: publisher, "),
     ],
 )

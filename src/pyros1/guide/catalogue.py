@@ -20,6 +20,7 @@ FACES = ("node", "rospy")
 SHARED = "both"
 PLACEHOLDER = "my_package"
 """What the files call their package."""
+_PYTHON = "python3 "
 
 
 class ExampleError(Error):
@@ -33,7 +34,8 @@ class Example(NamedTuple):
         name: as one asks for it.
         about: what it shows, in one line.
         depends: packages that it needs with each face.
-        tries: what to type after ``pyros1 `` to see it work, with `PLACEHOLDER` for the package.
+        tries: what to type after ``pyros1 `` to see it work, with `PLACEHOLDER` for the package. A line that begins
+            with ``python3`` is a whole command.
         rospy_depends: packages that it needs with the face rospy, besides rospy itself.
     """
 
@@ -115,6 +117,26 @@ CATALOGUE = (
         ("launch my_package arm.launch", "web scene --open"),
     ),
     Example(
+        "image", "finds edges in pictures, with numpy", ("sensor_msgs",),
+        ("run my_package picture_source.py", "run my_package edges.py", "web image --open"),
+    ),
+    Example(
+        "cloud", "filters point clouds, with numpy", ("sensor_msgs",),
+        ("run my_package cloud_source.py", "run my_package cloud_filter.py", "topic hz filtered"),
+    ),
+    Example(
+        "bag", "writes a bag, and analyses it with pandas", ("nav_msgs",),
+        ("run my_package write_bag.py drive.bag", "run my_package analyse_bag.py drive.bag"), ("rosbag",),
+    ),
+    Example(
+        "asyncio", "receives, publishes and serves in an asyncio program", ("std_msgs", "std_srvs"),
+        ("run my_package averager.py", "topic pub -r 5 numbers std_msgs/Float64 1.5"),
+    ),
+    Example(
+        "test", "tests of a node, with pytest and with pyros1 test", ("rostest", "std_msgs"),
+        ("test my_package doubler.test", "python3 -m pytest my_package/tests"),
+    ),
+    Example(
         "launch", "a launch file with all that is usual, and its nodes", ("std_msgs",),
         ("launch my_package robot.launch", "launch my_package robot.launch robot:=r2 rate:=5"),
     ),
@@ -157,7 +179,8 @@ def gather(examples: Sequence[Example], face: str, package: str) -> dict[str, st
 
 def tries(examples: Sequence[Example], package: str) -> list[str]:
     """Return the commands that show what the examples do."""
-    return [f"pyros1 {line.replace(PLACEHOLDER, package)}" for each in examples for line in each.tries]
+    lines = [line.replace(PLACEHOLDER, package) for each in examples for line in each.tries]
+    return [line if line.startswith(_PYTHON) else f"pyros1 {line}" for line in lines]
 
 
 def _readme(examples: Sequence[Example], package: str) -> str:
