@@ -22,17 +22,10 @@ _KEYWORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
 
 
 def private_parameter(text: str) -> Any:
-    """Return the value of a parameter given as text.
-
-    Plain numbers and words are recognised at once; for the rest the YAML reader is loaded. Text that is not YAML is a
-    string.
-    """
-    if re.match(_INT, text):
-        return int(text)
-    if re.match(_FLOAT, text):
-        return float(text)
-    if re.match(_WORD, text) and text.lower() not in _KEYWORDS:
-        return text
+    """Return the value of a parameter given as text. Text that is not YAML is a string."""
+    plain = plain_value(text)
+    if plain is not None:
+        return plain
     from pyros1.ground.errors import Error  # noqa: PLC0415 - with the next
     from pyros1.values import load_yaml  # noqa: PLC0415 - takes 20 ms to load
 
@@ -41,6 +34,17 @@ def private_parameter(text: str) -> Any:
     except Error:
         return text
     return "" if value is None else value
+
+
+def plain_value(text: str) -> int | float | str | None:
+    """Return the value of a plain number or word; None for anything else, which takes a YAML reader."""
+    if re.match(_INT, text):
+        return int(text)
+    if re.match(_FLOAT, text):
+        return float(text)
+    if re.match(_WORD, text) and text.lower() not in _KEYWORDS:
+        return text
+    return None
 
 
 def odd_arguments(arguments: Arguments) -> list[str]:
