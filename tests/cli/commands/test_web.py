@@ -113,7 +113,6 @@ def test_a_panel_of_a_server_that_runs(start: Start, environ: dict[str, str]) ->
         (["scene", "-f", "odom"], "scene", {"fixed": "odom"}),  # rviz -f odom
     ):
         assert settings_in(link_in(first_line(start(*words)))) == {"panel": panel, "settings": settings}
-    assert "rviz's files are not read" in first_line(start("scene", "-d", "my.rviz"))
     other = start("console")
     assert link_in(first_line(other)) == f"{link}#console"
     server.terminate()
@@ -131,6 +130,33 @@ def test_a_note_of_a_server_that_is_gone_does_no_harm(start: Start, environ: dic
     assert link.endswith("#plot")
     with urllib.request.urlopen(link, timeout=20) as answer:
         assert answer.status == 200
+
+
+def test_a_file_of_rviz(start: Start, tmp_path: Path) -> None:
+    file = tmp_path / "robot.rviz"
+    displays = "[{Class: rviz/Path, Topic: plan, Color: 0; 0; 255}, {Class: my/Thing, Name: Thing}]"
+    file.write_text(f"Visualization Manager: {{Displays: {displays}, Global Options: {{Fixed Frame: map}}}}")
+    link_in(first_line(start("--port", "0")))
+    for words in (["rviz", "-d", str(file)], ["rviz", str(file)], ["scene", f"--display-config={file}"]):
+        process = start(*words, "-f", "odom")
+        assert first_line(process) == f"{file}: Thing: there is no display my/Thing\n"
+        assert settings_in(link_in(first_line(process))) == {
+            "panel": "scene",
+            "settings": {
+                "fixed": "odom",
+                "topics": ["/plan"],
+                "robots": [],
+                "options": {"/plan": {"tint": "#0000ff"}},
+                "hidden": ["frames", "grid"],
+            },
+        }
+    file.write_text("Visualization Manager: [")
+    faults = {file: f"ERROR: {file} is not YAML: ", tmp_path: "Is a directory", tmp_path / "no.rviz": "No such file"}
+    for name, said in faults.items():
+        process = start("rviz", "-d", str(name))
+        output, _ = process.communicate(timeout=30)
+        assert process.returncode == 1
+        assert said in output and str(name) in output and output.count("\n") == 1
 
 
 @pytest.mark.parametrize(

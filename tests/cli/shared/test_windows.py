@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pyros1.cli.failures import UsageError
-from pyros1.cli.shared.windows import PACKAGED, PROGRAMS, call_of, has_display, picture_topic
+from pyros1.cli.shared.windows import PACKAGED, PROGRAMS, call_of, first_argument, has_display, picture_topic
 
 
 @pytest.mark.parametrize(
@@ -46,6 +46,13 @@ def test_every_program_takes_a_page() -> None:
     assert {name for names in PACKAGED.values() for name in names} <= {*PROGRAMS}
     for name in PROGRAMS:
         assert call_of(name, ["--read-only"]).words[-1] == "--read-only"
+
+
+@pytest.mark.parametrize(
+    ("line", "place"), [("", 0), ("rviz", 0), ("--open -p 3 rviz", 3), ("-p=3 rviz", 1), ("-p", 1), ("--open", 1)]
+)
+def test_the_first_argument(line: str, place: int) -> None:
+    assert first_argument(line.split(), {"-p"}) == place
 
 
 def test_the_topic_of_image_view() -> None:

@@ -15,8 +15,9 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_these
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.cli.shared.listening import ALLOW, with_options
-from pyros1.cli.shared.windows import PROGRAMS, call_of, has_display, picture_topic
+from pyros1.cli.shared.windows import PROGRAMS, call_of, first_argument, has_display, picture_topic
 from pyros1.ground.names import parse_arguments
+from pyros1.ground.shown import one_line
 
 if TYPE_CHECKING:
     from pyros1.node import Node
@@ -49,8 +50,6 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if options.standalone:
         args = [*_panel_of(options.standalone), *args]
     panel, settings = _wanted(invocation, options, args)
-    if options.display_config:
-        print("rviz's files are not read; arrange the page, and save that with its button Layouts", file=sys.stderr)
     try:
         import websockets  # noqa: F401, PLC0415 - of the extra
     except ImportError:
@@ -141,15 +140,17 @@ def _serve(invocation: Invocation, options: Any, uri: str, started: Callable[[st
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     """Return options and arguments; the first word may be a stock program, whose own options follow."""
     words = invocation.args
-    if not words or words[0] not in PROGRAMS:
+    place = first_argument(words, [name for option in verb.options if option.takes_value for name in option.names])
+    program = words[place] if place < len(words) else ""
+    if program not in PROGRAMS:
         options, args = parse_these(invocation, verb, words)
         options.program = ""
         return options, args
-    call = call_of(words[0], words[1:])
+    call = call_of(program, words[place + 1 :])
     for note in call.notes:
-        print(f"{words[0]}: {note}", file=sys.stderr)
-    options, args = parse_these(invocation, verb, call.words)
-    options.program = words[0]
+        print(f"{program}: {note}", file=sys.stderr)
+    options, args = parse_these(invocation, verb, [*words[:place], *call.words])
+    options.program = program
     if args[:1] == ["image"]:
         given = parse_arguments(invocation.argv)
         topic = given.remappings.get(_PICTURE, "")
@@ -179,16 +180,22 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
         return name, {setting: invocation.resolve(words[0]) if words else ""}
     if panel not in panels:
         raise UsageError(f"there is no panel {panel!r}; there are {', '.join(panels)}")
-    if panel == "bag":
-        options.files = [os.path.abspath(word) for word in words]
-        clock = {"clock": True} if options.clock else {}
-        return panel, {"files": options.files, **clock} if words else clock
+    if panel in _SETTINGS:
+        return panel, _SETTINGS[panel](invocation, options, words)
     if panel in _ONE and len(words) == 1:
         return panel, {_ONE[panel][0]: invocation.resolve(words[0])}
-    if panel != "plot":
-        if words:
-            raise UsageError(f"the panel {panel} takes {f'one {_ONE[panel][1]}' if panel in _ONE else 'no arguments'}")
-        return panel, {"fixed": options.fixed_frame.lstrip("/")} if panel == "scene" and options.fixed_frame else {}
+    if words:
+        raise UsageError(f"the panel {panel} takes {f'one {_ONE[panel][1]}' if panel in _ONE else 'no arguments'}")
+    return panel, {}
+
+
+def _bag(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:
+    options.files = [os.path.abspath(word) for word in words]
+    clock = {"clock": True} if options.clock else {}
+    return {"files": options.files, **clock} if words else clock
+
+
+def _plot(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:
     from pyros1.observe.fields import expand  # noqa: PLC0415
 
     curves = [invocation.resolve(field) for word in words for field in expand(word)]
@@ -199,7 +206,36 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
         settings["paused"] = True
     if options.xy:
         settings["xy"] = True
-    return panel, settings
+    return settings
+
+
+def _scene(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:
+    """Return the settings of the scene: those of a file of rviz, if one is named."""
+    if len(words) > 1 or (words and options.display_config):
+        raise UsageError("the panel scene takes one file of rviz")
+    file = words[0] if words else options.display_config
+    settings: dict[str, Any] = {}
+    if file:
+        from pyros1.web.scene.rviz.file import MOST_BYTES, RvizFileError, read_rviz  # noqa: PLC0415
+
+        try:
+            with open(file, "rb") as opened:
+                text = opened.read(MOST_BYTES + 1).decode(errors="replace")
+            settings, notes = read_rviz(text, invocation.resolve)
+        except OSError as error:
+            raise CommandError(f"cannot read {one_line(file)}: {error.strerror}") from None
+        except (RvizFileError, ValueError) as error:
+            raise CommandError(f"{one_line(file)} {error}") from None
+        for note in notes:
+            print(f"{one_line(file)}: {note}", file=sys.stderr)
+    if options.fixed_frame:
+        settings["fixed"] = options.fixed_frame.lstrip("/")
+    return settings
+
+
+_SETTINGS: Mapping[str, Callable[[Invocation, Any, list[str]], dict[str, Any]]]
+_SETTINGS = {"bag": _bag, "plot": _plot, "scene": _scene}
+"""Panels that take several words or options of their own."""
 
 
 COMMAND = Command(
@@ -262,7 +298,7 @@ COMMAND = Command(
         Flag("--clock", help="of a bag: publish the clock when it is played"),
         Option("-s", "--standalone", metavar="PLUGIN", help="as rqt has it: the panel of this plugin of rqt"),
         Option("-f", "--fixed-frame", metavar="FRAME", help="of the scene: the frame that stands still"),
-        Option("-d", "--display-config", hidden=True),  # rviz's
+        Option("-d", "--display-config", metavar="FILE", help="of the scene: a file that rviz has saved"),
         # rqt and its plugins take these; the page has nothing to clear or discover
         Flag("-e", "--empty", hidden=True),
         Flag("--clear-config", dest="clear_config", hidden=True),
@@ -278,6 +314,7 @@ COMMAND = Command(
             ("--open", "the robot in this machine's browser"),
             ("plot /velocity/data,/force_cmd/data", "a plot, from a server that runs or a new one"),
             ("plot --xy /odom/pose/pose/position/x:y", "one field against another"),
+            ("scene -d robot.rviz", "what a file of rviz shows"),
             ("bag run.bag", "what is in a bag; it can be played from there"),
             ("--host 0.0.0.0 --read-only", "for other machines, to look only"),
         ],

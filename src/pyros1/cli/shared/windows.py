@@ -6,7 +6,7 @@ miss is told in one line.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 from pyros1.cli.failures import UsageError
@@ -171,6 +171,19 @@ def call_of(program: str, words: Sequence[str]) -> Call:
         if meaning.word:
             result += [meaning.word, value] if meaning.value else [meaning.word]
     return Call(result, notes)
+
+
+def first_argument(words: Sequence[str], valued: Collection[str]) -> int:
+    """Return the place of the first word that is no option and no option's value; the number of words if there is none.
+
+    Args:
+        words: a command line.
+        valued: names of the options that take a value.
+    """
+    place = 0
+    while place < len(words) and words[place].startswith("-"):
+        place += 2 if words[place] in valued else 1
+    return min(place, len(words))
 
 
 def picture_topic(words: Sequence[str], remapped: str, transport: str) -> list[str]:
