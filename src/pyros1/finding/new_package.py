@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 
 @dataclass
@@ -18,6 +18,7 @@ class NewPackage:
         version, description, licenses, authors, maintainers: for package.xml; people as ``Name <address>``.
         meta: whether it is a metapackage.
         examples: whether to add example nodes, a message and a launch file.
+        files: further files: path in the package -> text. Those that begin with ``#!`` are made executable.
     """
 
     name: str
@@ -31,3 +32,4 @@ class NewPackage:
     maintainers: Sequence[str] = ()
     meta: bool = False
     examples: bool = True
+    files: Mapping[str, str] = field(default_factory=dict)
