@@ -45,7 +45,7 @@ import importlib, pathlib, sys
 import pyros1
 
 root = pathlib.Path(pyros1.__file__).parent
-others = {"packages", "templates", "modules", "start", "vendor"}  # programs, and what has other names
+others = {"examples", "packages", "templates", "modules", "start", "vendor"}  # programs, and what has other names
 for path in sorted(root.rglob("*.py")):
     parts = path.relative_to(root.parent).with_suffix("").parts
     if others.isdisjoint(parts) and parts[-1] not in ("__main__", "build_backend"):
