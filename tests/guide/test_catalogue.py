@@ -51,6 +51,8 @@ def test_a_copy_is_complete(folder: Path, capfd: pytest.CaptureFixture[str], nam
             check_script(path, text)
     manifest = read_manifest(package / "package.xml")
     assert {*example(name).needs(face)} <= {*manifest.runs_with()}
+    built = re.findall(r"<depend>(\w+)<", (package / "package.xml").read_text())
+    assert not {"tf2_ros", "rosbag", "robot_state_publisher"} & {*built}  # which need not be there to build
     cmake = (package / "CMakeLists.txt").read_text()
     code = [line.strip() for line in cmake.splitlines() if not line.lstrip().startswith("#")]
     for path in paths:

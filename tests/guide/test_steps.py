@@ -72,7 +72,7 @@ NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 _HOST = re.compile(r"http://[\w.-]+:\d+/?")
 _TOKEN = re.compile(r"token=[\w-]+")
 _COLOUR = re.compile(r"\x1b\[\d*m")
-_STRAY = "names no topic or service: connection header of 1414745936 bytes"
+_STRAY = "names no topic or service: this is an HTTP request"
 """An HTTP request at a TCPROS port: programs of other tests may call a port that was theirs before."""
 
 

@@ -133,7 +133,9 @@ def package_xml(package: NewPackage, files: Collection[str]) -> str:
         lines += [f"  <exec_depend>{escape(each)}</exec_depend>" for each in sorted(package.depends)]
         lines += ["", "  <export>", "    <metapackage/>", "  </export>"]
     else:
-        lines += [f"  <depend>{escape(each)}</depend>" for each in _depends(package, defines)]
+        depends = _depends(package, defines)
+        lines += [f"  <depend>{escape(each)}</depend>" for each in depends]
+        lines += [f"  <exec_depend>{escape(each)}</exec_depend>" for each in sorted({*package.runs} - {*depends})]
         if defines:
             lines += ["  <build_depend>message_generation</build_depend>"]
             lines += [f"  <{tag}>message_runtime</{tag}>" for tag in ("build_export_depend", "exec_depend")]

@@ -13,6 +13,7 @@ class NewPackage:
     Attributes:
         name: name of the package.
         depends: packages on which it depends, to build and to run.
+        runs: packages on which it depends to run only.
         system: dependencies on the system, by their rosdep keys.
         boost: components of Boost to link with.
         version, description, licenses, authors, maintainers: for package.xml; people as ``Name <address>``.
@@ -23,6 +24,7 @@ class NewPackage:
 
     name: str
     depends: Sequence[str] = ()
+    runs: Sequence[str] = ()
     system: Sequence[str] = ()
     boost: Sequence[str] = ()
     version: str = "0.0.0"

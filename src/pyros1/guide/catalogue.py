@@ -163,6 +163,14 @@ def example(name: str, face: str = FACES[0]) -> Example:
     return found
 
 
+def builds_with(package: str) -> bool:
+    """Return whether stock ROS needs a package to build one that depends on it: it has messages, or functions of CMake.
+
+    Other packages are needed to run only.
+    """
+    return package.endswith(("_msgs", "_srvs")) or package in ("dynamic_reconfigure", "rospy")
+
+
 def gather(examples: Sequence[Example], face: str, package: str) -> dict[str, str]:
     """Return the files of several examples together: path in the package -> text, with a README.md that lists them.
 

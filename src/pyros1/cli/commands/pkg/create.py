@@ -18,7 +18,7 @@ from pyros1.finding.crawl import all_packages
 from pyros1.finding.create import CreateError, create, name_problem
 from pyros1.finding.library import SHIPPED
 from pyros1.finding.new_package import NewPackage
-from pyros1.guide.catalogue import CATALOGUE, FACES, ExampleError, example, gather, tries
+from pyros1.guide.catalogue import CATALOGUE, FACES, ExampleError, builds_with, example, gather, tries
 
 _STOCK = ("catkin_create_pkg", "roscreate-pkg")
 _WIDTH = 16  # columns for an example's name
@@ -47,9 +47,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     except ExampleError as error:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1
+    needs = [need for each in examples for need in each.needs(options.face)]
     package = NewPackage(
         options.name,
-        depends=[*options.dependencies, *(need for each in examples for need in each.needs(options.face))],
+        depends=[*options.dependencies, *(need for need in needs if builds_with(need))],
+        runs=[need for need in needs if not builds_with(need)],
         system=options.sys_deps or (),
         boost=options.boost_comps or (),
         version=options.pkg_version,
