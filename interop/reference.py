@@ -1,7 +1,6 @@
 """Makes the reference of all public names from their docstrings: ``python interop/reference.py [FOLDER]``.
 
-It needs the extra ``docs``. FOLDER is ``dist/reference`` if it is not given. A warning is an error. `modules` says what is
-public.
+It needs the extra ``docs``. FOLDER is ``dist/reference`` if it is not given. A warning is an error.
 """
 
 from __future__ import annotations
