@@ -171,3 +171,6 @@ def test_nodes_and_commands_run_where_nothing_of_unix_is(
     assert "minimal_publisher" in run("node", "status")
     assert "stopped" in run("node", "stop", "/minimal_subscriber")
     assert "type pyros1 before each command" in run("setup", code=1)
+    start("Spawning turtle", "run", "turtlesim", "turtlesim_node")
+    assert "x:" in run("topic", "echo", "-n", "1", "/turtle1/pose")
+    start("in a browser: ", "web", "--port", "0")
