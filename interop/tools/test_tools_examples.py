@@ -16,6 +16,7 @@ import pytest
 from harness import SOURCE, until
 
 from pyros1.guide.catalogue import CATALOGUE, FACES
+from pyros1.msgs.actionlib_msgs.msg import GoalStatus
 from pyros1.msgs.geometry_msgs.msg import Twist, Vector3
 from pyros1.reconfigure import Client
 from pyros1.testing import Program
@@ -146,7 +147,7 @@ def test_launch(package: str, launch: Start, ros_node: Start, ros_listen: Start)
     assert {"/r2/talker", "/r2/listener"} <= {*nodes}
 
 
-def test_action(package: str, run: Start, ros_master: Any) -> None:
+def test_action(package: str, run: Start, ros_listen: Start) -> None:
     run(package, "count_server.py")
     client = run(package, "count_client.py", "3")
     client.wait_for("^now 1\ncounted 3$")
@@ -156,6 +157,14 @@ def test_action(package: str, run: Start, ros_master: Any) -> None:
     refused = run(package, "count_client.py", "--", "-1")
     refused.wait_for("not done: .*ABORTED.* not negative")
     assert (stopped.wait(), refused.wait()) == (1, 1)
+    statuses = ros_listen("count/status", "actionlib_msgs/GoalStatusArray")
+    interrupted = run(package, "count_client.py", "400")
+    interrupted.wait_for("^now 399$")
+    running = statuses.first(lambda message: any(each.status == GoalStatus.ACTIVE for each in message.status_list))
+    goal = next(each.goal_id.id for each in running.status_list if each.status == GoalStatus.ACTIVE)
+    interrupted.stop()
+    ended = (goal, GoalStatus.PREEMPTED)
+    statuses.first(lambda message: ended in [(each.goal_id.id, each.status) for each in message.status_list])
     assert stock("rostopic", "type", "/count/goal").strip() == f"{package}/CountActionGoal"
 
 
