@@ -16,22 +16,21 @@ SOURCES = Path(__file__).resolve().parents[1] / "src"
 DEADLINE = 60.0
 
 HIDE = """
-import asyncio, os, select, selectors, shutil, signal, socket, stat, subprocess, sys, tempfile  # which are the system's
+import asyncio, importlib, os, select, selectors, shutil, signal, socket, stat, subprocess, sys, tempfile
 
 def socketpair():
     with socket.create_server(("127.0.0.1", 0)) as server:
         return socket.create_connection(server.getsockname()), server.accept()[0]
 
-def select_sockets(reading, writing, failing, timeout=None, select=select.select):
-    for each in (*reading, *writing, *failing):
-        if not stat.S_ISSOCK(os.fstat(each if isinstance(each, int) else each.fileno()).st_mode):
-            raise OSError("only sockets can be waited for")
-    return select(reading, writing, failing, timeout)
+class Select:  # an object, since selectors would make a method of a function
+    def __call__(self, reading, writing, failing, timeout=None, select=select.select):
+        for each in (*reading, *writing, *failing):
+            if not stat.S_ISSOCK(os.fstat(each if isinstance(each, int) else each.fileno()).st_mode):
+                raise OSError("only sockets can be waited for")
+        return select(reading, writing, failing, timeout)
 
 socket.socketpair = socketpair
-select.select = select_sockets
-selectors.SelectSelector._select = staticmethod(select_sockets)
-selectors.DefaultSelector = selectors.SelectSelector
+select.select = Select()
 for name in "fcntl termios tty pwd grp resource pty posix syslog curses readline".split():
     sys.modules[name] = None
 LACKING = {
@@ -46,6 +45,7 @@ for module, names in LACKING.items():
     for name in names.split():
         if hasattr(module, name):
             delattr(module, name)
+importlib.reload(selectors)  # without what has just gone
 """
 
 IMPORTS = """

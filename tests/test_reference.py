@@ -82,22 +82,41 @@ def test_the_pages_are_made_without_a_warning(tmp_path: Path) -> None:
     assert 'id="Node.advertise"' in (tmp_path / "pyros1.html").read_text(encoding="utf-8")
 
 
+TELLS = """
+import pyros1.aio
+
+def tell(kind, name):
+    do = getattr(kind, name)
+    def told(*args, **options):
+        print("it is there", flush=True)
+        return do(*args, **options)
+    setattr(kind, name, told)
+
+tell(pyros1.Node, "spin")
+tell(pyros1.Node, "ok")
+tell(pyros1.aio.Node, "messages")
+"""
+"""Goes before a program: says when all is made, and the program begins to wait."""
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_programs(name: str, make_node: Any, environ: dict[str, str]) -> None:
     """They find what they need, run as nodes, and end on Ctrl-C if not before."""
     code = BLOCKS[name]
     world = make_node("world")
-    node_name = re.findall(r'Node\("(\w+)"\)', code)[0]
     place = TransformStamped(child_frame_id="base_link")
     place.header.frame_id = "map"
     place.transform.rotation.w = 1.0
     StaticTransformBroadcaster(world).send_transform(place)
     with actions.SimpleServer(world, "fibonacci", FibonacciAction, lambda goal: FibonacciResult(sequence=[0, 1])):
-        child = subprocess.Popen([sys.executable, "-c", code], env={**os.environ, **environ}, stderr=subprocess.PIPE)
+        child = subprocess.Popen(
+            [sys.executable, "-c", TELLS + code],
+            env={**os.environ, **environ}, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        )  # fmt: skip
         try:
             if "timeout=" not in code:  # it runs until it is told to end
-                world.wait_for_service(f"/{node_name}/get_loggers", PATIENCE)
+                assert child.stdout is not None and child.stdout.readline() == b"it is there\n"
                 child.send_signal(signal.SIGINT)
             wrong = child.communicate(timeout=PATIENCE)[1]
         finally:
