@@ -109,19 +109,20 @@ def test_programs(name: str, make_node: Any, environ: dict[str, str]) -> None:
     place.header.frame_id = "map"
     place.transform.rotation.w = 1.0
     StaticTransformBroadcaster(world).send_transform(place)
-    with actions.SimpleServer(world, "fibonacci", FibonacciAction, lambda goal: FibonacciResult(sequence=[0, 1])):
-        child = subprocess.Popen(
-            [sys.executable, "-c", TELLS + code],
-            env={**os.environ, **environ}, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        )  # fmt: skip
+    command = [sys.executable, "-c", TELLS + code]
+    with (
+        actions.SimpleServer(world, "fibonacci", FibonacciAction, lambda goal: FibonacciResult(sequence=[0, 1])),
+        subprocess.Popen(
+            command, env={**os.environ, **environ}, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        ) as child,
+    ):
         try:
             if "timeout=" not in code:  # it runs until it is told to end
-                assert child.stdout is not None and child.stdout.readline() == b"it is there\n"
+                assert child.stdout is not None and any(line == b"it is there\n" for line in child.stdout)
                 child.send_signal(signal.SIGINT)
             wrong = child.communicate(timeout=PATIENCE)[1]
         finally:
             child.kill()
-            child.wait()
     assert (child.returncode, wrong) == (0, b"")
 
 
