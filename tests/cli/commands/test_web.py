@@ -79,6 +79,19 @@ def test_it_prints_a_link_that_works_and_ends_with_a_signal(start: Start) -> Non
     assert process.wait(20) == 0
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems always have a display")
+def test_without_a_display_no_browser_is_opened(start: Start, tmp_path: Path) -> None:
+    """Python would take a browser for terminals, such as w3m."""
+    browser = tmp_path / "w3m"
+    browser.write_text(f"#!/bin/sh\ntouch {tmp_path}/opened\n")
+    browser.chmod(0o755)
+    path = f"{tmp_path}{os.pathsep}{os.environ['PATH']}"
+    process = start("--port", "0", "--open", BROWSER="", DISPLAY="", WAYLAND_DISPLAY="", PATH=path)
+    link = link_in(first_line(process))
+    assert first_line(process) == f"no browser could be opened here; open the link yourself: {link}\n"
+    assert not (tmp_path / "opened").exists()
+
+
 def test_a_panel_of_a_server_that_runs(start: Start, environ: dict[str, str]) -> None:
     server = start("--port", "0")
     link = link_in(first_line(server))

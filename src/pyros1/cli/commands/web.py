@@ -46,6 +46,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if options.list_plugins:
         print("\n".join(name for name in PROGRAMS if name.startswith("rqt_") and name != "rqt_gui"))
         return 0
+    if options.output:
+        return _save_graph(invocation, options.output)
     options.files = []
     if options.standalone:
         args = [*_panel_of(options.standalone), *args]
@@ -89,6 +91,13 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 class _PortTakenError(CommandError):
     """The page cannot have its port."""
+
+
+def _save_graph(invocation: Invocation, file: str) -> int:
+    """Do as ``rxgraph -o FILE``: no page, but a file, of the kind that its name says."""
+    from pyros1.cli.running import run_command  # noqa: PLC0415
+
+    return run_command("graph", ["--svg" if file.endswith(".svg") else "--dot", file, *invocation.remapping_args])
 
 
 def _join(invocation: Invocation, link: str, uri: str) -> int:
@@ -303,6 +312,7 @@ COMMAND = Command(
         Flag("-e", "--empty", hidden=True),
         Flag("--clear-config", dest="clear_config", hidden=True),
         Flag("--force-discover", dest="force_discover", hidden=True),
+        Option("--output", hidden=True),  # rxgraph's
         Flag("--list-plugins", dest="list_plugins", hidden=True),
         Argument("panel", optional=True, help="the panel to open: graph, console, plot ..."),
         Argument(
