@@ -83,7 +83,7 @@ def test_the_end_of_the_last_string_may_be_missing_in_programs_with_genpy(monkey
     with pytest.raises(DeserializationError, match="field last"):
         cls().deserialize(data[:-2])
 
-    monkeypatch.setattr("pyros1.msgs.repair._HANDLER", "strict")  # a handler that any program has
+    monkeypatch.setattr("pyros1.msgs.repair.HANDLER", "strict")  # a handler that any program has
     assert bytes(cls().deserialize(data[:-2]).last) == b"123"
     for size in range(len(block(b"abc")) + 4):
         with pytest.raises(DeserializationError):

@@ -18,7 +18,8 @@ from pyros1.ground.errors import DeserializationError, MessageError
 from pyros1.msgs.base import Buffer, Message, View
 from pyros1.msgs.check import Walk
 
-_HANDLER = "rosmsg"
+HANDLER = "rosmsg"
+"""Name of the error handler that genpy registers with `codecs`."""
 
 
 def decode_repaired(cls: type[Message], buffer: Buffer, start: int, end: int, view: View | None = None) -> Any:
@@ -61,7 +62,7 @@ def completed(cls: type[Message], data: Buffer) -> bytes | None:
     """
     walk = _Cut(memoryview(data))
     try:
-        codecs.lookup_error(_HANDLER)
+        codecs.lookup_error(HANDLER)
         walk.message(cls, "")
     except (LookupError, MessageError):
         return None
@@ -122,13 +123,13 @@ class _Repair(Walk):
     def _handler(self) -> str:
         """Return the name of the error handler, which has told about this, or will."""
         try:
-            handler = codecs.lookup_error(_HANDLER)
+            handler = codecs.lookup_error(HANDLER)
         except LookupError:
             warnings.warn(f"{self._type}: bytes in texts that are not UTF-8 are replaced", UnicodeWarning, stacklevel=1)
             return "replace"
         with contextlib.suppress(AttributeError):
             handler.msg_type = self._type  # type: ignore[attr-defined]  # stock's handler names it
-        return _HANDLER
+        return HANDLER
 
     def result(self) -> bytes:
         return b"".join([*self._pieces, self.data[self._copied :]])
