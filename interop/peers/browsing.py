@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import shutil
 import subprocess
 import tempfile
@@ -80,6 +81,16 @@ class Browser:
         find = "[...document.querySelectorAll(arguments[0])].find((each) => each.textContent.includes(arguments[1]))"
         self.wait(find, selector, text)
         self.run(f"{find}.click()", selector, text)
+
+    def saved(self, selector: str, text: str) -> bytes:
+        """Click a button as `click` does; return the file that the page saves."""
+        self.run(
+            "const make = URL.createObjectURL; window.saved = '';"
+            "URL.createObjectURL = (blob) => { URL.createObjectURL = make; const reader = new FileReader();"
+            "reader.onload = () => { window.saved = reader.result; }; reader.readAsDataURL(blob); return make(blob); };"
+        )
+        self.click(selector, text)
+        return base64.b64decode(self.wait("window.saved").partition(",")[2])
 
     @contextmanager
     def pressed(self, selector: str, text: str) -> Iterator[None]:

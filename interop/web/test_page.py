@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from browsing import Browser, Web
@@ -184,14 +185,51 @@ def test_a_saved_log_keeps_its_nanoseconds(browser: Browser, web: Web, make_node
         message.header.stamp = Time(secs, nsecs)
         publisher.publish(message)
     browser.wait("document.querySelectorAll('.entry').length === 3")
-    browser.run(
-        "const make = URL.createObjectURL; URL.createObjectURL = (blob) => {"
-        "blob.text().then((text) => { window.saved = text; }); return make(blob); };"
-    )
-    browser.click("button", "Save")
-    text = browser.wait("window.saved")
+    text = browser.saved("button", "Save").decode()
     stamps = [line.split(";")[3] for line in text.splitlines()[1:]]
     assert stamps == ['"1700000000.123456789"', '"1700000000.999999999"', '"1700000001.000000001"']
+
+
+SAVED = r"""message;severity;node;stamp;topics;location
+"Odometry lost, \"wheel\" blocked";"8";"/base";"1700000000.000000001";"/rosout,/odom";"base.py:drive:12"
+"a text
+of two lines";"2";"/planner";"1700000001.500000000";"/rosout";"planner.cpp:Planner::plan:90"
+"battery at 30 %";"4";"/battery";"1700000002.000000000";"";"::0"
+"battery at 9 %";"4";"/battery";"1700000003.000000000";"";"::0"
+"""
+
+
+def test_a_file_of_rqt_console(browser: Browser, web: Web, make_node: Callable[..., Any], tmp_path: Path) -> None:
+    """It is filtered, marked and counted as the robot's messages are, which come back."""
+    file = tmp_path / "console.csv"
+    file.write_text(SAVED)
+    log = make_node("talker").log
+    browser.open(web.page("console"))
+    log_until_shown(browser, log)
+    browser.driver.find_element("css selector", "input[type=file]").send_keys(str(file))
+    rows = "[...document.querySelectorAll('.entry .text')].map((each) => each.textContent).join()"
+    whole = 'Odometry lost, "wheel" blocked,a text,battery at 30 %,battery at 9 %'
+    browser.wait(f"{rows} === arguments[0]", whole)
+    browser.wait_for_text("4 messages of console.csv")
+    assert browser.run("return document.querySelector('.levels .warn').textContent") == "warn 2"
+    browser.type("[aria-label=text]", r"/battery at \d %/")
+    browser.wait(f"{rows} === 'battery at 9 %'")
+    browser.type("[aria-label=text]", "/battery(/")
+    browser.wait_for_text("Invalid regular expression")
+    browser.type("[aria-label=text]", "")
+    browser.type("[aria-label=node]", "/odom")  # a topic
+    browser.wait(f"{rows} === arguments[0]", 'Odometry lost, "wheel" blocked')
+    browser.type("[aria-label=node]", "")
+    browser.type("[aria-label=highlight]", "/^(battery|a text)/")
+    marked = "[...document.querySelectorAll('.entry.marked .text')].map((each) => each.textContent).join()"
+    browser.wait(f"{marked} === 'a text,battery at 30 %,battery at 9 %'")
+    browser.click(".levels .warn")
+    browser.wait(f"{rows} === arguments[0]", 'Odometry lost, "wheel" blocked,a text')
+    browser.click(".levels .warn")
+    assert browser.saved("button", "Save").decode() == SAVED
+    browser.click("button", "Go on")
+    browser.wait_for_text("are you there?")
+    assert not browser.run("return document.body.innerText.includes('battery')")
 
 
 def log_until_shown(browser: Browser, log: Any) -> None:

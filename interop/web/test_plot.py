@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import math
 from collections.abc import Callable
@@ -119,3 +120,47 @@ def test_one_field_against_another(browser: Browser, web: Web, make_node: Callab
     browser.click(".tools button", "XY")
     browser.click(".chip button[aria-label^=remove]")
     browser.wait_for_text("drawn against the first")
+
+
+def test_values_at_the_cursor_and_what_is_saved(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
+    publisher = make_node("talker").advertise("number", Float64)
+    browser.open(web.page("plot"))
+    add(browser, "/number/data")
+    assert publisher.wait_for_subscribers(timeout=20)
+    for number in range(1, 6):
+        publisher.publish(Float64(number))
+        browser.wait(f"{SHOWN}['/number/data'] === arguments[0]", str(number))
+    browser.click(".tools button", "Pause")
+    times, values = browser.run(POINTS)
+    assert values == [1.0, 2.0, 3.0, 4.0, 5.0]
+    move = """
+        const {plot} = document.querySelector('.plot'); const [chart] = plot.charts;
+        const box = chart.over.getBoundingClientRect();
+        chart.over.dispatchEvent(new MouseEvent(arguments[1], {bubbles: true,
+            clientX: box.left + chart.valToPos(arguments[0], 'x'), clientY: box.top + 50}));
+    """
+    for begin, end, value in zip(times, times[1:], values, strict=False):
+        for part, nearest in ((0.3, value), (0.7, value + 1)):
+            browser.run(move, begin + part * (end - begin), "mousemove")
+            browser.wait(f"{SHOWN}['/number/data'] === arguments[0]", f"{nearest:g}")
+    browser.run(move, times[0], "mouseleave")
+    browser.wait(f"{SHOWN}['/number/data'] === '5'")
+
+    rows = [line.split(",") for line in browser.saved("button", "CSV").decode().splitlines()]
+    assert rows[0] == ["curve", "time", "value"]
+    assert [(name, float(time), float(value)) for name, time, value in rows[1:]] == [
+        ("/number/data", time, value) for time, value in zip(times, values, strict=True)
+    ]
+    picture = browser.saved("button", "PNG")
+    browser.run(
+        "const bytes = Uint8Array.from(atob(arguments[0]), (each) => each.charCodeAt(0));"
+        "createImageBitmap(new Blob([bytes])).then((map) => {"
+        "const canvas = new OffscreenCanvas(map.width, map.height); const context = canvas.getContext('2d');"
+        "context.drawImage(map, 0, 0); const {data} = context.getImageData(0, 0, map.width, map.height); let n = 0;"
+        "for (let i = 0; i < data.length; i += 4) n += [0x1c, 0x7e, 0xd6].every((part, at) => data[i + at] === part);"
+        "window.found = [map.width, map.height, n]; });",
+        base64.b64encode(picture).decode(),
+    )
+    width, height, blue = browser.wait("window.found")
+    assert width > 300 and height > 100
+    assert blue > 20  # the curve

@@ -161,6 +161,20 @@ def _definitions(line: Line) -> list[str]:
     return _types(line, line.given[0])
 
 
+def _examples(_: Line) -> list[str]:
+    from pyros1.guide.catalogue import CATALOGUE  # noqa: PLC0415
+
+    return [each.name for each in CATALOGUE]
+
+
+def _guide(line: Line) -> list[str]:
+    from pyros1.guide import text  # noqa: PLC0415
+
+    if line.words == ["howto"]:
+        return list(text.pages())
+    return [str(step.number) for step in text.steps()] + ["check", "howto"] * (not line.words)
+
+
 def _packages(_: Line) -> list[str]:
     from pyros1.finding.crawl import all_packages  # noqa: PLC0415
 
@@ -247,9 +261,11 @@ KINDS: dict[str, Callable[[Line], list[str]]] = {
     "configurable": _configurable,
     "definition": _definitions,
     "definition_kind": _definition_kinds,
+    "example": _examples,
     "executable": _executables,
     "file": _files,
     "frame": _frames,
+    "guide": _guide,
     "launch_arg": _launch_args,
     "launch_file": _launch_files,
     "machine": _machines,

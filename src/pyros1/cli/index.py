@@ -120,7 +120,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
         '',
         {},
         (),
-        ('',),
+        ('guide+',),
         {
         },
     ),
@@ -477,7 +477,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
         'show the running robot in a browser',
         'look',
         '',
-        {'rqt': ('--open',), 'rqt_bag': ('bag',), 'rqt_console': ('console',), 'rqt_graph': ('graph',), 'rqt_image_view': ('image',), 'rqt_launch': ('launches',), 'rqt_logger_level': ('nodes',), 'rqt_plot': ('plot',), 'rqt_publisher': ('publisher',), 'rqt_reconfigure': ('reconfigure',), 'rqt_service_caller': ('services',), 'rqt_tf_tree': ('frames',), 'rqt_top': ('launches',), 'rqt_topic': ('topics',), 'rviz': ('scene',), 'rxbag': ('bag',), 'rxconsole': ('console',), 'rxgraph': ('graph',), 'rxplot': ('plot',)},
+        {'rqt': ('rqt',), 'rqt_bag': ('rqt_bag',), 'rqt_console': ('rqt_console',), 'rqt_graph': ('rqt_graph',), 'rqt_image_view': ('rqt_image_view',), 'rqt_launch': ('rqt_launch',), 'rqt_logger_level': ('rqt_logger_level',), 'rqt_plot': ('rqt_plot',), 'rqt_publisher': ('rqt_publisher',), 'rqt_reconfigure': ('rqt_reconfigure',), 'rqt_service_caller': ('rqt_service_caller',), 'rqt_tf_tree': ('rqt_tf_tree',), 'rqt_top': ('rqt_top',), 'rqt_topic': ('rqt_topic',), 'rviz': ('rviz',), 'rxbag': ('rxbag',), 'rxconsole': ('rxconsole',), 'rxgraph': ('rxgraph',), 'rxplot': ('rxplot',)},
         (),
         ('', '+'),
         {

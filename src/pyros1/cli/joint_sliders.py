@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import socket
 import subprocess
 import sys
 import threading
 
-from pyros1.cli.commands.web import PORT
 from pyros1.ground.errors import Error
 from pyros1.node import Node
 from pyros1.urdf.joint_publisher import begin
@@ -41,7 +39,7 @@ def main(argv: list[str]) -> int:
 
 def _open_page(node: Node) -> subprocess.Popen[bytes]:
     """Show the panel: on the page that is served already, or from a server that ends with this node."""
-    words = ["web", "--port", str(_port()), "joints", f"__master:={node.master.uri}"]
+    words = ["web", "joints", f"__master:={node.master.uri}"]
     page = subprocess.Popen([sys.executable, "-m", "pyros1", *words], stdin=subprocess.DEVNULL)
 
     def watch() -> None:
@@ -50,14 +48,3 @@ def _open_page(node: Node) -> subprocess.Popen[bytes]:
 
     threading.Thread(target=watch, name="waits for the page", daemon=True).start()
     return page
-
-
-def _port() -> int:
-    """Return the usual port of the page, or 0 for any if it is taken."""
-    with socket.socket() as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            probe.bind(("localhost", PORT))
-        except OSError:
-            return 0
-    return PORT

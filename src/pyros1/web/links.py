@@ -6,14 +6,17 @@ import base64
 import contextlib
 import json
 import os
+import time
 import urllib.request
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 _PATIENCE = 2.0
 _MOST = 10_000
+_TURN = 10.0
+_PAUSE = 0.05
 
 
 def panel_link(link: str, panel: str, settings: Mapping[str, Any]) -> str:
@@ -63,6 +66,33 @@ def noted(file: Path, link: str) -> Iterator[None]:
         with contextlib.suppress(OSError, ValueError):
             if json.loads(file.read_text(encoding="utf-8"))["link"] == link:
                 file.unlink()
+
+
+@contextlib.contextmanager
+def turn(file: Path) -> Iterator[Callable[[], None]]:
+    """Let one program at a time look for a note and leave its own, so that of those that start together one serves all.
+
+    Args:
+        file: the note.
+
+    Yields:
+        A function that ends the turn; it ends with the context in any case. Who has waited for long goes on without.
+    """
+    with contextlib.ExitStack() as stack:
+        with contextlib.suppress(OSError, ImportError):  # a folder that cannot be written; Windows
+            import fcntl  # noqa: PLC0415 - Unix only
+
+            file.parent.mkdir(parents=True, exist_ok=True)
+            folder = os.open(file.parent, os.O_RDONLY)
+            stack.callback(os.close, folder)
+            until = time.monotonic() + _TURN
+            while time.monotonic() < until:
+                try:
+                    fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    break
+                except BlockingIOError:
+                    time.sleep(_PAUSE)
+        yield stack.close
 
 
 def running_link(file: Path) -> str | None:

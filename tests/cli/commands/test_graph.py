@@ -81,6 +81,18 @@ def test_dot_shows_what_is_missing_and_what_nobody_knows(
 
 
 @pytest.mark.usefixtures("pair")
+def test_dot_in_a_file(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "graph.dot"
+    assert run("--dot", str(file)) == (0, "", "")
+    assert file.read_text() == run("--dot")[1]
+    file.unlink()
+    assert run_command("web", ["rxgraph", "-o", str(file)]) == 0
+    assert '"/talker" -> "/listener"' in file.read_text()
+    code, _, err = run("--dot", str(tmp_path / "no" / "graph.dot"))
+    assert code == 1 and err.startswith("ERROR: cannot write ") and err.endswith("No such file or directory\n")
+
+
+@pytest.mark.usefixtures("pair")
 @pytest.mark.skipif(shutil.which("dot") is None, reason="needs Graphviz")
 def test_a_drawing(run: Run, tmp_path: Path) -> None:
     assert run("--svg", str(tmp_path / "graph.svg"))[0] == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import json
 import os
 import re
@@ -11,6 +12,8 @@ import socket
 import stat
 import subprocess
 import sys
+import threading
+import time
 import urllib.request
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -19,7 +22,9 @@ import pytest
 from websockets.sync.client import connect
 
 from pyros1.cli.registry import stock_names
+from pyros1.graph import Graph
 from pyros1.master.server import Master
+from pyros1.net.master_client import MasterClient
 
 Start = Callable[..., "subprocess.Popen[str]"]
 
@@ -74,6 +79,19 @@ def test_it_prints_a_link_that_works_and_ends_with_a_signal(start: Start) -> Non
     assert process.wait(20) == 0
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems always have a display")
+def test_without_a_display_no_browser_is_opened(start: Start, tmp_path: Path) -> None:
+    """Python would take a browser for terminals, such as w3m."""
+    browser = tmp_path / "w3m"
+    browser.write_text(f"#!/bin/sh\ntouch {tmp_path}/opened\n")
+    browser.chmod(0o755)
+    path = f"{tmp_path}{os.pathsep}{os.environ['PATH']}"
+    process = start("--port", "0", "--open", BROWSER="", DISPLAY="", WAYLAND_DISPLAY="", PATH=path)
+    link = link_in(first_line(process))
+    assert first_line(process) == f"no browser could be opened here; open the link yourself: {link}\n"
+    assert not (tmp_path / "opened").exists()
+
+
 def test_a_panel_of_a_server_that_runs(start: Start, environ: dict[str, str]) -> None:
     server = start("--port", "0")
     link = link_in(first_line(server))
@@ -108,7 +126,6 @@ def test_a_panel_of_a_server_that_runs(start: Start, environ: dict[str, str]) ->
         (["scene", "-f", "odom"], "scene", {"fixed": "odom"}),  # rviz -f odom
     ):
         assert settings_in(link_in(first_line(start(*words)))) == {"panel": panel, "settings": settings}
-    assert "rviz's files are not read" in first_line(start("scene", "-d", "my.rviz"))
     other = start("console")
     assert link_in(first_line(other)) == f"{link}#console"
     server.terminate()
@@ -126,6 +143,33 @@ def test_a_note_of_a_server_that_is_gone_does_no_harm(start: Start, environ: dic
     assert link.endswith("#plot")
     with urllib.request.urlopen(link, timeout=20) as answer:
         assert answer.status == 200
+
+
+def test_a_file_of_rviz(start: Start, tmp_path: Path) -> None:
+    file = tmp_path / "robot.rviz"
+    displays = "[{Class: rviz/Path, Topic: plan, Color: 0; 0; 255}, {Class: my/Thing, Name: Thing}]"
+    file.write_text(f"Visualization Manager: {{Displays: {displays}, Global Options: {{Fixed Frame: map}}}}")
+    link_in(first_line(start("--port", "0")))
+    for words in (["rviz", "-d", str(file)], ["rviz", str(file)], ["scene", f"--display-config={file}"]):
+        process = start(*words, "-f", "odom")
+        assert first_line(process) == f"{file}: Thing: there is no display my/Thing\n"
+        assert settings_in(link_in(first_line(process))) == {
+            "panel": "scene",
+            "settings": {
+                "fixed": "odom",
+                "topics": ["/plan"],
+                "robots": [],
+                "options": {"/plan": {"tint": "#0000ff"}},
+                "hidden": ["frames", "grid"],
+            },
+        }
+    file.write_text("Visualization Manager: [")
+    faults = {file: f"ERROR: {file} is not YAML: ", tmp_path: "Is a directory", tmp_path / "no.rviz": "No such file"}
+    for name, said in faults.items():
+        process = start("rviz", "-d", str(name))
+        output, _ = process.communicate(timeout=30)
+        assert process.returncode == 1
+        assert said in output and str(name) in output and output.count("\n") == 1
 
 
 @pytest.mark.parametrize(
@@ -195,11 +239,112 @@ def test_it_ends_while_the_master_is_away(start: Start, environ: dict[str, str])
     assert process.wait(30) == 0
 
 
-def test_names_of_the_stock_programs() -> None:
+def test_names_of_the_stock_programs(start: Start) -> None:
     names = stock_names()
-    assert names["rqt_plot"] == names["rxplot"] == ("web", "plot")
-    assert names["rqt_console"] == names["rxconsole"] == ("web", "console")
-    assert names["rqt_graph"] == names["rxgraph"] == ("web", "graph")
-    assert names["rqt_reconfigure"] == ("web", "reconfigure")
-    assert names["rqt_publisher"] == ("web", "publisher")
-    assert names["rqt_launch"] == ("web", "launches")
+    for name in ("rqt_plot", "rxplot", "rqt_console", "rxgraph", "rviz", "rqt"):
+        assert names[name] == ("web", name)
+    assert "image_view" not in names  # a program of a package only, as in stock
+    server = start("--port", "0")
+    link = link_in(first_line(server))
+    for words, panel in (
+        (["rqt_console", "--force-discover", "-ht", "--clear-config"], "console"),
+        (["rxgraph"], "graph"),
+        (["rviz", "-s", "splash.png", "-l", "--opengl", "3"], "scene"),
+        (["rqt_tf_tree", "-b", "pyqt"], "frames"),
+    ):
+        assert link_in(first_line(start(*words))) == f"{link}#{panel}"
+    assert link_in(first_line(start("rqt"))) == link
+    other = start("rqt", "-s", "rqt_plot", "-p", "mine", "/a/x")
+    assert first_line(other).startswith("rqt: the page does not read perspectives of rqt")
+    assert settings_in(link_in(first_line(other))) == {"panel": "plot", "settings": {"curves": ["/a/x"]}}
+
+
+@pytest.mark.parametrize(
+    ("words", "panel", "settings"),
+    [
+        (["rqt_plot", "rqt_plot", "/a/x:y"], "plot", {"curves": ["/a/x", "/a/y"]}),
+        (["image_view", "image_view", "image:=/camera/image_raw"], "image", {"topic": "/camera/image_raw"}),
+        (["image_view", "image_view", "image:=/c", "compressed"], "image", {"topic": "/c/compressed"}),
+        (["image_view", "image_view", "image:=c", "_image_transport:=compressed"], "image", {"topic": "/c/compressed"}),
+        (["rqt_image_view", "rqt_image_view", "/camera"], "image", {"topic": "/camera"}),
+        (["rviz", "rviz", "-f", "odom"], "scene", {"fixed": "odom"}),
+    ],
+)
+def test_programs_of_packages(
+    start: Start, environ: dict[str, str], words: list[str], panel: str, settings: dict[str, object]
+) -> None:
+    link = link_in(first_line(start("--port", "0")))
+    done = subprocess.run(
+        [sys.executable, "-m", "pyros1", "run", *words],
+        env={**os.environ, **environ, "BROWSER": "true", "ROS_PACKAGE_PATH": "", "CMAKE_PREFIX_PATH": ""},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    found = link_in(done.stdout)
+    assert found.startswith(f"{link}#{panel}=")
+    assert settings_in(found) == {"panel": panel, "settings": settings}
+
+
+def test_a_node_of_a_launch_file_stays(start: Start, environ: dict[str, str], tmp_path: Path) -> None:
+    """Two programs with windows in one file: one serves the page, both stay, with their names; no display is needed."""
+    file = tmp_path / "show.launch"
+    file.write_text(
+        '<launch><node name="show" pkg="rviz" type="rviz" args="-f odom" required="true" output="screen"/>'
+        '<node name="curves" pkg="rqt_plot" type="rqt_plot" args="/a/x" required="true" output="screen"/></launch>'
+    )
+    plain = {name: value for name, value in os.environ.items() if name not in ("BROWSER", "DISPLAY", "WAYLAND_DISPLAY")}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "pyros1", "launch", str(file)],
+        env={**plain, **environ},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        links = []
+        while len(links) < 2:
+            line = process.stdout.readline()
+            assert line, links
+            if "open the link yourself: http://" in line:
+                links.append(link_in(line))
+        assert len({link.partition("#")[0] for link in links}) == 1
+        assert sorted(link.partition("#")[2].partition("=")[0] for link in links) == ["plot", "scene"]
+        with contextlib.closing(MasterClient("/test", environ["ROS_MASTER_URI"])) as client:
+            until = time.monotonic() + 30
+            while not {"/show", "/curves"} <= {*Graph(client).state().nodes()}:
+                assert process.poll() is None and time.monotonic() < until
+                threading.Event().wait(0.1)
+        process.send_signal(signal.SIGINT)
+        rest, _ = process.communicate(timeout=60)
+        assert process.returncode == 0 and "Traceback" not in rest and "escalat" not in rest
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.communicate()
+
+
+def test_a_panel_needs_not_the_usual_port(environ: dict[str, str]) -> None:
+    """Another program may have it, or the page of another master."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        code = f"import pyros1.cli.commands.web as web; web.PORT = {port}; from pyros1.cli.main import entry;"
+        code += "entry(['pyros1', 'web', 'rqt_console', '--host', '127.0.0.1'])"
+        process = subprocess.Popen(
+            [sys.executable, "-c", code],
+            env={**os.environ, **environ, "BROWSER": "true"},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        line = first_line(process)
+        process.terminate()
+        process.communicate(timeout=30)
+    found = re.search(r"http://127.0.0.1:(\d+)/", line)
+    assert found and int(found[1]) != port, line

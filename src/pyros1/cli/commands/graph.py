@@ -20,6 +20,7 @@ from pyros1.doctor.together import together
 from pyros1.graph import Connection, Graph
 from pyros1.ground.errors import MasterUnreachableError
 from pyros1.ground.shown import json_text, one_line
+from pyros1.ground.whole_file import write_whole
 
 _NODE_TIMEOUT = 2.0
 _PERIOD = 1.0
@@ -30,8 +31,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if args in (["-h"], ["--help"]):
         print(_usage(invocation))
         return 0
-    drawing = len(args) == 2 and args[0] == "--svg"
-    if args and not drawing and args not in (["--once"], ["--json"], ["--dot"]):
+    to_file = len(args) == 2 and args[0] in ("--svg", "--dot")
+    if args and not to_file and args not in (["--once"], ["--json"], ["--dot"]):
         print(_usage(invocation))
         return 255
     try:
@@ -48,7 +49,7 @@ _VERB = Verb(
     "",
     Flag("--once", help="print once", own=True),
     Flag("--json", help="print one line of JSON", own=True),
-    Flag("--dot", help="print the graph in the dot language of Graphviz", own=True),
+    Flag("--dot", metavar="[FILE]", help="the graph in the dot language of Graphviz, printed or in a file", own=True),
     Option("--svg", metavar="FILE", help="draw the graph to a file; needs Graphviz", own=True),
     examples=[
         ("--once", "nodes, their connections and services"),
@@ -67,7 +68,7 @@ def _usage(invocation: Invocation) -> str:
     if invocation.as_stock:
         return text
     rows = {" ".join([*each.names, *each.settings.get("metavar", "").split()]): each.help for each in _VERB.options}
-    listed = "".join(f"\t{option:10}  {about}\n" for option, about in rows.items())
+    listed = "".join(f"\t{option:12}  {about}\n" for option, about in rows.items())
     return (
         f"{text}\nPrints nodes, their connections and services every second, until interrupted.\n\n"
         f"Options:\n{listed}{_VERB.examples_text(program, as_stock=False)}"
@@ -79,6 +80,8 @@ def _print(invocation: Invocation, how: str = "", file: str = "") -> None:
         picture = Picture(invocation.graph)
         if how == "--svg":
             _draw(picture.dot(), file)
+        elif file:
+            _write(file, picture.dot())
         elif how == "--json":
             print(json_text(json.dumps(picture.as_json(), ensure_ascii=False)))
         else:
@@ -171,6 +174,13 @@ def _connections(graph: Graph, uri: str) -> list[Connection]:
         return node.connections()
     finally:
         node.close()
+
+
+def _write(file: str, dot: str) -> None:
+    try:
+        write_whole(file, f"{dot}\n")
+    except OSError as error:
+        raise CommandError(f"cannot write {one_line(file)}: {error.strerror}") from None
 
 
 def _draw(dot: str, file: str) -> None:

@@ -12,8 +12,12 @@ from urllib.parse import quote
 
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
+from pyros1.cli.parsing import parse_these
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.cli.shared.listening import ALLOW, with_options
+from pyros1.cli.shared.windows import PROGRAMS, call_of, first_argument, has_display, picture_topic
+from pyros1.ground.names import parse_arguments
+from pyros1.ground.shown import one_line
 
 if TYPE_CHECKING:
     from pyros1.node import Node
@@ -29,20 +33,25 @@ _ONE = {
     "turtles": ("node", "node"),
 }
 """Panels that take one name: the setting that gets it, and what it is."""
+_PICTURE = "image"
+"""The topic that image_view shows, before it is remapped."""
 _PARTS = {"reconfigure": ("params", "reconfigure"), "publisher": ("topics", "publish")}
 """Parts of panels, as rqt has them alone: the panel, and the setting that gets the name of a node or topic, or ""."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Serve the page until a signal comes; or open a panel of a server that runs."""
-    if not 0 <= options.port <= 65535:
+    if options.port is not None and not 0 <= options.port <= 65535:
         raise UsageError(f"the port must be from 0 to 65535, not {options.port}")
+    if options.list_plugins:
+        print("\n".join(name for name in PROGRAMS if name.startswith("rqt_") and name != "rqt_gui"))
+        return 0
+    if options.output:
+        return _save_graph(invocation, options.output)
     options.files = []
     if options.standalone:
         args = [*_panel_of(options.standalone), *args]
     panel, settings = _wanted(invocation, options, args)
-    if options.display_config:
-        print("rviz's files are not read; arrange the page, and save that with its button Layouts", file=sys.stderr)
     try:
         import websockets  # noqa: F401, PLC0415 - of the extra
     except ImportError:
@@ -50,29 +59,60 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     from pyros1.launch.running.logs import ros_home  # noqa: PLC0415 - after the command line proved right
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
     from pyros1.net.reach import is_loopback  # noqa: PLC0415
-    from pyros1.web.links import note_file, noted, panel_link, running_link  # noqa: PLC0415
+    from pyros1.web.links import note_file, noted, panel_link, running_link, turn  # noqa: PLC0415
 
     uri = master_uri(os.environ, invocation.special)
     note = note_file(ros_home(os.environ), uri)
-    if panel and (known := running_link(note)):
-        _show(panel_link(known, panel, settings), uri)
-        return 0
+    joins = bool(panel or options.program)
     with contextlib.ExitStack() as stack:
+        end_turn = stack.enter_context(turn(note))
+        if joins and (known := running_link(note)):
+            end_turn()
+            return _join(invocation, panel_link(known, panel, settings), uri)
 
         def started(link: str) -> None:
             stack.enter_context(noted(note, link))
+            end_turn()
             shown = panel_link(link, panel, settings)
             print(f"the robot at {uri} in a browser: {shown}", flush=True)
             if not is_loopback(options.host):
                 print("other machines can reach this page; whoever has the link can do what it can", file=sys.stderr)
-            if options.open or panel:
-                _show(shown, uri, told=True)
+            if options.open or joins:
+                _show(shown)
 
-        _serve(invocation, options, uri, started)
+        try:
+            _serve(invocation, options, uri, started, PORT if options.port is None else options.port)
+        except _PortTakenError:
+            if options.port is not None or not joins:
+                raise
+            _serve(invocation, options, uri, started, 0)  # another master's page has the usual port, or another program
     return 0
 
 
-def _serve(invocation: Invocation, options: Any, uri: str, started: Callable[[str], object]) -> None:
+class _PortTakenError(CommandError):
+    """The page cannot have its port."""
+
+
+def _save_graph(invocation: Invocation, file: str) -> int:
+    """Do as ``rxgraph -o FILE``: no page, but a file, of the kind that its name says."""
+    from pyros1.cli.running import run_command  # noqa: PLC0415
+
+    return run_command("graph", ["--svg" if file.endswith(".svg") else "--dot", file, *invocation.remapping_args])
+
+
+def _join(invocation: Invocation, link: str, uri: str) -> int:
+    """Open a panel of a server that runs. In a launch file, then stay, as a window would: the node may be required."""
+    print(f"the robot at {uri} in a browser: {link}", flush=True)
+    _show(link)
+    if "__name" in invocation.special:
+        from pyros1.node import Node  # noqa: PLC0415
+
+        with Node("pyros1_web", argv=_node_words(invocation), master_uri=uri, rosout=False) as node:
+            node.spin()
+    return 0
+
+
+def _serve(invocation: Invocation, options: Any, uri: str, started: Callable[[str], object], port: int) -> None:
     from pyros1.net.guests import guests_of  # noqa: PLC0415
     from pyros1.net.hosts import host_from_environment  # noqa: PLC0415
     from pyros1.web.robot import Robot  # noqa: PLC0415
@@ -95,24 +135,45 @@ def _serve(invocation: Invocation, options: Any, uri: str, started: Callable[[st
     robot = Robot(uri, access, _node_maker(invocation, uri, environ))
     try:
         was_killed = run_server(
-            robot, access, options.host, options.port, lambda port: started(_link(options.host, port, access.token))
+            robot, access, options.host, port, lambda taken: started(_link(options.host, taken, access.token))
         )
         if was_killed:
             print("somebody told the node of this server to end, so the server ends", file=sys.stderr)
     except OSError as error:
         reason = error.strerror or str(error)
-        raise CommandError(
-            f"cannot listen on {options.host or '*'}:{options.port}: {reason}. --port 0 takes any free port"
+        raise _PortTakenError(
+            f"cannot listen on {options.host or '*'}:{port}: {reason}. --port 0 takes any free port"
         ) from None
+
+
+def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    """Return options and arguments; the first word may be a stock program, whose own options follow."""
+    words = invocation.args
+    place = first_argument(words, [name for option in verb.options if option.takes_value for name in option.names])
+    program = words[place] if place < len(words) else ""
+    if program not in PROGRAMS:
+        options, args = parse_these(invocation, verb, words)
+        options.program = ""
+        return options, args
+    call = call_of(program, words[place + 1 :])
+    for note in call.notes:
+        print(f"{program}: {note}", file=sys.stderr)
+    options, args = parse_these(invocation, verb, [*words[:place], *call.words])
+    options.program = program
+    if args[:1] == ["image"]:
+        given = parse_arguments(invocation.argv)
+        topic = given.remappings.get(_PICTURE, "")
+        args[1:] = picture_topic(args[1:], topic, given.parameters.get("image_transport", ""))
+    return options, args
 
 
 def _panel_of(plugin: str) -> tuple[str, ...]:
     """Return the words for a plugin of rqt: ``rqt_plot``, or its full name ``rqt_plot/Plot``."""
-    words = COMMAND.also.get(plugin.partition("/")[0].partition(".")[0])
-    if not words:
-        known = ", ".join(name for name in COMMAND.also if name.startswith("rqt_"))
+    name = plugin.partition("/")[0].partition(".")[0]
+    if name not in PROGRAMS or name == "rqt_gui":
+        known = ", ".join(name for name in PROGRAMS if name.startswith("rqt_") and name != "rqt_gui")
         raise UsageError(f"there is no plugin {plugin!r}; there are {known}")
-    return tuple(words)
+    return PROGRAMS[name].words
 
 
 def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str, dict[str, Any]]:
@@ -128,16 +189,22 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
         return name, {setting: invocation.resolve(words[0]) if words else ""}
     if panel not in panels:
         raise UsageError(f"there is no panel {panel!r}; there are {', '.join(panels)}")
-    if panel == "bag":
-        options.files = [os.path.abspath(word) for word in words]
-        clock = {"clock": True} if options.clock else {}
-        return panel, {"files": options.files, **clock} if words else clock
+    if panel in _SETTINGS:
+        return panel, _SETTINGS[panel](invocation, options, words)
     if panel in _ONE and len(words) == 1:
         return panel, {_ONE[panel][0]: invocation.resolve(words[0])}
-    if panel != "plot":
-        if words:
-            raise UsageError(f"the panel {panel} takes {f'one {_ONE[panel][1]}' if panel in _ONE else 'no arguments'}")
-        return panel, {"fixed": options.fixed_frame.lstrip("/")} if panel == "scene" and options.fixed_frame else {}
+    if words:
+        raise UsageError(f"the panel {panel} takes {f'one {_ONE[panel][1]}' if panel in _ONE else 'no arguments'}")
+    return panel, {}
+
+
+def _bag(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:
+    options.files = [os.path.abspath(word) for word in words]
+    clock = {"clock": True} if options.clock else {}
+    return {"files": options.files, **clock} if words else clock
+
+
+def _plot(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:
     from pyros1.observe.fields import expand  # noqa: PLC0415
 
     curves = [invocation.resolve(field) for word in words for field in expand(word)]
@@ -148,7 +215,36 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
         settings["paused"] = True
     if options.xy:
         settings["xy"] = True
-    return panel, settings
+    return settings
+
+
+def _scene(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:
+    """Return the settings of the scene: those of a file of rviz, if one is named."""
+    if len(words) > 1 or (words and options.display_config):
+        raise UsageError("the panel scene takes one file of rviz")
+    file = words[0] if words else options.display_config
+    settings: dict[str, Any] = {}
+    if file:
+        from pyros1.web.scene.rviz.file import MOST_BYTES, RvizFileError, read_rviz  # noqa: PLC0415
+
+        try:
+            with open(file, "rb") as opened:
+                text = opened.read(MOST_BYTES + 1).decode(errors="replace")
+            settings, notes = read_rviz(text, invocation.resolve)
+        except OSError as error:
+            raise CommandError(f"cannot read {one_line(file)}: {error.strerror}") from None
+        except (RvizFileError, ValueError) as error:
+            raise CommandError(f"{one_line(file)} {error}") from None
+        for note in notes:
+            print(f"{one_line(file)}: {note}", file=sys.stderr)
+    if options.fixed_frame:
+        settings["fixed"] = options.fixed_frame.lstrip("/")
+    return settings
+
+
+_SETTINGS: Mapping[str, Callable[[Invocation, Any, list[str]], dict[str, Any]]]
+_SETTINGS = {"bag": _bag, "plot": _plot, "scene": _scene}
+"""Panels that take several words or options of their own."""
 
 
 COMMAND = Command(
@@ -157,7 +253,7 @@ COMMAND = Command(
     Verb(
         "",
         "",
-        Option("--port", type="int", default=PORT, metavar="PORT", help=f"port of the page ({PORT}); 0: any"),
+        Option("--port", type="int", metavar="PORT", help=f"port of the page ({PORT}); 0: any"),
         Option(
             "--host",
             "--bind",
@@ -211,11 +307,13 @@ COMMAND = Command(
         Flag("--clock", help="of a bag: publish the clock when it is played"),
         Option("-s", "--standalone", metavar="PLUGIN", help="as rqt has it: the panel of this plugin of rqt"),
         Option("-f", "--fixed-frame", metavar="FRAME", help="of the scene: the frame that stands still"),
-        Option("-d", "--display-config", hidden=True),  # rviz's
+        Option("-d", "--display-config", metavar="FILE", help="of the scene: a file that rviz has saved"),
         # rqt and its plugins take these; the page has nothing to clear or discover
         Flag("-e", "--empty", hidden=True),
         Flag("--clear-config", dest="clear_config", hidden=True),
         Flag("--force-discover", dest="force_discover", hidden=True),
+        Option("--output", hidden=True),  # rxgraph's
+        Flag("--list-plugins", dest="list_plugins", hidden=True),
         Argument("panel", optional=True, help="the panel to open: graph, console, plot ..."),
         Argument(
             "argument", optional=True, many=True, help="what it shows: curves, the topic of an image, a node, bags"
@@ -226,33 +324,15 @@ COMMAND = Command(
             ("--open", "the robot in this machine's browser"),
             ("plot /velocity/data,/force_cmd/data", "a plot, from a server that runs or a new one"),
             ("plot --xy /odom/pose/pose/position/x:y", "one field against another"),
+            ("scene -d robot.rviz", "what a file of rviz shows"),
             ("bag run.bag", "what is in a bag; it can be played from there"),
             ("--host 0.0.0.0 --read-only", "for other machines, to look only"),
         ],
+        parse=_parse,
         run=run,
     ),
     group="look",
-    also={
-        "rqt": ("--open",),
-        "rqt_bag": ("bag",),
-        "rqt_console": ("console",),
-        "rqt_graph": ("graph",),
-        "rqt_image_view": ("image",),
-        "rqt_launch": ("launches",),
-        "rqt_logger_level": ("nodes",),
-        "rqt_plot": ("plot",),
-        "rqt_publisher": ("publisher",),
-        "rqt_reconfigure": ("reconfigure",),
-        "rqt_service_caller": ("services",),
-        "rqt_tf_tree": ("frames",),
-        "rqt_top": ("launches",),
-        "rqt_topic": ("topics",),
-        "rviz": ("scene",),
-        "rxbag": ("bag",),
-        "rxconsole": ("console",),
-        "rxgraph": ("graph",),
-        "rxplot": ("plot",),
-    },
+    also={name: (name,) for name in PROGRAMS if name not in ("image_view", "rqt_gui")},  # those are in packages only
 )
 
 
@@ -263,7 +343,7 @@ def _node_maker(invocation: Invocation, uri: str, environ: Mapping[str, str]) ->
         return Node(
             "pyros1_web",
             anonymous=True,
-            argv=invocation.remapping_args,
+            argv=_node_words(invocation),
             master_uri=uri,
             environ=environ,
             handle_signals=False,
@@ -273,6 +353,10 @@ def _node_maker(invocation: Invocation, uri: str, environ: Mapping[str, str]) ->
         )
 
     return make
+
+
+def _node_words(invocation: Invocation) -> list[str]:
+    return [word for word in invocation.remapping_args if not word.startswith(f"{_PICTURE}:=")]
 
 
 def _names(host: str, more: list[str]) -> frozenset[str]:
@@ -287,10 +371,10 @@ def _link(host: str, port: int, token: str) -> str:
     return f"http://{shown}:{port}/" + (f"?token={quote(token, safe='')}" if token else "")
 
 
-def _show(link: str, uri: str, told: bool = False) -> None:
-    import webbrowser  # noqa: PLC0415
+def _show(link: str) -> None:
+    if has_display(os.environ, sys.platform):
+        import webbrowser  # noqa: PLC0415
 
-    if not told:
-        print(f"the robot at {uri} in a browser: {link}", flush=True)
-    if not webbrowser.open(link):
-        print("no browser could be opened here; open the link yourself", file=sys.stderr)
+        if webbrowser.open(link):
+            return
+    print(f"no browser could be opened here; open the link yourself: {link}", file=sys.stderr, flush=True)

@@ -44,6 +44,13 @@ export class Points {
     return low;
   }
 
+  // The value of the point nearest to a time.
+  near(time) {
+    const after = this.indexOf(time);
+    const nearer = after > this.start && (after === this.end || time - this.times[after - 1] < this.times[after] - time);
+    return this.length ? this.values[nearer ? after - 1 : after] : undefined;
+  }
+
   last() {
     return this.length ? this.values[this.end - 1] : undefined;
   }

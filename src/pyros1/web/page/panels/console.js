@@ -22,6 +22,7 @@ class Console {
     this.place = place;
     this.entries = []; // [number, time, level, node, text, file, function, line, topics]
     this.shown = [];
+    this.loaded = null; // of a file, in place of the robot's: {entries, counts, note}
     this.paused = false;
     this.selected = null;
     this.drawn = new Map(); // entry -> its row, of those that are seen
@@ -29,7 +30,7 @@ class Console {
     this.last = 0; // number of the last message at the server, in one run of it
     this.count = 0; // and here
     this.dropped = 0;
-    this.counts = new Map(LEVELS.map(([level]) => [level, 0]));
+    this.counts = countsOf([]);
     const { settings } = place;
     this.hidden = new Set(settings.hidden || []);
     this.search = settings.search || "";
@@ -64,7 +65,7 @@ class Console {
       this.paused = !this.paused;
       this.pause.setAttribute("aria-pressed", String(this.paused));
       fill(this.pause, this.paused ? "Go on" : "Pause");
-      if (!this.paused) this._filtersChanged();
+      if (!this.paused) this._show(null);
     } }, "Pause");
     const field = (key, hint, title) => h("input.filter", {
       value: this[key], placeholder: hint, title, size: 10, "aria-label": hint,
@@ -118,9 +119,9 @@ class Console {
     const text = matcher(this.search);
     const node = matcher(this.node);
     this.mark = this.marking ? matcher(this.marking).test : null;
-    this.place.problem(text.problem || node.problem || "");
+    this.place.problem(text.problem || node.problem || this.loaded?.note || "");
     this.fits = (entry) => !this.hidden.has(entry[2]) && text.test(entry[4]) && (node.test(entry[3]) || (this.node && entry[8].some(node.test)));
-    this.shown = this.entries.filter(this.fits);
+    this.shown = (this.loaded || this).entries.filter(this.fits);
     this.place.save({ hidden: [...this.hidden], search: this.search, node: this.node, marking: this.marking });
     this._drawCounts();
     this._draw();
@@ -129,7 +130,7 @@ class Console {
   _drawCounts() {
     for (const [level, button] of this.buttons) {
       button.setAttribute("aria-pressed", String(!this.hidden.has(level)));
-      const count = this.counts.get(level);
+      const count = (this.loaded || this).counts.get(level);
       const text = `${NAME.get(level)} ${count < 1e5 ? count : bytes(count, "")}`;
       if (button.textContent !== text) button.textContent = text;
     }
@@ -157,8 +158,9 @@ class Console {
   _drawNow() {
     const count = this.shown.length;
     if (!count) {
-      fill(this.tall, this.entries.length
-        ? empty("No message fits the filters", `${plural(this.entries.length, "message")} in all.`)
+      const { length } = (this.loaded || this).entries;
+      fill(this.tall, length
+        ? empty("No message fits the filters", `${plural(length, "message")} in all.`)
         : empty("No messages yet", "Nodes that run show their log here. Try, in a terminal:", command("pyros1 run minimal_nodes minimal_publisher")));
       this.drawn.clear();
       this.tall.style.height = "100%";
@@ -242,7 +244,14 @@ class Console {
 
   _clear() {
     this.entries = [];
-    this.counts = new Map(LEVELS.map(([level]) => [level, 0]));
+    this.counts = countsOf([]);
+    this._show(null);
+  }
+
+  // Show the messages of a file, or the robot's.
+  _show(loaded) {
+    this.loaded = loaded;
+    this._select(null);
     this._filtersChanged();
   }
 
@@ -266,10 +275,14 @@ class Console {
     this.paused = true;
     this.pause.setAttribute("aria-pressed", "true");
     fill(this.pause, "Go on");
-    this.shown = found;
-    this._drawNow();
-    this.place.problem(`${plural(found.length, "message")} of ${file.name}; “Go on” shows the robot's again`);
+    this._show({ entries: found, counts: countsOf(found), note: `${plural(found.length, "message")} of ${file.name}; “Go on” shows the robot's again` });
   }
+}
+
+function countsOf(entries) {
+  const counts = new Map(LEVELS.map(([level]) => [level, 0]));
+  for (const [, , level] of entries) counts.set(level, (counts.get(level) || 0) + 1);
+  return counts;
 }
 
 function entryOf(event) {
@@ -309,7 +322,7 @@ function read(text) {
     if (match[2] === ";") continue;
     if (fields.length >= 6) {
       const [message, severity, node, stamp, topics, location] = fields;
-      const [file, fn, line] = location.split(":");
+      const [, file, fn, line] = /^([^:]*):(.*):([^:]*)$/s.exec(location) || [null, location]; // C++ functions have colons
       const level = Number(severity) || LEVELS.find(([, name]) => name === severity.toLowerCase())?.[0] || 2;
       found.push([found.length + 1, Number(stamp), level, node, message, file || "", fn || "", Number(line) || 0, topics ? topics.split(",") : [], nanoseconds(stamp)]);
     }

@@ -397,10 +397,7 @@ class Plot {
   _cursor(chart) {
     const inside = chart.cursor.left >= 0;
     const time = inside ? chart.posToVal(chart.cursor.left, "x") : null;
-    for (const line of this.lines) {
-      const index = time === null ? -1 : Math.min(line.points.indexOf(time), line.points.end - 1);
-      line.at = index >= line.points.start && index >= 0 ? line.points.values[index] : undefined;
-    }
+    for (const line of this.lines) line.at = time === null ? undefined : line.points.near(time);
     this._drawValues(); // also of a picture that stands still
   }
 

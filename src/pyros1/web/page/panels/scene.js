@@ -8,7 +8,8 @@ import { ViewChoice } from "../lib/scene/view_choice.js";
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9"];
 const PARTS = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay", "camera_view", "efforts", "select"];
 const WRITING = ["goal", "estimate", "point"]; // tools that publish
-const FRAMES = "frames"; // keys of displays: those of kinds.js, or this
+const FRAMES = "frames"; // keys of displays: those of kinds.js, or these
+const GRID = "grid";
 
 document.head.append(h("link", { rel: "stylesheet", href: "panels/scene.css" }));
 
@@ -57,6 +58,7 @@ class Scene {
     addEventListener("themechange", this.onTheme);
     const { robot } = this.place;
     this._enter({ key: FRAMES, display: this.frames, title: "TF", kind: "TF", fixed: true });
+    this._enter({ key: GRID, display: this.stage.grid, title: "Grid", kind: "Grid", fixed: true });
     for (const name of this.robots) this._showRobot(name);
     for (const key of this.topics) this._show(key);
     this.mouse = new this.lib.Interaction(this.stage, {
@@ -252,7 +254,7 @@ class Scene {
     } else if (kind === "Image") entry.display = new this.lib.Overlay(this.pictures, topic, changed);
     else if (kind === "Effort") entry.display = new this.lib.EffortSet(host);
     else if (kind === "Camera") entry.display = new this.lib.CameraView(this.pictures, topic, host);
-    else entry.display = new this.lib.Display(COLOURS[this.displays.size % COLOURS.length], kind, host);
+    else entry.display = new this.lib.Display(COLOURS[(this.displays.size - 1) % COLOURS.length], kind, host);
     entry.display.inspect?.(this.using === "select");
     this._enter(entry);
     if (!kind) { // what it is will be known when the graph is

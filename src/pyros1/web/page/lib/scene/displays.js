@@ -9,21 +9,24 @@ import { PointSet, levels, scanPoints } from "./points.js";
 import { numbers, placed } from "./select.js";
 import { dispose, put } from "./stage.js";
 
-// What one can choose: {key: {text, kind: "number" | "check" | "choice" | "text", usual, least, most, step, choices}}.
+// What one can choose: {key: {text, kind: "number" | "check" | "choice" | "colour" | "text", usual, least, most, step, choices}}.
 const SIZE = { text: "size", kind: "number", usual: 3, least: 1, most: 30, step: 1 };
 const ALPHA = { text: "opacity", kind: "number", usual: 1, least: 0, most: 1, step: 0.05 };
 const AXES = { text: "as axes", kind: "check", usual: false };
 const COVARIANCE = { text: "covariance", kind: "check", usual: true };
+const TINT = { text: "colour", kind: "colour", usual: "" }; // the display's own
+const FLAT = { flat: { text: "one colour", kind: "check", usual: false }, tint: TINT };
 const MOST = { text: "points at most", kind: "number", usual: 1500000, least: 1000, most: 1500000, step: 1000 };
-const CLOUD = { most: MOST, size: { ...SIZE, usual: 2 }, by: { text: "colour by", kind: "choice", usual: "", choices: [""] }, alpha: ALPHA };
+const CLOUD = { most: MOST, size: { ...SIZE, usual: 2 }, by: { text: "colour by", kind: "choice", usual: "", choices: [""] }, ...FLAT, alpha: ALPHA };
 const SCREW = { scale: { text: "length of 1", kind: "number", usual: 1, least: 0.001, most: 1000, step: 0.1 } };
 const OPTIONS = {
   DepthCloud: { colour: { text: "colours of", kind: "choice", usual: "", none: "no picture" }, info: { text: "CameraInfo", kind: "text", usual: "", none: "beside it" }, most: MOST, size: { ...SIZE, usual: 2 }, alpha: ALPHA },
   AccelStamped: SCREW, TwistStamped: SCREW, WrenchStamped: SCREW,
-  LaserScan: { size: SIZE, alpha: ALPHA }, PointCloud: CLOUD, PointCloud2: CLOUD,
+  LaserScan: { size: SIZE, ...FLAT, alpha: ALPHA }, PointCloud: CLOUD, PointCloud2: CLOUD,
   Map: { scheme: { text: "colours", kind: "choice", usual: "map", choices: SCHEMES }, alpha: { ...ALPHA, usual: 0.85 } },
-  Odometry: { keep: { text: "keep", kind: "number", usual: 100, least: 1, most: 1000, step: 1 }, covariance: COVARIANCE, axes: AXES },
-  Pose: { axes: AXES }, PoseArray: { axes: AXES }, PoseWithCovariance: { covariance: COVARIANCE, axes: AXES },
+  GridCells: { tint: TINT }, Imu: { tint: TINT }, Path: { tint: TINT }, PointStamped: { tint: TINT }, Polygon: { tint: TINT }, Range: { tint: TINT },
+  Odometry: { tint: TINT, keep: { text: "keep", kind: "number", usual: 100, least: 1, most: 1000, step: 1 }, covariance: COVARIANCE, axes: AXES },
+  Pose: { tint: TINT, axes: AXES }, PoseArray: { tint: TINT, axes: AXES }, PoseWithCovariance: { tint: TINT, covariance: COVARIANCE, axes: AXES },
 };
 const NUMBERS = new Float32Array(0);
 
@@ -36,6 +39,7 @@ export class Display {
     this.word = ""; // what it shows, for the list
     this.problem = "";
     this.controls = { ...OPTIONS[kind] };
+    if (this.controls.tint) this.controls.tint = { ...TINT, usual: colour };
     if (this.controls.colour) this.controls.colour = { ...this.controls.colour, choices: pictures };
     this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { usual }]) => [key, usual]));
     this.host = { token, changed };
@@ -44,7 +48,7 @@ export class Display {
 
   // The arguments that its stream has besides topic and fixed frame.
   get args() {
-    const { size, alpha, most, ...others } = this.options;
+    const { size, alpha, most, flat, tint, ...others } = this.options;
     return most ? { ...others, most: Math.min(most, this.density.enough), numbers: this.inspected === true } : {};
   }
 
@@ -125,6 +129,11 @@ export class Display {
     dispose(this.object);
   }
 
+  // A link may say anything.
+  get tint() {
+    return /^#[0-9a-f]{6}$/i.test(this.options.tint) ? this.options.tint : this.colour;
+  }
+
   get _trailing() {
     return this.kind === "Odometry";
   }
@@ -137,7 +146,7 @@ export class Display {
   _shape(data, blob) {
     this.last = [data, blob];
     const values = blob ? new Float32Array(blob.buffer, blob.offset) : NUMBERS;
-    const [object, word] = draw[data.kind](data, values, this.colour, this.options);
+    const [object, word] = draw[data.kind](data, values, this.tint, this.options);
     this.word = word;
     if (!this._trailing) this._clear();
     else {
@@ -205,8 +214,8 @@ export class Display {
   }
 
   _style() {
-    const { size, alpha, scheme } = this.options;
-    if (this.points) Object.assign(this.points, { size, alpha });
+    const { size, alpha, scheme, flat } = this.options;
+    if (this.points) Object.assign(this.points, { size, alpha, flat: flat ? this.tint : null });
     if (this.plane) this.plane.style({ scheme, alpha });
   }
 

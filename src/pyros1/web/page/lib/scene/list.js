@@ -67,6 +67,7 @@ export class DisplayList {
     let field;
     if (kind === "choice") field = h("select", { dataset: mark, onchange: (event) => set(event.target.value) }, choicesOf(choices, value).map((each) => h("option", { value: each, selected: each === value }, each || none)));
     else if (kind === "number") field = h("input", { type: "number", min: least, max: most, step, value, dataset: mark, onchange: (event) => { const number = Number(event.target.value); if (number >= least && number <= most) set(number); else event.target.value = display.options[name]; } });
+    else if (kind === "colour") field = h("input", { type: "color", value, dataset: mark, onchange: (event) => set(event.target.value) });
     else field = h("input", { value: value ?? "", placeholder: none, dataset: mark, onchange: (event) => set(event.target.value.trim()) });
     return h("label.option", {}, h("span", {}, text), field);
   }

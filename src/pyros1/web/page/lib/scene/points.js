@@ -38,7 +38,8 @@ const VERTEX = `
   attribute float level;
   attribute vec4 bgr;
   uniform float size;
-  uniform int mode; // 0: packed colours, 1: levels, 2: height
+  uniform int mode; // 0: packed colours, 1: levels, 2: height, 3: one colour
+  uniform vec3 tint;
   uniform vec2 bounds;
   varying vec3 shade;
   vec3 rainbow(float place) { // violet to red, as rviz has it
@@ -54,6 +55,7 @@ const VERTEX = `
   void main() {
     if (mode == 0) shade = bgr.zyx;
     else if (mode == 1) shade = rainbow(level);
+    else if (mode == 3) shade = tint;
     else shade = rainbow(bounds.y > bounds.x ? (position.z - bounds.x) / (bounds.y - bounds.x) : 0.0);
     gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
     gl_PointSize = size;
@@ -69,10 +71,12 @@ export class PointSet {
   constructor(size = 3) {
     this.material = new THREE.ShaderMaterial({
       vertexShader: VERTEX, fragmentShader: FRAGMENT,
-      uniforms: { size: { value: size }, alpha: { value: 1 }, mode: { value: 1 }, bounds: { value: new THREE.Vector2(0, 1) } },
+      uniforms: { size: { value: size }, alpha: { value: 1 }, mode: { value: 1 }, tint: { value: new THREE.Color() }, bounds: { value: new THREE.Vector2(0, 1) } },
     });
     this.object = new THREE.Points(new THREE.BufferGeometry(), this.material);
     this.object.frustumCulled = false;
+    this.mode = 1;
+    this.one = false;
   }
 
   set size(pixels) {
@@ -84,6 +88,14 @@ export class PointSet {
     this.material.transparent = alpha < 1;
   }
 
+  // One colour for all, or null for those that they have.
+  set flat(colour) {
+    const { mode, tint } = this.material.uniforms;
+    this.one = colour !== null;
+    mode.value = this.one ? 3 : this.mode;
+    if (this.one) tint.value.setStyle(colour, THREE.LinearSRGBColorSpace); // the shader's colours are as they are shown
+  }
+
   // positions: Float32Array of x, y, z. colour: "rgb" with bytes (blue, green, red, anything), "value" with bytes, or
   // "z" with none. bounds: [least, most] height.
   set(positions, colour, bytes, bounds = [0, 1]) {
@@ -91,7 +103,8 @@ export class PointSet {
     this._put("position", positions, 3, false);
     if (colour === "rgb") this._put("bgr", bytes, 4, true);
     if (colour === "value") this._put("level", bytes, 1, true);
-    this.material.uniforms.mode.value = MODES[colour];
+    this.mode = MODES[colour];
+    if (!this.one) this.material.uniforms.mode.value = this.mode;
     this.material.uniforms.bounds.value.set(...bounds);
     this.object.geometry.setDrawRange(0, count);
   }

@@ -3,6 +3,7 @@
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { OrbitControls } from "../../vendor/three/OrbitControls.js";
 import { h } from "../dom.js";
+import { Grid } from "./grid.js";
 import { Seat } from "./seat.js";
 import { Walk } from "./walk.js";
 
@@ -43,8 +44,8 @@ export class Stage {
     const sun = new THREE.DirectionalLight(0xffffff, 2.2);
     sun.position.set(3, -5, 8);
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x888899, 2.4), sun);
-    this.grid = new THREE.Group();
-    this.scene.add(this.grid);
+    this.grid = new Grid();
+    this.scene.add(this.grid.object);
     this.walk = new Walk(this);
     this.seat = new Seat(this);
     this.frames = 0;
@@ -196,13 +197,7 @@ export class Stage {
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => new THREE.Color(style.getPropertyValue(name).trim() || "#888888");
     this.renderer.setClearColor(colour("--page"));
-    for (const each of [...this.grid.children]) {
-      this.grid.remove(each);
-      dispose(each);
-    }
-    const lines = new THREE.GridHelper(20, 20, colour("--muted"), colour("--border"));
-    lines.rotateX(Math.PI / 2);
-    this.grid.add(lines);
+    this.grid.colours(colour("--muted"), colour("--border"));
     this.draw();
   }
 

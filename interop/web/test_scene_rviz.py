@@ -1,0 +1,96 @@
+"""What a file of rviz shows in the 3D scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browsing import Browser, Web
+
+from pyros1.msgs.geometry_msgs.msg import PoseStamped, TransformStamped
+from pyros1.msgs.nav_msgs.msg import Path as Way
+from pyros1.msgs.sensor_msgs.msg import LaserScan
+from pyros1.tf import StaticTransformBroadcaster
+
+SCENE = "document.querySelector('.scene')?.scene"
+FILE = """
+Visualization Manager:
+  Displays:
+    - {Class: rviz/Grid, Enabled: true, Name: Grid, Cell Size: 0.5, Plane Cell Count: 12, Color: 0; 128; 255}
+    - {Class: rviz/LaserScan, Enabled: true, Name: Scan, Topic: /scan, Style: Points, Size (Pixels): 6,
+       Color Transformer: FlatColor, Color: 255; 0; 0, Alpha: 1}
+    - {Class: rviz/Path, Enabled: true, Name: Plan, Topic: /plan, Color: 0; 160; 0}
+    - {Class: rviz/Path, Enabled: false, Name: Other plan, Topic: /other_plan, Color: 0; 0; 255}
+  Global Options: {Fixed Frame: map}
+  Views:
+    Current: {Class: rviz/Orbit, Distance: 6, Pitch: 0.785, Yaw: 3.14159, Target Frame: <Fixed Frame>,
+              Focal Point: {X: 1, Y: 0, Z: 0}}
+"""
+
+
+def display(key: str) -> str:
+    return f"{SCENE}?.displays.get('{key}')?.display"
+
+
+def steps(*places: float) -> Way:
+    message = Way(poses=[PoseStamped() for _ in places])
+    message.header.frame_id = "map"
+    for pose, place in zip(message.poses, places, strict=True):
+        pose.pose.position.x, pose.pose.position.y, pose.pose.orientation.w = place, place / 2, 1.0
+    return message
+
+
+@pytest.fixture
+def robot(make_node: Callable[..., Any]) -> Any:
+    """A node; it has sent a scan and two paths."""
+    node = make_node("robot")
+    link = TransformStamped(child_frame_id="laser")
+    link.header.frame_id, link.transform.translation.x, link.transform.rotation.w = "map", 1.0, 1.0
+    StaticTransformBroadcaster(node).send_transform([link])
+    scan = LaserScan(angle_min=-1.5, angle_max=1.5, angle_increment=0.1, range_max=9.0, ranges=[1.5] * 31)
+    scan.header.frame_id = "laser"
+    node.advertise("/scan", LaserScan, latch=True).publish(scan)
+    node.advertise("/plan", Way, latch=True).publish(steps(0.0, 1.0, 2.0))
+    node.advertise("/other_plan", Way, latch=True).publish(steps(0.0, 3.0))
+    return node
+
+
+def test_displays_colours_and_view(browser: Browser, start_web: Callable[..., Web], robot: Any, tmp_path: Path) -> None:
+    file = tmp_path / "robot.rviz"
+    file.write_text(FILE)
+    browser.open(start_web("rviz", "-d", str(file)).link)
+    browser.wait(f"{display('/scan')}?.word === '31 points' && {display('/plan')}?.word === '3 poses'")
+    assert browser.run(f"return {SCENE}.fixed") == "map"
+    shown = f"return [...{SCENE}.displays].map(([key, {{display}}]) => [key, display.object.visible])"
+    assert dict(browser.run(shown)) == {
+        "frames": False,
+        "grid": True,
+        "/scan": True,
+        "/plan": True,
+        "/other_plan": False,
+    }
+    line = f"return '#' + {display('/plan')}.object.children[0]?.material.color.getHexString()"
+    assert browser.run(line) == "#00a000"
+    points = f"const {{mode, size, tint}} = {display('/scan')}.points.material.uniforms;"
+    assert browser.run(f"{points} return [mode.value, size.value, ...tint.value.toArray()]") == [3, 6, 1, 0, 0]
+    assert browser.run(f"return {SCENE}.stage.grid.word") == "6 m"
+    place = browser.run(f"return {SCENE}.stage.place")
+    assert place["name"] == "orbit" and place["target"] == [1, 0, 0]
+    assert place["position"] == pytest.approx([1 - 6 * 0.7072, 0, 6 * 0.7068], abs=0.01)
+
+
+def test_colours_of_ones_choice(browser: Browser, start_web: Callable[..., Web], robot: Any) -> None:
+    browser.open(start_web("rviz").link)
+    browser.click("button.add", "/plan")
+    browser.wait(f"{display('/plan')}?.word === '3 poses'")
+    browser.click("button[aria-label='options of /plan']")
+    browser.type("input[type=color]", "#123456")
+    line = f"'#' + {display('/plan')}?.object.children[0]?.material.color.getHexString()"
+    browser.wait(f"{line} === '#123456'")
+    browser.click("button[aria-label='options of Grid']")
+    browser.type("input[data-mark='grid count']", "4")
+    browser.wait(f"{SCENE}.stage.grid.word === '4 m'")
+    browser.driver.refresh()  # it is kept
+    browser.wait(f"{line} === '#123456' && {SCENE}.stage.grid.word === '4 m'")

@@ -1,0 +1,211 @@
+"""The programs with windows of stock ROS, and what their words are for ``pyros1 web``. Pure.
+
+Options that only say how a window looks or loads have no meaning for a page and are left out. What somebody would
+miss is told in one line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import NamedTuple
+
+from pyros1.cli.failures import UsageError
+
+_LAYOUTS = "the page does not read perspectives of rqt; its button Layouts keeps and shares arrangements"
+_NOT_ALONE = "a page has no other window to command or to be in; this option has no effect"
+_NONE = ""
+"""An option that changes nothing that a page has."""
+
+
+class Meaning(NamedTuple):
+    """What an option of a stock program is for ``pyros1 web``.
+
+    Attributes:
+        word: the option of ``pyros1 web``; empty if it has none.
+        value: whether a value follows.
+        note: one line for the user, empty for none.
+    """
+
+    word: str = ""
+    value: bool = False
+    note: str = _NONE
+
+
+_IGNORED = Meaning()
+_IGNORED_VALUE = Meaning(value=True)
+_RQT: Mapping[str, Meaning] = {
+    "-b": _IGNORED_VALUE, "--qt-binding": _IGNORED_VALUE,
+    "--clear-config": _IGNORED, "--force-discover": _IGNORED, "--reload-import": _IGNORED,
+    "-f": _IGNORED, "--freeze-layout": _IGNORED,
+    "-ht": _IGNORED, "--hide-title": _IGNORED,
+    "-l": _IGNORED, "--lock-perspective": _IGNORED,
+    "-m": _IGNORED, "--multi-process": _IGNORED,
+    "-t": _IGNORED, "--on-top": _IGNORED,
+    "-v": _IGNORED, "--verbose": _IGNORED,
+    "--perspective": Meaning(value=True, note=_LAYOUTS),
+    "--perspective-file": Meaning(value=True, note=_LAYOUTS),
+    "--command-pid": Meaning(value=True, note=_NOT_ALONE),
+    "--command-start-plugin": Meaning(value=True, note=_NOT_ALONE),
+    "--command-switch-perspective": Meaning(value=True, note=_NOT_ALONE),
+    "--embed-plugin": Meaning(value=True, note=_NOT_ALONE),
+    "--embed-plugin-serial": Meaning(value=True, note=_NOT_ALONE),
+    "--embed-plugin-address": Meaning(value=True, note=_NOT_ALONE),
+}  # fmt: skip
+_PERSPECTIVE: Mapping[str, Meaning] = {"-p": Meaning(value=True, note=_LAYOUTS)}
+_RQT_ALONE: Mapping[str, Meaning] = {
+    **_RQT, **_PERSPECTIVE,
+    "-s": Meaning("--standalone", value=True), "--standalone": Meaning("--standalone", value=True),
+    "--args": _IGNORED,
+    "--list-perspectives": Meaning(note=_LAYOUTS),
+    "--list-plugins": Meaning("--list-plugins"),
+}  # fmt: skip
+_PLOT: Mapping[str, Meaning] = {
+    **_RQT,
+    "-P": Meaning("--start-paused"), "--pause": Meaning("--start-paused"), "--start-paused": Meaning("--start-paused"),
+    "-e": _IGNORED, "--empty": _IGNORED,
+}  # fmt: skip
+_RXPLOT: Mapping[str, Meaning] = {
+    **dict.fromkeys(("-b", "--buffer", "-r", "--refresh", "-m", "--marker", "-t", "--title"), _IGNORED_VALUE),
+    **dict.fromkeys(("-l", "--legend", "-M", "--mode"), _IGNORED_VALUE),
+    "-P": Meaning("--start-paused"),
+}
+_RVIZ: Mapping[str, Meaning] = {
+    "-s": _IGNORED_VALUE, "--splash-screen": _IGNORED_VALUE,
+    "--help-file": _IGNORED_VALUE, "--opengl": _IGNORED_VALUE,
+    "-l": _IGNORED, "--ogre-log": _IGNORED, "--in-mc-wrapper": _IGNORED,
+    "--disable-anti-aliasing": _IGNORED, "--no-stereo": _IGNORED,
+    "-v": _IGNORED, "--verbose": _IGNORED, "--log-level-debug": _IGNORED,
+    "--fullscreen": _IGNORED,
+    "-t": Meaning(value=True, note="choose the frame that the view follows at the top of the page"),
+    "--target-frame": Meaning(value=True, note="choose the frame that the view follows at the top of the page"),
+}  # fmt: skip
+
+
+class Program(NamedTuple):
+    """A program with a window.
+
+    Attributes:
+        words: what opens its panel, after ``pyros1 web``.
+        options: its options that ``pyros1 web`` does not have, or has in another meaning.
+    """
+
+    words: tuple[str, ...]
+    options: Mapping[str, Meaning] = {}
+
+
+PROGRAMS: Mapping[str, Program] = {
+    "image_view": Program(("image",)),
+    "rqt": Program(("--open",), _RQT_ALONE),
+    "rqt_bag": Program(("bag",), {**_RQT, **_PERSPECTIVE}),
+    "rqt_console": Program(("console",), {**_RQT, **_PERSPECTIVE}),
+    "rqt_graph": Program(("graph",), {**_RQT, **_PERSPECTIVE}),
+    "rqt_gui": Program(("--open",), _RQT_ALONE),
+    "rqt_image_view": Program(("image",), {**_RQT, **_PERSPECTIVE}),
+    "rqt_launch": Program(("launches",), {**_RQT, **_PERSPECTIVE}),
+    "rqt_logger_level": Program(("nodes",), {**_RQT, **_PERSPECTIVE}),
+    "rqt_plot": Program(("plot",), _PLOT),
+    "rqt_publisher": Program(("publisher",), {**_RQT, **_PERSPECTIVE}),
+    "rqt_reconfigure": Program(("reconfigure",), {**_RQT, **_PERSPECTIVE}),
+    "rqt_service_caller": Program(("services",), {**_RQT, **_PERSPECTIVE}),
+    "rqt_tf_tree": Program(("frames",), {**_RQT, **_PERSPECTIVE}),
+    "rqt_top": Program(("launches",), {**_RQT, **_PERSPECTIVE}),
+    "rqt_topic": Program(("topics",), {**_RQT, **_PERSPECTIVE}),
+    "rviz": Program(("scene",), _RVIZ),
+    "rxbag": Program(("bag",)),
+    "rxconsole": Program(("console",)),
+    "rxgraph": Program(("graph",), {"-o": Meaning("--output", value=True)}),
+    "rxplot": Program(("plot",), _RXPLOT),
+}
+"""Stock's names of programs with windows. ``pyros1 setup`` gives them all, and `PACKAGED` are in packages of ours."""
+
+PACKAGED: Mapping[str, tuple[str, ...]] = {
+    **{name: (name,) for name in PROGRAMS if name.startswith("rqt_")},
+    "image_view": ("image_view",),
+    "rviz": ("rviz",),
+}
+"""Package -> its programs of `PROGRAMS`."""
+_TRANSPORTS = frozenset({"raw", "compressed"})
+
+
+class Call(NamedTuple):
+    """A call of ``pyros1 web`` in place of a stock program.
+
+    Attributes:
+        words: the words after ``pyros1 web``.
+        notes: lines for the user.
+    """
+
+    words: list[str]
+    notes: list[str]
+
+
+def call_of(program: str, words: Sequence[str]) -> Call:
+    """Return what a stock program's words are for ``pyros1 web``.
+
+    Args:
+        program: one of `PROGRAMS`.
+        words: the words after its name, without remappings.
+
+    Raises:
+        UsageError: an option has no value, or has one and takes none.
+    """
+    known = PROGRAMS[program]
+    result = [*known.words]
+    notes: list[str] = []
+    left = [*words]
+    while left:
+        word = left.pop(0)
+        option, equals, value = word.partition("=") if word.startswith("--") else (word, "", "")
+        meaning = known.options.get(option)
+        if meaning is None:
+            result.append(word)
+            continue
+        if meaning.value and not equals:
+            if not left:
+                raise UsageError(f"{option} needs a value")
+            value = left.pop(0)
+        elif equals and not meaning.value:
+            raise UsageError(f"{option} takes no value")
+        if meaning.note and meaning.note not in notes:
+            notes.append(meaning.note)
+        if meaning.word:
+            result += [meaning.word, value] if meaning.value else [meaning.word]
+    return Call(result, notes)
+
+
+def first_argument(words: Sequence[str], valued: Collection[str]) -> int:
+    """Return the place of the first word that is no option and no option's value; the number of words if there is none.
+
+    Args:
+        words: a command line.
+        valued: names of the options that take a value.
+    """
+    place = 0
+    while place < len(words) and words[place].startswith("-"):
+        place += 2 if words[place] in valued else 1
+    return min(place, len(words))
+
+
+def picture_topic(words: Sequence[str], remapped: str, transport: str) -> list[str]:
+    """Return the topic that image_view shows, as words: one, or none if nothing names it.
+
+    Args:
+        words: its words without options: the transport, or a topic, or both.
+        remapped: what its topic ``image`` is remapped to; empty for nothing.
+        transport: its private parameter ``image_transport``; empty for none.
+    """
+    topics = [word for word in words if word not in _TRANSPORTS] or [remapped] * bool(remapped)
+    how = next((word for word in words if word in _TRANSPORTS), transport)
+    if how in ("", "raw"):
+        return topics
+    return [f"{topic.rstrip('/')}/{how}" for topic in topics]
+
+
+def has_display(environ: Mapping[str, str], platform: str) -> bool:
+    """Return whether a browser can have a window here: without one, Linux would take a browser for terminals.
+
+    Args:
+        environ: environment variables.
+        platform: ``sys.platform``.
+    """
+    return platform != "linux" or any(map(environ.get, ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")))

@@ -1,0 +1,1 @@
+"""rviz's files of displays, read for the 3D panel."""

@@ -1,0 +1,263 @@
+"""rviz's files of displays as settings of the 3D panel (`page/panels/scene.js`). Pure.
+
+A file is YAML that anybody may have written: it is read within bounds, and what has another form than
+rviz writes counts as absent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+from pyros1.ground.errors import Error
+from pyros1.ground.shown import one_line
+from pyros1.values import YamlError, load_yaml
+from pyros1.web.scene.rviz.kinds import KINDS, Options
+from pyros1.web.scene.rviz.values import class_of, colour, flag, given, listed, mapping, number, point, text
+from pyros1.web.scene.rviz.view import FIXED, view_settings
+
+MOST_BYTES = 2_000_000
+"""Longest file that is read, in bytes and in characters."""
+_MOST_DISPLAYS = 200
+_DEEPEST = 10
+_MOST_NOTES = 40
+_WINDOW = 800.0
+"""Pixels of rviz's window from top to bottom, if the file has no number."""
+_AXES_LENGTH = 0.3
+"""Metres of TF's axes at rviz's marker scale 1."""
+_GREY = "#a0a0a4"
+"""rviz's usual colour of grids; the page's own is for its light and dark."""
+_FRAMES = "frames"
+_GRID = "grid"
+
+
+class RvizFileError(Error):
+    """A file is not one of rviz's."""
+
+
+class RvizFile(NamedTuple):
+    """What a file says.
+
+    Attributes:
+        settings: of the 3D panel.
+        notes: lines for the user: what the file has and the panel does not.
+    """
+
+    settings: dict[str, Any]
+    notes: list[str]
+
+
+def read_rviz(content: str, resolve: Callable[[str], str]) -> RvizFile:
+    """Read a file's text.
+
+    Args:
+        content: YAML, as rviz saves it.
+        resolve: returns the full name of a topic or parameter.
+
+    Raises:
+        RvizFileError: it is not a file of rviz; the text says why, without the file's name.
+    """
+    if len(content) > MOST_BYTES:
+        raise RvizFileError(f"is longer than {MOST_BYTES} characters, which no file of rviz is")
+    try:
+        data = load_yaml(content)
+    except YamlError as error:
+        raise RvizFileError(f"is not YAML: {one_line(str(error))}") from None
+    manager = mapping(mapping(data).get("Visualization Manager"))
+    if not manager:
+        raise RvizFileError('has no "Visualization Manager": it is not a file that rviz has saved')
+    return _Reader(resolve).read(data, manager)
+
+
+_USUAL: Mapping[str, Any] = {
+    "Autocompute Intensity Bounds": True,
+    "Autocompute Value Bounds": True,
+    "Buffer Length": 1,
+    "Decay Time": 0,
+    "Draw Behind": False,
+    "Filter blacklist": "",
+    "Filter whitelist": "",
+    "Invert Rainbow": False,
+    "Offset": {"X": 0, "Y": 0, "Z": 0},
+    "Update Interval": 0,
+}
+"""What changes a picture and is not here, with the value that changes nothing."""
+_PANELS = frozenset({"Displays", "Help", "Selection", "Time", "Tool Properties", "Views"})
+_TOOLS = frozenset(
+    {"FocusCamera", "Interact", "Measure", "MoveCamera", "PublishPoint", "Select", "SetGoal", "SetInitialPose"}
+)
+_TOOL_TOPICS = {"SetGoal": "/move_base_simple/goal", "SetInitialPose": "/initialpose", "PublishPoint": "/clicked_point"}
+
+
+class _Reader:
+    """Reads one file."""
+
+    def __init__(self, resolve: Callable[[str], str]) -> None:
+        self._resolve = resolve
+        self._topics: list[str] = []
+        self._robots: list[str] = []
+        self._hidden: list[str] = []
+        self._options: dict[str, Options] = {}
+        self._notes: list[str] = []
+
+    def read(self, data: Mapping[Any, Any], manager: Mapping[Any, Any]) -> RvizFile:
+        fixed = text(mapping(manager.get("Global Options")), "Fixed Frame").lstrip("/")
+        shown = {_FRAMES: False, _GRID: False}
+        for count, (display, enabled) in enumerate(self._displays(manager.get("Displays"))):
+            if count == _MOST_DISPLAYS:
+                self._note(f"more than {_MOST_DISPLAYS} displays: the others are left out")
+                break
+            self._display(display, enabled, shown)
+        self._hidden += [key for key, seen in shown.items() if not seen]
+        height = number(mapping(data.get("Window Geometry")), "Height", 100, 10_000) or _WINDOW
+        view, note = view_settings(mapping(mapping(manager.get("Views")).get("Current")), height)
+        self._note(note)
+        settings = {
+            "fixed": "" if fixed == FIXED else fixed,
+            "topics": self._topics,
+            "robots": self._robots,
+            "options": {key: options for key, options in self._options.items() if options},
+            "hidden": self._hidden,
+            **view,
+        }
+        self._others(data, manager)
+        if len(self._notes) > _MOST_NOTES:
+            self._notes[_MOST_NOTES:] = [f"and {len(self._notes) - _MOST_NOTES} more that are not here"]
+        return RvizFile(settings, self._notes)
+
+    def _displays(
+        self, displays: Any, enabled: bool = True, depth: int = 0
+    ) -> Iterator[tuple[Mapping[Any, Any], bool]]:
+        """Yield the displays, also of groups, each with whether it is shown."""
+        for display in map(mapping, listed(displays)):
+            seen = enabled and flag(display, "Enabled") is not False
+            if class_of(display) != "Group":
+                yield display, seen
+            elif depth < _DEEPEST:
+                yield from self._displays(display.get("Displays"), seen, depth + 1)
+
+    def _display(self, display: Mapping[Any, Any], enabled: bool, shown: dict[str, bool]) -> None:
+        kind = class_of(display)
+        if kind == "TF":
+            shown[_FRAMES] = shown[_FRAMES] or enabled
+            self._frames(display)
+        elif kind == "Grid":
+            shown[_GRID] = shown[_GRID] or enabled
+            self._grid(display)
+        elif kind == "Axes":
+            if enabled:
+                self._note(f"{_name(display)}: axes of frames are shown by TF")
+        elif kind == "RobotModel":
+            self._robot(display, enabled)
+        elif kind in KINDS:
+            self._topic(display, enabled, kind)
+        else:
+            self._note(f"{_name(display)}: there is no display {one_line(text(display, 'Class')) or 'without a class'}")
+
+    def _topic(self, display: Mapping[Any, Any], enabled: bool, kind: str) -> None:
+        options, keys, made, transport = KINDS[kind]
+        topic = text(display, *keys)
+        if not topic:
+            self._note(f"{_name(display)}: it has no topic")
+            return
+        name = self._resolve(topic)
+        how = text(display, "Transport Hint")
+        if transport and how in ("compressed", "compressedDepth"):
+            name = f"{name}/{how}"
+        key = f"{made}{name}"
+        if key in self._topics:
+            self._note(f"{_name(display)}: {one_line(name)} is shown once")
+            return
+        self._topics.append(key)
+        self._options[key] = options(display)
+        if kind == "DepthCloud" and (colours := text(display, "Color Image Topic")):
+            self._options[key]["colour"] = self._resolve(colours)
+        if kind == "Effort" and (description := text(display, "Robot Description")):
+            self._options[key]["description"] = self._resolve(description)
+        if not enabled:
+            self._hidden.append(key)
+        self._tell_lacking(display, kind)
+
+    def _tell_lacking(self, display: Mapping[Any, Any], kind: str) -> None:
+        """Say which of its properties, if they are not as usual, have no counterpart."""
+        said = {key: mapping(value).get("Value", value) for key, value in display.items() if key in _USUAL}
+        lacking = [key for key, usual in _USUAL.items() if said.get(key) not in (usual, None)]
+        if kind == "PointCloud2" and text(display, "Color Transformer") == "AxisColor":
+            lacking = [key for key in lacking if key != "Autocompute Intensity Bounds"]
+        if lacking:
+            self._note(f"{_name(display)}: not here: {', '.join(lacking)}")
+
+    def _robot(self, display: Mapping[Any, Any], enabled: bool) -> None:
+        name = self._resolve(text(display, "Robot Description") or "robot_description")
+        key = f"robot:{name}"
+        if name in self._robots:
+            self._note(f"{_name(display)}: the robot in {one_line(name)} is shown once")
+            return
+        self._robots.append(name)
+        self._options[key] = given(
+            visual=flag(display, "Visual Enabled"),
+            collision=flag(display, "Collision Enabled"),
+            alpha=number(display, "Alpha", 0, 1),
+            prefix=text(display, "TF Prefix") or None,
+        )
+        if not enabled:
+            self._hidden.append(key)
+        links = [mapping(link) for link in mapping(display.get("Links")).values()]
+        if any(flag(link, "Value") is False for link in links):
+            self._note(f"{_name(display)}: links cannot be hidden one by one")
+        self._tell_lacking(display, "RobotModel")
+
+    def _frames(self, display: Mapping[Any, Any]) -> None:
+        scale = number(display, "Marker Scale", 0.05, 300)
+        self._options[_FRAMES] = given(
+            names=flag(display, "Show Names"),
+            axes=flag(display, "Show Axes"),
+            lines=flag(display, "Show Arrows"),
+            size=None if scale is None else round(_AXES_LENGTH * scale, 3),
+        )
+        frames = mapping(display.get("Frames"))
+        if any(flag(mapping(frame), "Value") is False for frame in frames.values()):
+            self._note(f"{_name(display)}: frames cannot be hidden one by one")
+
+    def _grid(self, display: Mapping[Any, Any]) -> None:
+        if _GRID in self._options:
+            self._note(f"{_name(display)}: there is one grid")
+            return
+        tint = colour(display)
+        count = number(display, "Plane Cell Count", 1, 200)
+        self._options[_GRID] = given(
+            count=None if count is None else int(count),
+            cell=number(display, "Cell Size", 0.01, 1000),
+            flat=tint not in (None, _GREY) or None,
+            tint=tint,
+        )
+        frame = text(display, "Reference Frame")
+        lacking = [f"Reference Frame {one_line(frame)}"] * (frame not in ("", FIXED))
+        lacking += [f"Plane {one_line(plane)}" for plane in [text(display, "Plane")] if plane not in ("", "XY")]
+        lacking += ["Normal Cell Count"] * bool(number(display, "Normal Cell Count", 0, 1))
+        lacking += ["Offset"] * any(point(display.get("Offset")))
+        if lacking:
+            self._note(f"{_name(display)}: not here: {', '.join(lacking)}")
+
+    def _others(self, data: Mapping[Any, Any], manager: Mapping[Any, Any]) -> None:
+        for tool in map(mapping, listed(manager.get("Tools"))):
+            kind = class_of(tool)
+            topic = text(tool, "Topic")
+            if kind not in _TOOLS:
+                self._note(f"there is no tool {one_line(text(tool, 'Class')) or 'without a class'}")
+            elif kind in _TOOL_TOPICS and topic and self._resolve(topic) != _TOOL_TOPICS[kind]:
+                self._note(f"the tool {kind} publishes on {_TOOL_TOPICS[kind]}, not on {one_line(topic)}")
+        for panel in map(mapping, listed(data.get("Panels"))):
+            if class_of(panel) not in _PANELS:
+                self._note(f"there is no panel {one_line(text(panel, 'Class')) or 'without a class'}")
+        if listed(mapping(manager.get("Views")).get("Saved")):
+            self._note("saved views are left out; the page's layouts keep views")
+
+    def _note(self, line: str) -> None:
+        if line and line not in self._notes:
+            self._notes.append(line)
+
+
+def _name(display: Mapping[Any, Any]) -> str:
+    name, kind = text(display, "Name"), class_of(display)
+    return one_line(f"{kind} {name!r}" if name and name != kind else kind or "a display")

@@ -1,0 +1,63 @@
+"""rviz's views as those of the panel (`page/lib/scene/stage.js`). Pure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pyros1.ground.shown import one_line
+from pyros1.web.scene.rviz.values import class_of, number, point, text
+
+FIXED = "<Fixed Frame>"
+"""What rviz writes for the fixed frame."""
+_AROUND = {"Orbit": "orbit", "XYOrbit": "ground", "ThirdPersonFollower": "third"}
+_FLAT_HEIGHT = 16.0
+"""Metres that the flat view shows from top to bottom, as in stage.js."""
+_FLAT_FAR = 100.0
+_SIDE = 0.05
+"""How far beside the middle the flat view's eye is, in metres: this says what is up."""
+_SCALE = 50.0
+
+
+def view_settings(view: Mapping[Any, Any], height: float) -> tuple[dict[str, Any], str]:
+    """Return the settings ``view`` and ``target``, as far as the file has them, and a line about what is not here.
+
+    Args:
+        view: the current view.
+        height: of rviz's window in pixels.
+    """
+    kind = class_of(view)
+    frame = text(view, "Target Frame").lstrip("/")
+    target = {"target": frame} if frame not in ("", FIXED) else {}
+    pitch, yaw = (number(view, key, -1e3, 1e3) or 0.0 for key in ("Pitch", "Yaw"))
+    ahead, aside, up = math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), math.sin(pitch)
+    if kind in _AROUND:
+        focus = point(view.get("Focal Point"))
+        far = number(view, "Distance", 0.01, 1e5) or 10.0
+        eye = [value + far * part for value, part in zip(focus, (ahead, aside, up), strict=True)]
+        beside = target and any(abs(value) > 0.01 for value in focus)
+        note = "the view looks at the origin of its frame, not at a point beside it" if beside else ""
+        return {"view": _place(_AROUND[kind], eye, focus), **target}, note
+    if kind == "FPS":
+        eye = point(view.get("Position"))
+        seen = [value + part for value, part in zip(eye, (ahead, aside, -up), strict=True)]
+        return {"view": _place("walk", eye, seen), **target}, ""
+    if kind == "TopDownOrtho":
+        x, y = (number(view, key, -1e6, 1e6) or 0.0 for key in "XY")
+        angle = number(view, "Angle", -1e3, 1e3) or 0.0
+        scale = abs(number(view, "Scale", -1e5, 1e5) or 0.0) or _SCALE  # pixels per metre
+        place = _place("flat", [x + _SIDE * math.sin(angle), y - _SIDE * math.cos(angle), _FLAT_FAR], [x, y, 0.0])
+        return {"view": {**place, "zoom": round(scale * _FLAT_HEIGHT / height, 4)}, **target}, ""
+    if kind == "FrameAligned":
+        return {"view": {"name": "frame"}, **target}, ""
+    note = f"there is no view {one_line(text(view, 'Class')) or 'without a class'}; it is the usual one"
+    return dict(target), note if view else ""
+
+
+def _place(name: str, eye: Sequence[float], target: Sequence[float]) -> dict[str, Any]:
+    return {
+        "name": name,
+        "position": [round(value, 3) for value in eye],
+        "target": [round(value, 3) for value in target],
+    }

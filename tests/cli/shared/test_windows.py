@@ -1,0 +1,70 @@
+"""Stock programs with windows: what their words are for the page."""
+
+from __future__ import annotations
+
+import pytest
+
+from pyros1.cli.failures import UsageError
+from pyros1.cli.shared.windows import PACKAGED, PROGRAMS, call_of, first_argument, has_display, picture_topic
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("rqt_graph --force-discover -f -ht -l -t -v --clear-config", ["graph"]),
+        ("rqt_plot -b pyside -P /a/x -e", ["plot", "--start-paused", "/a/x"]),
+        ("rqt_plot --pause --qt-binding=pyqt /a/x", ["plot", "--start-paused", "/a/x"]),
+        ("rqt -s rqt_bag --args run.bag", ["--open", "--standalone", "rqt_bag", "run.bag"]),
+        ("rqt_gui --standalone=rqt_plot", ["--open", "--standalone", "rqt_plot"]),
+        ("rxplot -t title -p 5 /a/x", ["plot", "-p", "5", "/a/x"]),
+        ("rviz -l -s splash.png --fixed-frame odom", ["scene", "--fixed-frame", "odom"]),
+        ("rxgraph -o graph.dot", ["graph", "--output", "graph.dot"]),
+        ("image_view /camera --port 0", ["image", "/camera", "--port", "0"]),
+    ],
+)
+def test_words(line: str, words: list[str]) -> None:
+    program, *given = line.split()
+    assert call_of(program, given) == (words, [])
+
+
+@pytest.mark.parametrize("line", ["rqt -p mine", "rqt_graph --perspective-file=x.perspective", "rqt --command-pid 7"])
+def test_what_somebody_would_miss_is_told_once(line: str) -> None:
+    program, *given = line.split()
+    words, notes = call_of(program, [*given, *given])
+    assert words == [*PROGRAMS[program].words]
+    assert len(notes) == 1
+
+
+@pytest.mark.parametrize("line", ["rqt -s", "rqt_graph --perspective-file", "rviz --fullscreen=yes"])
+def test_wrong_options(line: str) -> None:
+    program, *given = line.split()
+    with pytest.raises(UsageError, match=given[-1].partition("=")[0]):
+        call_of(program, given)
+
+
+def test_every_program_takes_a_page() -> None:
+    assert {name for names in PACKAGED.values() for name in names} <= {*PROGRAMS}
+    for name in PROGRAMS:
+        assert call_of(name, ["--read-only"]).words[-1] == "--read-only"
+
+
+@pytest.mark.parametrize(
+    ("line", "place"), [("", 0), ("rviz", 0), ("--open -p 3 rviz", 3), ("-p=3 rviz", 1), ("-p", 1), ("--open", 1)]
+)
+def test_the_first_argument(line: str, place: int) -> None:
+    assert first_argument(line.split(), {"-p"}) == place
+
+
+def test_the_topic_of_image_view() -> None:
+    assert picture_topic([], "/c", "") == ["/c"]
+    assert picture_topic(["raw"], "/c", "compressed") == ["/c"]
+    assert picture_topic(["compressed"], "/c/", "") == ["/c/compressed"]
+    assert picture_topic(["/d"], "/c", "compressed") == ["/d/compressed"]
+    assert picture_topic([], "", "compressed") == []
+
+
+def test_browsers_need_a_display_on_linux() -> None:
+    assert not has_display({"DISPLAY": ""}, "linux")
+    assert has_display({"WAYLAND_DISPLAY": "wayland-0"}, "linux")
+    assert has_display({"BROWSER": "firefox"}, "linux")
+    assert has_display({}, "darwin")
