@@ -153,8 +153,9 @@ def test_top_level_folders() -> None:
 
 
 def feature_rows() -> list[tuple[str, str]]:
-    """Return (feature, reference to its test) of the README's feature table."""
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    """Return (feature, reference to its test) of the README's feature table, and of such tables in the guide."""
+    files = [ROOT / "README.md", *sorted((SOURCE / "guide" / "howto").glob("*.md"))]
+    text = "\n".join(path.read_text(encoding="utf-8") for path in files)
     rows = re.findall(r"^\|\s*([^|]+?)\s*\|.*\|\s*`((?:tests|interop)/[^`]+)`\s*\|$", text, re.MULTILINE)
     return [(feature, reference) for feature, reference in rows]
 

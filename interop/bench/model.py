@@ -96,6 +96,13 @@ class Row:
         worse, better = (ours, other) if self.less else (other, ours)
         return better / worse if worse else math.inf
 
+    def ratios(self, results: Results, column: str) -> list[float]:
+        """How many times better than a column we were, by turn, without turns in which one of the two failed."""
+        both = zip(results.get(self.steps[OURS], ()), results.get(self.steps[column], ()), strict=False)
+        pairs = [(ours.get(self.figure, -1.0), other.get(self.figure, -1.0)) for ours, other in both if ours and other]
+        ordered = [(other, ours) if self.less else (ours, other) for ours, other in pairs]
+        return [above / below for above, below in ordered if above > 0 and below > 0]
+
     def met(self, results: Results, goal: Goal) -> bool:
         """Whether a goal is reached; it is not if a figure is missing, or if we failed in any turn."""
         if self.failures(results, OURS):

@@ -259,6 +259,24 @@ def codec() -> Iterator[Row]:
             yield Row("codec", f"{work} {label}", "ns", f"{work} {label}", both("codec.py"), less=True)
 
 
+QUICK = {
+    "messages: Float64",
+    "messages: Float64 from roscpp",
+    "images: Image 1 MB",
+    "latency: round trip, median",
+    "latency: round trip, 99 %",
+    "fan-out: Float64 to 1 + 1",
+    "services: Empty, persistent",
+    "rospy: messages: Float64",
+    "process: Float64 within one process",
+    "master: getParam",
+    "start: import of the library",
+    "start: topic list",
+    "codec: encode Imu",
+}
+"""The rows of the quick form."""
+
+
 def all_rows() -> list[Row]:
     """The whole table."""
     groups = (messages, images, latency, fan_out, services, faces, process, master, start, launch, bags, codec)

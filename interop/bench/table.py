@@ -74,7 +74,11 @@ def row_report(row: Row, results: Results) -> dict[str, Any]:
         "failed": {column: row.failures(results, column) for column in measured},
         "median": {column: row.median(results, column) for column in measured},
         "ratio": {column: None if ratio in (None, float("inf")) else ratio for column, ratio in ratios.items()},
-        "goals": [{"goal": goal.text(row.unit), "met": row.met(results, goal)} for goal in row.goals],
+        "ratios": {column: row.ratios(results, column) for column in measured if column != OURS},
+        "goals": [
+            {"goal": goal.text(row.unit), "met": row.met(results, goal), "than": goal.than, "bound": goal.bound}
+            for goal in row.goals
+        ],
     }
 
 
@@ -82,6 +86,7 @@ def about(runs: int, seconds: float) -> dict[str, Any]:
     """The machine and the circumstances."""
     versions = subprocess.run([STOCK_PYTHON, "-V"], capture_output=True, text=True, check=True)
     return {
+        "commit": commit(),
         "date": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
         "python": versions.stdout.split()[1],
         "system": platform.platform(),
@@ -92,6 +97,19 @@ def about(runs: int, seconds: float) -> dict[str, Any]:
         "runs": runs,
         "seconds": seconds,
     }
+
+
+def commit() -> str:
+    """The commit that is measured, with a + if files were changed since; "?" outside a repository."""
+    here = Path(__file__).parent
+    told = subprocess.run(
+        ["git", "describe", "--always", "--dirty=+", "--exclude=*"],
+        cwd=here,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return told.stdout.strip() or "?"
 
 
 def cpu_model() -> str:

@@ -1,4 +1,4 @@
-"""README's recipes for a network that is not trusted: only ssh is let in, and all of ROS goes through it."""
+"""The guide's recipes for a network that is not trusted: only ssh is let in, and all of ROS goes through it."""
 
 from __future__ import annotations
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import pytest
 from faces import run, same
 from harness import Master
 from rospy_programs import TOOLS
@@ -82,6 +83,39 @@ t("param", lambda: (rospy.set_param("c", 5), rospy.get_param("/ns/d/e"), rospy.g
 """
 ARGUMENTS = "plain a:=b _int:=5 _f:=2.5 _text:=hello _yes:=true _list:=[1,2,x] __ns:=/ns c:=d/e __name:=new ~z:=/zz"
 
+VALUES = r"""
+texts = ["1", "-1", "+1", "01", "0x10", "0o17", "1_000", "1e3", "1.5", ".5", "1.", "1e400", "-.inf", "true", "yes", "Off",
+         "tRue", "null", "~", "NULL", "---", "#c", "a #c", "y", "=", "hello", "two words", " x ", "deg(90)", "rad(pi/2)",
+         "1pi", "[1,2", "[1, 2, x]", "[]", "{a: {b: [1, 2]}}", "{a: null}", "{1: 2}", "{true: 2}", "{<<: {a: 1}, b: 2}",
+         "<<: 1", "a: b", "a: b: c", "- 1", "?", "|", "!x y", "!!str 5", "!!int x", "!!bool x", "!!set {a}",
+         "!!binary aGVsbG8=", "!!python/object:os.system x", "*x", "[&x 1, *x]", "&a [1, *a]", '"a', "%x", "@x", "`x`",
+         "2147483647", "2147483648", "-2147483649", "12:30:45", "2026-01-01", "a\x01b", "\u00e4", "\U0001f600", "http://x:1",
+         "a:=b", "1\n2", '""', "\t"]
+rospy.init_node("values", [])
+for text in texts:
+    try:
+        values = rospy.client.load_command_line_node_params(["_p:=" + text])
+    except rospy.ROSInitException as error:
+        print(repr(text), "!!", "not YAML" if ":=" in text else str(error))
+        continue
+    for name, value in values.items():
+        try:
+            rospy.set_param("~" + name, value)
+        except (TypeError, OverflowError) as error:
+            print(repr(text), type(error).__name__)
+        else:
+            kept = rospy.get_param("~" + name)
+            print(repr(text), repr(getattr(kept, "data", kept)))
+"""
+REFUSED = """
+try:
+    rospy.init_node("refused", disable_signals=True)
+except Exception as error:
+    print(type(error).__name__)
+print(rospy.core.is_initialized(), rospy.has_param("/refused/p"))
+os._exit(0)
+"""
+
 AGAIN = """
 rospy.init_node("again", ["p", "q:=r"], log_level=rospy.WARN)
 t("again", lambda: rospy.init_node("again", ["p", "q:=r"], log_level=rospy.WARN))
@@ -154,6 +188,24 @@ def test_before_there_is_a_node(launcher: Master) -> None:
 def test_command_line(launcher: Master) -> None:
     said = same(launcher, HEAD + COMMAND_LINE, *ARGUMENTS.split(" "))
     assert "/ns/new" in said and "('int', 5)" in said
+
+
+def test_values_of_private_parameters(launcher: Master) -> None:
+    said = same(launcher, HEAD + VALUES)
+    assert "'deg(90)' 'deg(90)'" in said and "'null' TypeError" in said and "'[1,2' !!" in said
+
+
+@pytest.mark.parametrize(
+    ("value", "error"),
+    [
+        ("[1,2", "ROSInitException"),
+        ("null", "TypeError"),
+        ("2147483648", "OverflowError"),
+        ("a:=b", "ROSInitException"),
+    ],
+)
+def test_a_private_parameter_that_cannot_be_ends_init_node(launcher: Master, value: str, error: str) -> None:
+    assert same(launcher, HEAD + REFUSED, f"_p:={value}") == f"{error}\nFalse False\n"
 
 
 def test_init_node_twice(launcher: Master) -> None:

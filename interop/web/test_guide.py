@@ -13,7 +13,7 @@ def test_a_step_beside_what_it_does(browser: Browser, web: Web, tmp_path: Path) 
     browser.open(web.page("guide"))
     browser.wait_for_text("1. A package")
     browser.wait("document.querySelectorAll('.panel').length === 2")  # the graph is beside it
-    assert browser.run("return document.querySelector('[aria-label=\"the step before\"]').disabled")
+    assert browser.run("return document.querySelector('[aria-label=\"the page before\"]').disabled")
     browser.click(".guide-end button", "Next: A publisher and a subscriber")
     browser.wait(f"{TITLE} === '2. A publisher and a subscriber'")
     code = "document.querySelector('.guide-file pre').textContent"
@@ -21,7 +21,7 @@ def test_a_step_beside_what_it_does(browser: Browser, web: Web, tmp_path: Path) 
     name = browser.run("return document.querySelector('.guide-file figcaption').firstChild.textContent")
     assert name == "my_robot/scripts/counter"
     assert not browser.run("return document.querySelector('.guide-text').innerHTML.includes('```')")
-    browser.choose(".tools select[aria-label=step]", "simulator")
+    browser.choose('.tools select[aria-label="step or page"]', "simulator")
     browser.wait(f"{TITLE}.startsWith('7. ')")
     browser.picture(tmp_path / "guide.png")
     width = "document.querySelector('.guide-text').clientWidth"
@@ -37,6 +37,27 @@ def test_a_step_beside_what_it_does(browser: Browser, web: Web, tmp_path: Path) 
     assert browser.run(f"return {width}") >= before, "the text keeps its room"
     browser.driver.refresh()
     browser.wait(f"document.querySelector('.guide-text h2') && {TITLE}.startsWith('7. ')")  # where one was
+    browser.resize(390, 800)
+    browser.wait("document.querySelector('.guide-text').clientWidth <= 390")
+    assert browser.run("return document.documentElement.scrollWidth") <= 390
+    assert browser.complaints() == []
+
+
+def test_a_page_with_a_table_and_links(browser: Browser, web: Web, tmp_path: Path) -> None:
+    browser.open(web.page("guide"))
+    browser.wait_for_text("1. A package")
+    browser.choose('.tools select[aria-label="step or page"]', "howto/browser")
+    browser.wait(f"{TITLE} === 'The robot in a browser'")
+    first = "document.querySelector('.guide-table td').textContent"
+    assert browser.run(f"return {first}") == "Graph"
+    browser.picture(tmp_path / "page.png")
+    text = browser.run("return document.querySelector('.guide-text').innerText")
+    assert "](" not in text and "`" not in text and "|--" not in text
+    assert not browser.run("return document.querySelector('.guide-end')")
+    browser.click(".guide-link", "who may connect")
+    browser.wait(f"{TITLE} === 'Who may connect'")
+    browser.driver.refresh()
+    browser.wait(f"document.querySelector('.guide-text h2') && {TITLE} === 'Who may connect'")  # where one was
     browser.resize(390, 800)
     browser.wait("document.querySelector('.guide-text').clientWidth <= 390")
     assert browser.run("return document.documentElement.scrollWidth") <= 390

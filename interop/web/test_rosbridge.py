@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import queue
-import re
 import shutil
 import subprocess
 import sys
@@ -18,13 +17,13 @@ import pytest
 from browsing import Web
 
 from pyros1.ground.errors import ServiceRefusal
+from pyros1.guide.text import pages
 from pyros1.msgs.rospy_tutorials.srv import AddTwoInts
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64, Float64MultiArray, String
 from pyros1.node import Node
 
 PATIENCE = 30.0
-README = Path(__file__).resolve().parents[2] / "README.md"
 PROGRAM = Path(__file__).with_name("roslib_client.mjs")
 
 
@@ -173,10 +172,8 @@ def test_roslibpy(web: Web, robot: Node, make_node: Callable[..., Node]) -> None
         ros.terminate()
 
 
-def test_readmes_example(web: Web, make_node: Callable[..., Node]) -> None:
-    text = README.read_text(encoding="utf-8")
-    program = re.search(r"^### Other people's viewers\n.*?^```python\n(.*?)^```", text, re.M | re.S)
-    assert program is not None
+def test_the_pages_example(web: Web, make_node: Callable[..., Node]) -> None:
+    (program,) = pages()["viewers"].code("python")
     commands: queue.Queue[float] = queue.Queue()
     node = make_node("simulator")
     node.advertise("velocity", Float64)
@@ -184,7 +181,7 @@ def test_readmes_example(web: Web, make_node: Callable[..., Node]) -> None:
     # roslibpy sends in another thread: an answer means that what came before was sent
     end = "ros.get_topics()\nros.terminate()\n"
     done = subprocess.run(
-        [sys.executable, "-c", program[1] + end],
+        [sys.executable, "-c", program + end],
         env={**os.environ, "LINK": socket_url(web)},
         capture_output=True,
         text=True,

@@ -1,6 +1,6 @@
-"""README's tour of the page: the tutorial's simulator in every view, as pictures.
+"""The tour of the page: the tutorial's simulator in every view, as pictures.
 
-To make README's pictures anew: ``PYROS1_PICTURES=.github/pictures python -m pytest interop/web/test_tour.py``
+To make the pictures anew: ``PYROS1_PICTURES=.github/pictures python -m pytest interop/web/test_tour.py``
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from PIL import Image
 
 import pyros1.bag
 from pyros1.ground.timing import Time
+from pyros1.guide.text import pages
 from pyros1.msgs import load_message
 from pyros1.msgs.geometry_msgs.msg import PoseStamped, TransformStamped
 from pyros1.msgs.nav_msgs.msg import OccupancyGrid
@@ -35,7 +36,7 @@ from pyros1.web.links import panel_link
 CURVES = "document.querySelector('.plot')?.plot?.curves"
 GRAPH = "document.querySelector('.graph')?.graph"
 SCENE = "document.querySelector('.scene')?.scene"
-README = Path(__file__).parents[2] / "README.md"
+ROOT = Path(__file__).parents[2]
 ROBOT = Path(pyros1.__file__).parent / "packages" / "two_wheeler" / "urdf" / "two_wheeler.urdf"
 
 
@@ -178,7 +179,8 @@ def test_a_robot_in_space(
     take("joints")
 
 
-def test_readme_shows_the_pictures() -> None:
-    shown = set(re.findall(r"\(\.github/pictures/(\w+)\.png\)", README.read_text()))
-    there = {each.stem for each in (README.parent / ".github" / "pictures").glob("*.png")}
+def test_readme_and_guide_show_the_pictures() -> None:
+    texts = [(ROOT / "README.md").read_text(encoding="utf-8"), *(page.text for page in pages().values())]
+    shown = {name for text in texts for name in re.findall(r"[(/]\.github/pictures/(\w+)\.png\)", text)}
+    there = {each.stem for each in (ROOT / ".github" / "pictures").glob("*.png")}
     assert shown == there == {"tutorial", "graph", "plot", "console", "bag", "scene", "joints"}

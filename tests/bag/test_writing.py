@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import io
-import re
 import subprocess
 import sys
 import threading
@@ -22,13 +21,12 @@ from pyros1.bag.edit.reindex import reindex
 from pyros1.bag.format import writer
 from pyros1.bag.format.writer import EMPTY_SIZE
 from pyros1.ground.errors import SerializationError
+from pyros1.guide.text import pages
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.sensor_msgs.msg import Imu
 from pyros1.msgs.std_msgs.msg import Int32, String
 
 from .old_bags import number, old_bag
-
-README = Path(__file__).resolve().parents[2] / "README.md"
 
 
 def content(path: Any) -> list[tuple[str, Any, float]]:
@@ -36,11 +34,10 @@ def content(path: Any) -> list[tuple[str, Any, float]]:
         return [(item.topic, item.message.data, item.time.to_sec()) for item in bag.messages()]
 
 
-def test_the_example_of_the_readme(tmp_path: Path) -> None:
-    found = re.search(r"```python\n(import pyros1\.bag\n.*?)```", README.read_text(encoding="utf-8"), re.S)
-    assert found is not None
+def test_the_example_of_the_page(tmp_path: Path) -> None:
+    program = pages()["bags"].code("python")[0]
     done = subprocess.run(
-        [sys.executable, "-c", found[1]], cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[0].startswith("/counter ")

@@ -1,13 +1,14 @@
-"""README's page "Bring your robot": the commands as they are there, with the packages of a robot."""
+"""The guide's page "Bring your robot": the commands as they are there, with the packages of a robot."""
 
 from __future__ import annotations
 
 import os
-import re
 import shlex
 import subprocess
 import sys
 from pathlib import Path
+
+from pyros1.guide.text import pages
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -77,10 +78,8 @@ rospy.loginfo("charge %s of %s, driven %s", charge, full, client.get_result().dr
 
 def commands() -> str:
     """Return the commands of the page, without those that make and activate an environment."""
-    page = (ROOT / "README.md").read_text(encoding="utf-8").partition("## Bring your robot\n")[2]
-    block = re.search(r"```bash\n(.*?)```", page, re.DOTALL)
-    assert block
-    first, *others = block[1].splitlines()
+    (block,) = pages()["robot"].code("bash")
+    first, *others = block.splitlines()
     assert first == "source ~/ros/bin/activate"
     return "\n".join(others)
 

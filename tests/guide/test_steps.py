@@ -72,6 +72,8 @@ NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 _HOST = re.compile(r"http://[\w.-]+:\d+/?")
 _TOKEN = re.compile(r"token=[\w-]+")
 _COLOUR = re.compile(r"\x1b\[\d*m")
+_STRAY = "names no topic or service: this is an HTTP request"
+"""An HTTP request at a TCPROS port: programs of other tests may call a port that was theirs before."""
 
 
 def pattern(lines: list[str]) -> re.Pattern[str]:
@@ -129,6 +131,8 @@ class Running:
     def _read(self, reading: int) -> None:
         with open(reading, encoding="utf-8") as lines:
             for line in lines:
+                if _STRAY in line:
+                    continue
                 with self._more:
                     self.output += _COLOUR.sub("", line)
                     self._more.notify_all()

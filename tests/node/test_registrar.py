@@ -85,15 +85,16 @@ def test_a_node_waits_for_a_master_that_ends_while_it_is_asked(
 ) -> None:
     late_master()
     asked, go_on, stderr = threading.Event(), threading.Event(), Output()
-    ping = MasterClient.ping
+    ask = MasterClient.multicall
 
-    def ping_and_pause(master: MasterClient, timeout: float | None = None) -> None:
-        ping(master, timeout)
+    def pause_and_ask(master: MasterClient, calls: Any, **limits: Any) -> list[Any]:
         if not asked.is_set():
+            master.ping()  # it is connected
             asked.set()
             assert go_on.wait(5)
+        return ask(master, calls, **limits)
 
-    monkeypatch.setattr(MasterClient, "ping", ping_and_pause)
+    monkeypatch.setattr(MasterClient, "multicall", pause_and_ask)
     monkeypatch.setattr("sys.stderr", stderr)
     starting = in_thread(make_node, "early")
     assert asked.wait(5)

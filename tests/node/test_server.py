@@ -114,7 +114,9 @@ def test_a_header_may_come_byte_by_byte(node: Any, raw_peer: Any) -> None:
 @pytest.mark.parametrize(
     ("data", "reason"),
     [
-        (b"GET / HTTP/1.1\r\n\r\n", "exceeds the limit"),
+        (b"GET / HTTP/1.1\r\n\r\n", "this is an HTTP request"),
+        (b"POST /RPC2 HTTP/1.1\r\n", "this is an HTTP request"),
+        (b"GETS", "exceeds the limit"),
         (b"\xff\xff\xff\xff", "exceeds the limit"),
         ((MAX_HEADER_SIZE + 1).to_bytes(4, "little"), "exceeds the limit"),
         (b"\x08\0\0\0\x04\0\0\0abcd", "no '='"),
@@ -132,7 +134,7 @@ def test_garbage_is_refused_with_a_reason_t02_t08(
     peer.sock.sendall(data)
     assert reason in peer.answer()["error"]
     assert peer.closed()
-    log.saw("refused a connection", reason)
+    log.saw("refused a connection from 127.0.0.1", reason)
     assert_serves(node, raw_peer)
 
 

@@ -1,4 +1,4 @@
-"""The README's simulator that halts, and launch files that stop one which does not."""
+"""The guide's simulator that halts, and launch files that stop one which does not."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from typing import Any
 import pytest
 
 import pyros1
+from pyros1.guide.text import pages
 from pyros1.msgs.rosgraph_msgs.msg import Log
 from pyros1.msgs.std_msgs.msg import Float64
 
 SRC = Path(pyros1.__file__).parent
 SCRIPTS = SRC / "packages" / "minimal_nodes" / "scripts"
-README = Path(__file__).resolve().parents[2] / "README.md"
 PATIENCE = 30.0
 
 pytestmark = [
@@ -61,10 +61,9 @@ def until(values: queue.Queue[Any], wanted: Callable[[Any], bool]) -> Any:
 
 
 def program() -> str:
-    """Return the program in the README."""
-    section = re.search(r"^### A controller that dies.*?^```python\n(.*?)^```", README.read_text("utf-8"), re.M | re.S)
-    assert section is not None
-    return section[1]
+    """Return the program of the guide's page."""
+    (found,) = pages()["halting"].code("python")
+    return found
 
 
 def test_the_readme_shows_the_script() -> None:

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 import pyros1
+from pyros1.guide.text import pages
 from pyros1.master.server import Master
 from pyros1.testing import Heard, Program
 
@@ -133,12 +134,10 @@ def test_a_program_that_does_not_end_is_ended_with_its_children(monkeypatch: pyt
         program.wait_for("never", 60)
 
 
-def test_the_tests_of_the_readme_and_how_one_that_fails_is_shown(pytester: pytest.Pytester) -> None:
-    readme = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
-    section = re.search(r"^## Tests of your nodes\n.*?^```python\n(.*?)^```", readme, re.M | re.S)
-    assert section
+def test_the_tests_of_the_page_and_how_one_that_fails_is_shown(pytester: pytest.Pytester) -> None:
+    (program,) = pages()["tests"].code("python")
     fails = "def test_it(ros_listen): ros_listen('/nobody', 'std_msgs/String').next(timeout=0.01)"
-    pytester.makepyfile(test_readme=section[1], test_fails=fails)
+    pytester.makepyfile(test_page=program, test_fails=fails)
     result = pytester.runpytest_subprocess("-p", "no:cacheprovider", timeout=120)
     result.assert_outcomes(passed=2, failed=1)
     result.stdout.fnmatch_lines(["*AssertionError: 0 of 1 messages came*/nobody: nobody publishes this topic*"])

@@ -17,6 +17,8 @@ _SAFE = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ012345678
 
 _FILES = ("bag", "dir", "file", "output")
 """Words in the names of options, or of their values, that are files."""
+_KINDS = ("example",)
+"""Names of options whose values are kinds of their own."""
 
 
 def candidates(line: Line) -> list[str]:
@@ -32,6 +34,8 @@ def candidates(line: Line) -> list[str]:
         kind = registry.completes(line.command, line.verb, len(line.given))
     elif "choices" in option.settings:
         return [str(choice) for choice in option.settings["choices"]]
+    elif option.dest in _KINDS:
+        kind = option.dest
     else:
         about = f"{option.dest} {option.settings.get('metavar', '')}".lower()
         kind = "file" if any(word in about for word in _FILES) else ""

@@ -161,6 +161,12 @@ def _definitions(line: Line) -> list[str]:
     return _types(line, line.given[0])
 
 
+def _examples(_: Line) -> list[str]:
+    from pyros1.guide.catalogue import CATALOGUE  # noqa: PLC0415
+
+    return [each.name for each in CATALOGUE]
+
+
 def _packages(_: Line) -> list[str]:
     from pyros1.finding.crawl import all_packages  # noqa: PLC0415
 
@@ -247,6 +253,7 @@ KINDS: dict[str, Callable[[Line], list[str]]] = {
     "configurable": _configurable,
     "definition": _definitions,
     "definition_kind": _definition_kinds,
+    "example": _examples,
     "executable": _executables,
     "file": _files,
     "frame": _frames,

@@ -1,6 +1,6 @@
 """``python -m pyros1.cli.make_index``: makes the tables of commands from their records.
 
-These are `index` and, in a source tree, those in README.md and interop/commands.md.
+These are `index`, the one in the guide's page and, in a source tree, the one in interop/commands.md.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ _ROW = re.compile(r"^\| (?:L\d+)? ?\| [^|]+ \| ([^|]+) \| ([^|]+) \|$", re.MULTI
 _TESTS = re.compile(r"`((?:tests|interop)/[^`:]+)(?:::[^`]+)?`")
 
 
-def readme_table(_: str = "") -> str:
-    """Return README's table of commands."""
+def page_table(_: str = "") -> str:
+    """Return the table of commands of the guide's page."""
     lines = ["| `pyros1 ...` | stock ROS 1 | what it does | verbs; those that stock lacks |\n", "|---|---|---|---|\n"]
     for name, entry in registry.commands().items():
         known = registry.verbs(name)
@@ -110,7 +110,7 @@ def _test_files(text: str) -> Mapping[str, list[str]]:
 
 
 DOCUMENTS: Mapping[Path, Callable[[str], str]] = {
-    ROOT / "README.md": readme_table,
+    ROOT / "src" / "pyros1" / "guide" / "howto" / "commands.md": page_table,
     ROOT / "interop" / "commands.md": verbs_table,
 }
 """Files with a table between two marks, and functions that make the table from the file's text."""

@@ -69,6 +69,8 @@ def _is_package(folder: str) -> bool:
 
 def _may_trust(folder: str, parent: str) -> bool:
     """Return whether to use a folder: in places where anybody can create folders, such as /tmp, only the user's own."""
+    if not hasattr(os, "getuid"):
+        return True  # there are no such places
     return not os.stat(parent).st_mode & 0o002 or os.stat(folder).st_uid == os.getuid()
 
 

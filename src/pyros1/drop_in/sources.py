@@ -12,8 +12,9 @@ from collections.abc import Iterator
 
 from pyros1.finding.packages import manifest_text
 
-_PACKAGE_DIR = re.compile(r"""package_dir\W{1,20}\{([^{}]*)\}""")
-_PAIR = re.compile(r"""["']([\w.]*)["']\s*:\s*["']([^"'\n]*)["']""")
+# Compiled when needed: few programs have such a package.
+_PACKAGE_DIR = r"""package_dir\W{1,20}\{([^{}]*)\}"""
+_PAIR = r"""["']([\w.]*)["']\s*:\s*["']([^"'\n]*)["']"""
 _USUAL = ("src", "python")
 
 
@@ -37,10 +38,10 @@ def folder_of(package: str, module: str) -> str | None:
 def _named(package: str, module: str) -> Iterator[str]:
     """Yield the folders of a module by the package's setup.py."""
     try:
-        match = _PACKAGE_DIR.search(manifest_text(os.path.join(package, "setup.py")))
+        match = re.search(_PACKAGE_DIR, manifest_text(os.path.join(package, "setup.py")))
     except (OSError, ValueError):
         return
-    for name, place in _PAIR.findall(match[1]) if match else ():
+    for name, place in re.findall(_PAIR, match[1]) if match else ():
         folder = os.path.normpath(os.path.join(package, place))
         if not name:
             yield folder

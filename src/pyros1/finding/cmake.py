@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from pathlib import PurePosixPath
 
 from pyros1.finding.new_package import NewPackage
 
@@ -27,28 +28,47 @@ _PROGRAMS = """# Programs and libraries in C++
 """
 
 
-def cmake_lists(package: NewPackage, has_messages: bool) -> str:
+_DEFINED = {
+    "msg": ("add_message_files", "Message1.msg"),
+    "srv": ("add_service_files", "Service1.srv"),
+    "action": ("add_action_files", "Action1.action"),
+}
+"""Folder -> the call that names its files, and what stands there to be filled in."""
+
+
+def has_definitions(files: Collection[str]) -> bool:
+    """Return whether there are messages, services or actions among the files of a package."""
+    return any(PurePosixPath(name).parts[0] in _DEFINED for name in files)
+
+
+def cmake_lists(package: NewPackage, files: Collection[str]) -> str:
     """Return the text of CMakeLists.txt.
 
     Args:
         package: the new package.
-        has_messages: whether it has the example's message and nodes.
+        files: the paths in it of its definitions, scripts and launch files.
     """
     head = _HEAD.format(name=package.name)
     if package.meta:
         return f"{head}\nfind_package(catkin REQUIRED)\ncatkin_metapackage()\n"
     depends = sorted({*package.depends} - {"catkin", "message_generation", "message_runtime"})
+    defines = has_definitions(files)
     return "\n".join(
         [
             head,
-            _found(package, [*depends, *(["message_generation"] if has_messages else [])]),
-            _definitions(depends, has_messages),
-            _exported(depends, has_messages),
+            _found(package, [*depends, *(["message_generation"] if defines else [])]),
+            _definitions(depends, files),
+            _exported(depends, defines),
             _included(depends),
             _PROGRAMS,
-            _installed(has_messages),
+            _installed(files),
         ]
     )
+
+
+def _within(folder: str, files: Collection[str]) -> list[str]:
+    """Return the files of a folder, without its name."""
+    return sorted(PurePosixPath(name).name for name in files if PurePosixPath(name).parts[0] == folder)
 
 
 def _call(function: str, *lines: str) -> str:
@@ -72,18 +92,23 @@ def _found(package: NewPackage, components: Sequence[str]) -> str:
     return text + (boost if package.boost else _commented(boost))
 
 
-def _definitions(depends: Sequence[str], has_messages: bool) -> str:
-    messages = _call("add_message_files", "FILES", "Measurement.msg" if has_messages else "Message1.msg")
-    text = _DEFINITIONS + (messages if has_messages else _commented(messages))
-    text += _commented(_call("add_service_files", "FILES", "Service1.srv"))
-    text += _commented(_call("add_action_files", "FILES", "Action1.action"))
+def _definitions(depends: Sequence[str], files: Collection[str]) -> str:
+    text = _DEFINITIONS
+    for folder, (function, usual) in _DEFINED.items():
+        there = _within(folder, files)
+        call = _call(function, "FILES", *(there or [usual]))
+        text += call if there else _commented(call)
     text += "# After DEPENDENCIES: the packages whose messages are fields of yours\n"
     fields = [each for each in depends if each.endswith("_msgs")] or ["std_msgs"]
-    if has_messages:
-        return f"{text}generate_messages(\n  # DEPENDENCIES\n" + "".join(f"  # {each}\n" for each in fields) + ")\n"
-    text += _commented(_call("generate_messages", "DEPENDENCIES", *fields))
-    options = _call("generate_dynamic_reconfigure_options", "cfg/Settings1.cfg")
-    return f"{text}# Settings for dynamic_reconfigure\n{_commented(options)}"
+    if _within("action", files):
+        text += _call("generate_messages", "DEPENDENCIES", *fields)
+    elif has_definitions(files):
+        text += _call("generate_messages", *(f"# {each}" for each in ["DEPENDENCIES", *fields]))
+    else:
+        text += _commented(_call("generate_messages", "DEPENDENCIES", *fields))
+    settings = [f"cfg/{name}" for name in _within("cfg", files)]
+    options = _call("generate_dynamic_reconfigure_options", *(settings or ["cfg/Settings1.cfg"]))
+    return f"{text}# Settings for dynamic_reconfigure\n{options if settings else _commented(options)}"
 
 
 def _exported(depends: Sequence[str], has_messages: bool) -> str:
@@ -99,17 +124,18 @@ def _included(depends: Sequence[str]) -> str:
     return text if "roscpp" in depends else _commented(text)
 
 
-def _installed(has_messages: bool) -> str:
-    programs = ["minimal_publisher", "minimal_subscriber"] if has_messages else ["my_node"]
+def _installed(files: Collection[str]) -> str:
+    programs = _within("scripts", files)
     scripts = _call(
         "catkin_install_python",
         "PROGRAMS",
-        *(f"scripts/{name}" for name in programs),
+        *(f"scripts/{name}" for name in programs or ["my_node"]),
         "DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION}",
     )
-    launch = "install(DIRECTORY launch DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})\n"
+    folders = [folder for folder in ("config", "launch", "urdf") if _within(folder, files)]
+    others = f"install(DIRECTORY {' '.join(folders or ['launch'])} DESTINATION ${{CATKIN_PACKAGE_SHARE_DESTINATION}})\n"
     targets = "install(TARGETS ${PROJECT_NAME}_node RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})\n"
-    text = "# What `catkin_make install` installs\n" + (
-        scripts + launch if has_messages else _commented(scripts + launch)
-    )
+    text = "# What `catkin_make install` installs\n"
+    text += scripts if programs else _commented(scripts)
+    text += others if folders else _commented(others)
     return text + _commented(targets)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import keyword
 import os
 import re
+from collections.abc import Collection
 from html import escape  # HTML's escapes include XML's; xml.sax is slow to import
 from pathlib import Path
 
-from pyros1.finding.cmake import cmake_lists
+from pyros1.finding.cmake import cmake_lists, has_definitions
 from pyros1.finding.new_package import NewPackage
 from pyros1.ground.errors import Error
 
@@ -65,7 +66,7 @@ def create(package: NewPackage, parent: Path) -> list[str]:
             path = folder / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
-            if name.startswith("scripts/"):
+            if text.startswith("#!") or name.startswith("scripts/"):
                 path.chmod(0o755)
             made.append(f"{package.name}/{name}")
         for name in _folders(package):
@@ -77,7 +78,7 @@ def create(package: NewPackage, parent: Path) -> list[str]:
 
 
 def _folders(package: NewPackage) -> list[str]:
-    if package.meta or package.examples:
+    if package.meta or package.examples or package.files:
         return []
     return [
         *([f"include/{package.name}"] if "roscpp" in package.depends else []),
@@ -86,23 +87,37 @@ def _folders(package: NewPackage) -> list[str]:
 
 
 def _files(package: NewPackage) -> dict[str, str]:
-    files = {"package.xml": package_xml(package), "CMakeLists.txt": cmake_lists(package, _has_messages(package))}
-    if package.examples and not package.meta:
+    more = _content(package)
+    return {"package.xml": package_xml(package, more), "CMakeLists.txt": cmake_lists(package, more), **more}
+
+
+def _content(package: NewPackage) -> dict[str, str]:
+    """Return what it has beside its manifest and CMakeLists.txt: path -> text."""
+    if package.meta:
+        return {}
+    files = {}
+    if package.examples:
         for base, _, names in os.walk(TEMPLATES):
             for name in sorted(names):
                 path = Path(base, name)
                 text = path.read_text(encoding="utf-8")
                 text = text.replace("@NAME@", package.name).replace("@DESCRIPTION@", _description(package))
                 files[path.relative_to(TEMPLATES).as_posix()] = text
-    return files
+    return {**files, **package.files}
 
 
 def _description(package: NewPackage) -> str:
     return package.description or f"The {package.name} package"
 
 
-def package_xml(package: NewPackage) -> str:
-    """Return the text of package.xml, format 2."""
+def package_xml(package: NewPackage, files: Collection[str]) -> str:
+    """Return the text of package.xml, format 2.
+
+    Args:
+        package: the new package.
+        files: the paths in it of its definitions, if it has some.
+    """
+    defines = has_definitions(files)
     lines = ['<?xml version="1.0"?>', '<package format="2">', f"  <name>{package.name}</name>"]
     lines += [
         f"  <version>{package.version}</version>",
@@ -118,8 +133,10 @@ def package_xml(package: NewPackage) -> str:
         lines += [f"  <exec_depend>{escape(each)}</exec_depend>" for each in sorted(package.depends)]
         lines += ["", "  <export>", "    <metapackage/>", "  </export>"]
     else:
-        lines += [f"  <depend>{escape(each)}</depend>" for each in _depends(package)]
-        if _has_messages(package):
+        depends = _depends(package, defines)
+        lines += [f"  <depend>{escape(each)}</depend>" for each in depends]
+        lines += [f"  <exec_depend>{escape(each)}</exec_depend>" for each in sorted({*package.runs} - {*depends})]
+        if defines:
             lines += ["  <build_depend>message_generation</build_depend>"]
             lines += [f"  <{tag}>message_runtime</{tag}>" for tag in ("build_export_depend", "exec_depend")]
         else:
@@ -129,13 +146,9 @@ def package_xml(package: NewPackage) -> str:
     return "\n".join([*lines, "</package>", ""])
 
 
-def _depends(package: NewPackage) -> list[str]:
-    generated = {"message_generation", "message_runtime"} if _has_messages(package) else set()
+def _depends(package: NewPackage, defines: bool) -> list[str]:
+    generated = {"message_generation", "message_runtime"} if defines else set()
     return sorted({*package.depends, *package.system, *(["boost"] if package.boost else [])} - generated)
-
-
-def _has_messages(package: NewPackage) -> bool:
-    return package.examples and not package.meta
 
 
 def _person(tag: str, text: str) -> str:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 
 @dataclass
@@ -13,15 +13,18 @@ class NewPackage:
     Attributes:
         name: name of the package.
         depends: packages on which it depends, to build and to run.
+        runs: packages on which it depends to run only.
         system: dependencies on the system, by their rosdep keys.
         boost: components of Boost to link with.
         version, description, licenses, authors, maintainers: for package.xml; people as ``Name <address>``.
         meta: whether it is a metapackage.
         examples: whether to add example nodes, a message and a launch file.
+        files: further files: path in the package -> text. Those that begin with ``#!`` are made executable.
     """
 
     name: str
     depends: Sequence[str] = ()
+    runs: Sequence[str] = ()
     system: Sequence[str] = ()
     boost: Sequence[str] = ()
     version: str = "0.0.0"
@@ -31,3 +34,4 @@ class NewPackage:
     maintainers: Sequence[str] = ()
     meta: bool = False
     examples: bool = True
+    files: Mapping[str, str] = field(default_factory=dict)

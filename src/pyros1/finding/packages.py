@@ -33,8 +33,9 @@ if TYPE_CHECKING:
 OWN_PACKAGES = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "packages")
 """Folder of the ROS packages that are part of pyros1."""
 
-_COMMENT = re.compile("<!--.*?-->", re.DOTALL)
-_NAME_TAG = re.compile(r"<name\s*>\s*([^<\s]+)\s*</name\s*>")
+# Compiled when needed, which most nodes never do.
+_COMMENT = "(?s)<!--.*?-->"
+_NAME_TAG = r"<name\s*>\s*([^<\s]+)\s*</name\s*>"
 _MOST_OF_A_MANIFEST = 1 << 20
 """Most characters of a package.xml that are read to find the name."""
 _IGNORE_MARKS = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
@@ -296,12 +297,12 @@ def _package_name(folder: str) -> str | None:
 
 def without_comments(text: str) -> str:
     """Return a manifest's text without comments."""
-    return _COMMENT.sub("", text)
+    return re.sub(_COMMENT, "", text)
 
 
 def name_in(text: str) -> str:
     """Return the package name in a manifest's text without comments; empty if it has none."""
-    match = _NAME_TAG.search(text)
+    match = re.search(_NAME_TAG, text)
     return match[1] if match else ""
 
 

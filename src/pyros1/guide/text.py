@@ -1,39 +1,49 @@
-"""The steps of the guide, which are files in Markdown.
+"""The steps of the guide and its how-to pages, which are files in Markdown.
 
 In a step's ``console`` blocks a line with ``$`` is a command, and what follows is what it prints; ``...`` stands for
 lines that are left out, ``^C`` for the key. A block with a file's name after its language is a file that the reader
-makes.
+makes. Pages also have tables and links; pictures are for those who read the files in the repository.
 """
 
 from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 STEPS = Path(__file__).parent / "steps"
+HOWTO = Path(__file__).parent / "howto"
 _BOLD, _RESET = "\x1b[1m", "\x1b[0m"
 _CODE = re.compile(r"(?ms)^```(?P<language>\w+)(?: (?P<file>\S+))?\n(?P<text>.*?)^```$")
+_UNSEEN = re.compile(r"(?m)^<!--.*-->\n|!\[[^\]]*\]\([^)]*\)")
 _BREAK = re.compile(r"\n\s*\n|\n(?=- )")
+_RULE = re.compile(r"[|:\s-]+")
+_BAR = re.compile(r"(?<!\\)\|")
 _MARKS = {"# ": "title", "## ": "heading", "- ": "item"}
+_INLINE = re.compile(
+    r"`(?P<code>[^`]+)`|\*(?P<word>\w[^*]*)\*|\[(?P<label>[^\]]+)\]\((?P<to>[^)]+)\)|<(?P<link>http[^>]+)>"
+)
+_PAGE = re.compile(r"(\w+)\.md")
 
 
 class Block(NamedTuple):
-    """A part of a step.
+    """A part of a step or page.
 
     Attributes:
-        kind: "title", "heading", "paragraph", "item" (of a list) or "code".
-        text: in code as it is typed or printed; else one line, in which `code` and *words* may be marked.
-        language: of code: "console", "python", "xml" or "text".
+        kind: "title", "heading", "paragraph", "item" (of a list), "table" or "code".
+        text: in code as it is typed or printed; else one line, with marks for `code`, *words* and [links](x.md).
+        language: of code: "console", "python", "xml", "text" and others.
         file: name of the file that the reader makes of this code; empty if it is none.
+        rows: of a table, whose text is empty: the cells' texts; the first row is its head, whose cells may be empty.
     """
 
     kind: str
     text: str
     language: str = ""
     file: str = ""
+    rows: tuple[tuple[str, ...], ...] = ()
 
 
 class GuideStep(NamedTuple):
@@ -52,6 +62,11 @@ class GuideStep(NamedTuple):
     text: str
 
     @property
+    def heading(self) -> str:
+        """Number and title."""
+        return f"{self.number}. {self.title}"
+
+    @property
     def files(self) -> dict[str, str]:
         """The files that the reader makes: name -> content."""
         return {block.file: block.text for block in self.blocks if block.file}
@@ -64,21 +79,65 @@ class GuideStep(NamedTuple):
     @property
     def blocks(self) -> list[Block]:
         """Its parts, in their order."""
-        found: list[Block] = []
-        position = 0
-        for fence in _CODE.finditer(self.text):
-            found.extend(_prose(self.text[position : fence.start()]))
-            found.append(Block("code", fence["text"], fence["language"], fence["file"] or ""))
-            position = fence.end()
-        return [*found, *_prose(self.text[position:])]
+        return blocks(self.text)
+
+
+class GuidePage(NamedTuple):
+    """A page that says how to do one thing.
+
+    Attributes:
+        name: the word to ask for it.
+        heading: its title.
+        text: all of it, in Markdown.
+    """
+
+    name: str
+    heading: str
+    text: str
+
+    @property
+    def blocks(self) -> list[Block]:
+        """Its parts, in their order."""
+        return blocks(self.text)
+
+    def code(self, language: str, heading: str = "") -> list[str]:
+        """Return its blocks of code in a language; with a heading, only those under it."""
+        under = ""
+        found = []
+        for block in self.blocks:
+            under = block.text if block.kind == "heading" else under
+            if block.kind == "code" and block.language == language and heading in ("", under):
+                found.append(block.text)
+        return found
+
+
+def blocks(text: str) -> list[Block]:
+    """Return the parts of a text in Markdown, in their order."""
+    found: list[Block] = []
+    position = 0
+    for fence in _CODE.finditer(text):
+        found.extend(_prose(text[position : fence.start()]))
+        found.append(Block("code", fence["text"], fence["language"], fence["file"] or ""))
+        position = fence.end()
+    return [*found, *_prose(text[position:])]
 
 
 def _prose(text: str) -> Iterator[Block]:
-    for part in _BREAK.split(text.strip()):
-        line = " ".join(map(str.strip, part.splitlines()))
+    for part in _BREAK.split(_UNSEEN.sub("", text).strip()):
+        lines = [line.strip() for line in part.splitlines()]
+        if part.startswith("|"):
+            rows = [_cells(line) for line in lines if not _RULE.fullmatch(line) or line == lines[0]]
+            if any(map(any, rows)):
+                yield Block("table", "", rows=tuple(rows))
+            continue
+        line = " ".join(lines)
         mark = next((mark for mark in _MARKS if line.startswith(mark)), "")
         if line:
             yield Block(_MARKS.get(mark, "paragraph"), line.removeprefix(mark))
+
+
+def _cells(line: str) -> tuple[str, ...]:
+    return tuple(cell.strip().replace("\\|", "|") for cell in _BAR.split(line)[1:-1])
 
 
 def steps() -> list[GuideStep]:
@@ -91,35 +150,79 @@ def steps() -> list[GuideStep]:
     return found
 
 
-def for_terminal(step: GuideStep, width: int, colour: bool) -> str:
-    """Return a step as a terminal shows it.
+def pages() -> dict[str, GuidePage]:
+    """Return the how-to pages by their names."""
+    found = {}
+    for path in sorted(HOWTO.glob("*.md")):
+        text = path.read_text(encoding="utf-8")
+        found[path.stem] = GuidePage(path.stem, text.partition("\n")[0].lstrip("# "), text)
+    return found
+
+
+def for_terminal(page: GuideStep | GuidePage, width: int, colour: bool) -> str:
+    """Return a step or page as a terminal shows it.
 
     Args:
-        step: the step.
+        page: the step or page.
         width: of the terminal, in columns.
         colour: whether commands and headings are set off with escape sequences.
     """
 
     def strong(text: str) -> str:
-        return f"{_BOLD}{text}{_RESET}" if colour else text
+        return f"{_BOLD}{text}{_RESET}" if colour and text else text
 
     lines: list[str] = []
     before = ""
-    for block in step.blocks:
+    for block in page.blocks:
         if before and (before, block.kind) != ("item", "item"):
             lines.append("")
         before = block.kind
         if block.kind == "title":
-            lines.append(strong(f"{step.number}. {block.text}"))
+            lines.append(strong(page.heading))
         elif block.kind == "heading":
             lines.append(strong(block.text))
         elif block.kind == "code":
             lines.extend([strong(f"    {block.file}:")] * bool(block.file))
             lines.extend("    " + (strong(line) if line.startswith("$ ") else line) for line in block.text.splitlines())
+        elif block.kind == "table":
+            lines.extend(_table(block, width, strong))
         else:
-            text = re.sub(r"\*(\w[^*]*)\*", r"\1", block.text).replace("`", "")
-            dash, rest = ("- ", "  ") if block.kind == "item" else ("", "")
-            lines.extend(
-                textwrap.wrap(text, width, initial_indent=dash, subsequent_indent=rest, break_on_hyphens=False)
-            )
+            lines.extend(_wrapped(plain(block.text), width, "- " if block.kind == "item" else ""))
     return "\n".join(lines) + "\n"
+
+
+def plain(text: str) -> str:
+    """Return a line of a block without its marks; links say where they lead."""
+
+    def shown(found: re.Match[str]) -> str:
+        if found["label"] is None:
+            return found["code"] or found["word"] or found["link"]
+        name, label = _PAGE.fullmatch(found["to"]), plain(found["label"])
+        to = f"pyros1 guide howto {name[1]}" if name else found["to"]
+        return f"{label} ({to})" if name or to.startswith("http") else label
+
+    return _INLINE.sub(shown, text)
+
+
+def _table(table: Block, width: int, strong: Callable[[str], str]) -> Iterator[str]:
+    """Columns if they fit, else an item for each row."""
+    head, *rows = (tuple(map(plain, row)) for row in table.rows)
+    widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+    if sum(widths) + 2 * (len(widths) - 1) <= width:
+        for row in (head, *rows):
+            line = "  ".join(map(str.ljust, row, widths)).rstrip()
+            if line:
+                yield strong(line) if row is head else line
+        return
+    for first, *others in rows:
+        yield from _wrapped(first, width, "- ")
+        for name, cell in zip(head[1:], others, strict=True):
+            if cell:
+                yield from _wrapped(f"{name}: {cell}" if name and len(others) > 1 else cell, width, "  ")
+
+
+def _wrapped(text: str, width: int, before: str) -> list[str]:
+    """Lines of a width; those after the first begin with as many spaces as the first has words before it."""
+    return textwrap.wrap(
+        text, width, initial_indent=before, subsequent_indent=" " * len(before), break_on_hyphens=False
+    )

@@ -98,8 +98,12 @@ class MasterClient:
         """Call any method with the caller id and ``args``, and return the whole answer: ``[code, message, value]``."""
         return self._raw(method, self.caller_id, *args)
 
-    def multicall(self, calls: Sequence[tuple[str, Sequence[Any]]]) -> list[Any]:
+    def multicall(self, calls: Sequence[tuple[str, Sequence[Any]]], *, timeout: float | None = None) -> list[Any]:
         """Make many calls, in one round trip if the master can; each call gets the caller id as its first argument.
+
+        Args:
+            calls: method and arguments of each.
+            timeout: seconds that a round trip may take; None: the client's timeout.
 
         Returns:
             For each call its value, or the MasterError or ProtocolError of that call, which is not raised.
@@ -108,11 +112,11 @@ class MasterClient:
         if not self._one_by_one and len(calls) > 1:
             request = [{"methodName": method, "params": [self.caller_id, *args]} for method, args in calls]
             try:
-                replies = self._raw("system.multicall", request)
+                replies = self._raw("system.multicall", request, timeout=timeout)
             except MasterMethodError:
                 self._one_by_one = True
         if not isinstance(replies, list) or len(replies) != len(calls) or isinstance(replies[0], int):
-            return [self._attempt(method, args) for method, args in calls]
+            return [self._attempt(method, args, timeout) for method, args in calls]
         results: list[Any] = []
         for (method, _), reply in zip(calls, replies, strict=True):
             try:
@@ -125,10 +129,10 @@ class MasterClient:
                 results.append(error)
         return results
 
-    def _attempt(self, method: str, args: Sequence[Any]) -> Any:
+    def _attempt(self, method: str, args: Sequence[Any], timeout: float | None) -> Any:
         """Return the value of one call of a multicall, or its error."""
         try:
-            return self.call(method, *args)
+            return self.call(method, *args, timeout=timeout)
         except MasterUnreachableError:
             raise
         except Error as error:

@@ -171,7 +171,7 @@ class Node(ServiceMethods, TimeMethods):
             self._context,
             self.master,
             patience,
-            lambda: set_private(self.master, self.resolve, self.arguments.parameters),
+            lambda limit: set_private(self.master, self.resolve, self.arguments.parameters, limit),
         )
         if self._strict and "__log" not in self.arguments.special:  # launchers set parameters themselves
             for line in left_over(self.name, private, self.arguments.parameters):

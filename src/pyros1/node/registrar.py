@@ -295,12 +295,12 @@ def _inverse(entry: Entry) -> Entry:
     return (_INVERSE[method], name, rest[-1])  # (topic, type, caller_api) -> (topic, caller_api)
 
 
-def await_master(context: Context, master: MasterClient, patience: float | None, ask: Callable[[], _T]) -> _T:
+def await_master(context: Context, master: MasterClient, patience: float | None, ask: Callable[[float], _T]) -> _T:
     """Wait until the master answers, and ask it; log once that the node waits.
 
     Args:
         patience: seconds; None: no limit.
-        ask: calls the master; called again if the master ends just then.
+        ask: calls the master, with the seconds that it may take; called again if it does not answer.
 
     Returns:
         What ``ask`` returns.
@@ -313,8 +313,7 @@ def await_master(context: Context, master: MasterClient, patience: float | None,
     said = False
     while True:
         try:
-            master.ping(PING_TIMEOUT)
-            return ask()
+            return ask(PING_TIMEOUT)
         except MasterUnreachableError as error:
             context.check_running()  # Ctrl-C closes the connection to the master
             if until is not None and monotonic() >= until:

@@ -93,7 +93,10 @@ class TcprosServer:
         try:
             header = greeting.reader.feed(data)
         except ProtocolError as error:
-            self._refuse(greeting, str(error), None)
+            http = data.startswith((b"POST ", b"GET "))
+            self._refuse(
+                greeting, "this is an HTTP request; the node's API has another port" if http else str(error), None
+            )
             return
         if header is not None:
             self._hand_over(greeting, header)
@@ -133,7 +136,8 @@ class TcprosServer:
             who = header.get("callerid", "?")
             self._context.log.peer(WARN, "refused a connection of %s for %s: %s", who, what, reason)
         else:  # not a ROS node, or a broken one
-            self._context.log.peer(WARN, "refused a connection that names no topic or service: %s", reason)
+            text = "refused a connection from %s that names no topic or service: %s"
+            self._context.log.peer(WARN, text, _host(greeting.sock), reason)
         with contextlib.suppress(OSError):
             greeting.sock.send(encode_header({"error": reason}))
             greeting.sock.shutdown(socket.SHUT_WR)
@@ -155,6 +159,14 @@ class TcprosServer:
         self._acceptor.close()
         for greeting in list(self._greetings.values()):
             self._end(greeting)
+
+
+def _host(sock: socket.socket) -> str:
+    """The address of the machine at the other end of a connection."""
+    try:
+        return str(sock.getpeername()[0])
+    except OSError:
+        return "a machine that is gone"
 
 
 def open_ports(

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Triple = list[Any]
 
-_NAMESAKE = re.compile(r"\[(/[^\]]*)\] Reason: new node registered with same name")
+_NAMESAKE = r"\[(/[^\]]*)\] Reason: new node registered with same name"
 """What a master tells a node whose name another one has taken (M34)."""
 
 
@@ -190,7 +190,7 @@ class SlaveApi:
     def _shutdown(self, reason: Any = "") -> Triple:
         if not isinstance(reason, str):
             raise _BadArgumentError("parameter [msg] must be a string")
-        meant = _NAMESAKE.fullmatch(reason)
+        meant = re.fullmatch(_NAMESAKE, reason)
         if meant is not None and meant[1] != self._context.name:  # a dead node had our port, and was started again
             self._context.log.peer(WARN, "a request to end that was meant for %s is ignored", meant[1])
             return [1, "shutdown", 0]

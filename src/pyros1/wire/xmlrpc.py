@@ -63,12 +63,12 @@ class PreparedDict(dict[str, Any]):
 # --------------------------------------------------------------------------------------------------------------------
 # Writing. Every value gets an explicit type and no element is self-closing: roscpp's parser needs both.
 
-_NOT_XML: Final = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
+_NOT_XML: Final = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"  # compiled when needed: it takes 0.5 ms
 
 
 def _escape(text: str) -> str:
     if not text.isprintable():  # much cheaper than a search, and nearly always true
-        bad = _NOT_XML.search(text)
+        bad = re.search(_NOT_XML, text)
         if bad is not None:
             raise SerializationError(f"XML-RPC cannot carry the character {bad.group()!r} of the string {text[:40]!r}")
     if "&" in text:
@@ -192,7 +192,7 @@ def dumps_response(value: Any) -> bytes:
 
 def dumps_fault(code: int, text: str) -> bytes:
     """Return the body of a fault; characters that XML cannot carry are replaced, so this never fails."""
-    fault = _write({"faultCode": code, "faultString": _NOT_XML.sub("?", text)}, 0)
+    fault = _write({"faultCode": code, "faultString": re.sub(_NOT_XML, "?", text)}, 0)
     return f"{_HEAD}<methodResponse><fault>{fault}</fault></methodResponse>".encode()
 
 

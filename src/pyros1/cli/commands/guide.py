@@ -1,4 +1,4 @@
-"""``pyros1 guide``: an introduction, step by step, in the terminal."""
+"""``pyros1 guide``: an introduction, step by step, and how-to pages, in the terminal."""
 
 from __future__ import annotations
 
@@ -11,22 +11,26 @@ from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Command, Flag, Verb
 from pyros1.cli.shared.printing import use_colour
+from pyros1.ground.suggest import did_you_mean
 
 if TYPE_CHECKING:
-    from pyros1.guide.text import GuideStep
+    from pyros1.guide.text import GuidePage, GuideStep
 
 _WIDEST = 100
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """List the steps, show one, or check its exercise. Return 1 if something is missing."""
-    from pyros1.guide.text import for_terminal, steps  # noqa: PLC0415 - help needs none of it
+    """List the steps or pages, show one, or check a step's exercise. Return 1 if something is missing."""
+    from pyros1.guide.text import steps  # noqa: PLC0415 - help needs none of it
 
+    if args[:1] == ["howto"]:
+        return _howto(args[1:])
     known = steps()
     if not args:
         print("The guide: ROS 1 in steps that you type. pyros1 guide 1 shows the first.\n")
         print("\n".join(f"{step.number:3}. {step.title}" for step in known))
         print("\nEach ends with an exercise; pyros1 guide check 1 looks whether it is done.")
+        print("For what you want to do now, there are pages: pyros1 guide howto")
         return 0
     checking = args[0] == "check"
     words = args[1:] if checking else args
@@ -36,8 +40,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if options.write:
         return _write(step)
     if not checking:
-        width = min(shutil.get_terminal_size().columns, _WIDEST)
-        print(for_terminal(step, width, use_colour(sys.stdout)), end="")
+        _show(step)
         if step.files:
             print(f"\npyros1 guide -w {step.number} writes the files of this step into the folder where you are.")
         return 0
@@ -50,6 +53,31 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     after = f" Next: pyros1 guide {step.number + 1}" if step.number < len(known) else " That was the last step."
     print(f"{step.number}. {step.title}: done.{after}")
     return 0
+
+
+def _howto(names: list[str]) -> int:
+    """List the how-to pages, or show one."""
+    from pyros1.guide.text import pages  # noqa: PLC0415
+
+    known = pages()
+    if not names:
+        print("How to do one thing: pyros1 guide howto NAME shows a page.\n")
+        longest = max(map(len, known))
+        print("\n".join(f"  {page.name:{longest}}  {page.heading}" for page in known.values()))
+        return 0
+    if len(names) > 1 or names[0] not in known:
+        hint = did_you_mean(names[0], known) if len(names) == 1 else ""
+        raise UsageError(f"there is no page {' '.join(names)}{hint}; they are {', '.join(known)}")
+    _show(known[names[0]])
+    return 0
+
+
+def _show(page: GuideStep | GuidePage) -> None:
+    """Print a step or page."""
+    from pyros1.guide.text import for_terminal  # noqa: PLC0415
+
+    width = min(shutil.get_terminal_size().columns, _WIDEST)
+    print(for_terminal(page, width, use_colour(sys.stdout)), end="")
 
 
 def _write(step: GuideStep) -> int:
@@ -77,12 +105,15 @@ COMMAND = Command(
         "",
         Flag("-w", "--write", help="write the files of a step into this folder, so that you need not type them"),
         Argument("step", optional=True),
-        usage="[STEP | -w STEP | check STEP]\n\nAn introduction that you type along. Without arguments: the steps.",
+        usage="[STEP | -w STEP | check STEP | howto [NAME]]\n\n"
+        "An introduction that you type along, and pages on how to do one thing. Without arguments: the steps.",
         examples=[
             ("", "the steps"),
             ("3", "the third step"),
             ("-w 2", "write its files"),
             ("check 3", "whether its exercise is done, and what is missing"),
+            ("howto", "the pages"),
+            ("howto actions", "how to offer and ask for goals that take time"),
         ],
         run=run,
     ),

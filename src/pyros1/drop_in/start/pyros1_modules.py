@@ -3,6 +3,7 @@
 # `pyros1 run`, `launch`, `test` and `setup` put this folder on PYTHONPATH, where sitecustomize.py imports this module;
 # `pyros1 rospy enable` writes a .pth file that does. It must work, and do no harm, in any Python: also in one without
 # pyros1, and in Python 2.
+import gc
 import os
 import sys
 
@@ -49,12 +50,16 @@ class Waiting(object):
         if self.busy == get_ident():
             return None  # the import below asks for a module that is nowhere
         self.busy = get_ident()
+        collects = gc.isenabled()
+        gc.disable()  # as pyros1.ground.loading does
         try:
             from pyros1.drop_in.finder import install
         except (ImportError, SyntaxError):  # it has none, or is too old to read it
             return None
         finally:
             self.busy = None
+            if collects:
+                gc.enable()
         if self in sys.meta_path:
             sys.meta_path.remove(self)
         return install()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import signal
 import sys
 import threading
 import time
@@ -15,6 +14,7 @@ from pyros1.launch.running.process import Process
 from pyros1.launch.running.usage import UNKNOWN, Usage
 
 _LOST = 255
+_KILL = 9  # SIGKILL of the machine there, which this one may lack
 ANSWER_TIME = 10.0
 """Timeout in seconds for the other machine's answer that a node was started."""
 
@@ -117,7 +117,7 @@ class RemoteProcess(Process):
                 self._over(int(message.get("code", 0)))
         elif self._given_up:
             if event == "started":  # too late: it is unknown here now
-                self._machine.send({"do": "signal", "label": self.spec.label, "number": int(signal.SIGKILL)})
+                self._machine.send({"do": "signal", "label": self.spec.label, "number": _KILL})
         else:
             self._pid = int(message.get("pid", 0))
             self._running = event == "started"

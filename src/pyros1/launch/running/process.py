@@ -14,11 +14,14 @@ from typing import TYPE_CHECKING
 
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.usage import UNKNOWN, Usage
-from pyros1.launch.running.warden import group_exists, leaderless
+from pyros1.launch.running.warden import GROUPS, group_exists, leaderless
 
 if TYPE_CHECKING:
     from pyros1.launch.running.screen import Screen
     from pyros1.launch.running.warden import Warden
+
+KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
+"""The signal that nobody can ignore."""
 
 
 @dataclass
@@ -141,9 +144,15 @@ class Process:
         self.on_exit(self)
 
     def signal(self, number: int) -> None:
-        """Send a signal to the process group."""
+        """Send a signal to the process group.
+
+        Without process groups a terminal's Ctrl-C has reached the process, too; all later signals end it at once.
+        """
         popen = self._popen
-        if popen is not None and not self._ended.is_set():
+        if not GROUPS:
+            if popen is not None and number != signal.SIGINT:
+                popen.terminate()
+        elif popen is not None and not self._ended.is_set():
             try:
                 os.killpg(popen.pid, number)
             except ProcessLookupError:
@@ -173,7 +182,7 @@ class Process:
 
     def kill(self) -> None:
         """Kill it at once."""
-        self.signal(signal.SIGKILL)
+        self.signal(KILL)
 
 
 def _popen(spec: ProcessSpec, out: int | None, err: int | None) -> subprocess.Popen[bytes]:

@@ -41,7 +41,7 @@ class Screen:
         """
         ends, readers = [], []
         for stream in self._streams:
-            reading, writing = os.openpty() if stream.isatty() else os.pipe()
+            reading, writing = os.openpty() if stream.isatty() and hasattr(os, "openpty") else os.pipe()
             ends.append(writing)
             arguments = (reading, stream, self.tag(spec.node, stream))
             # A daemon, since children of an ended node may keep its output open for ever.

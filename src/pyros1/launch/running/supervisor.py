@@ -16,12 +16,13 @@ from typing import Literal, NamedTuple
 from pyros1.ground.errors import LaunchError
 from pyros1.ground.interrupts import Insistence, catch
 from pyros1.launch.running.console import Console
-from pyros1.launch.running.process import Process
+from pyros1.launch.running.process import KILL, Process
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.screen import Screen
-from pyros1.launch.running.warden import Warden
+from pyros1.launch.running.warden import GROUPS, Warden
 
 _KILL_WAIT = 2.0
+_UNHEARD = 2.0  # seconds that processes have for ending by themselves where they cannot be sent SIGINT
 _REMAINS_POLL = 0.05
 ANSWER_LIMIT = 10.0
 """Seconds that the answer to the end of a required process may take before everything ends."""
@@ -65,11 +66,11 @@ class Supervisor:
     ) -> None:
         self._console = console
         self._stages = [
-            (signal.SIGINT, sigint_timeout),
+            (signal.SIGINT, sigint_timeout if GROUPS else min(sigint_timeout, _UNHEARD)),
             (signal.SIGTERM, sigterm_timeout),
-            (signal.SIGKILL, _KILL_WAIT),
+            (KILL, _KILL_WAIT),
         ]
-        self._guarded = guarded
+        self._guarded = guarded and GROUPS
         self._warden: Warden | None = None
         self._screen = screen
         # A SimpleQueue is safe in signal handlers, whatever the main thread was doing.

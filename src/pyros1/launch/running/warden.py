@@ -17,6 +17,8 @@ import sys
 import time
 from pathlib import Path
 
+GROUPS = hasattr(os, "killpg")
+"""Whether the system has process groups; without them (Windows) a launch knows only the processes that it started."""
 _POLL = 0.05
 _KILL_WAIT = 2.0
 
@@ -73,7 +75,7 @@ def living(groups: set[int]) -> set[int]:
     Zombies, which wait for process 1 to collect them, do not count where the system reports them.
     """
     there = set()
-    for group in groups:
+    for group in groups if GROUPS else ():
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(group, 0)
             there.add(group)
@@ -98,6 +100,8 @@ def leaderless(group: int) -> bool:
 
     If a process with the group's id exists, the id was reused and the group is a different one.
     """
+    if not GROUPS:
+        return False  # and os.kill(group, 0) would interrupt it: 0 is Ctrl-C there
     try:
         os.kill(group, 0)
     except ProcessLookupError:

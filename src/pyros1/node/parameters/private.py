@@ -13,25 +13,19 @@ if TYPE_CHECKING:
     from pyros1.ground.names import Arguments
     from pyros1.net.master_client import MasterClient
 
-_INT = re.compile(r"[-+]?(0|[1-9][0-9]*)\Z")
-_FLOAT = re.compile(r"[-+]?[0-9]+\.[0-9]*\Z")
-_WORD = re.compile(r"[A-Za-z/_][\w/.-]*\Z", re.ASCII)
+# Compiled when needed: most nodes have none.
+_INT = r"[-+]?(0|[1-9][0-9]*)\Z"
+_FLOAT = r"[-+]?[0-9]+\.[0-9]*\Z"
+_WORD = r"(?a)[A-Za-z/_][\w/.-]*\Z"
 _MOST_SHOWN = 5
 _KEYWORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
 
 
 def private_parameter(text: str) -> Any:
-    """Return the value of a parameter given as text.
-
-    Plain numbers and words are recognised at once; for the rest the YAML reader is loaded. Text that is not YAML is a
-    string.
-    """
-    if _INT.match(text):
-        return int(text)
-    if _FLOAT.match(text):
-        return float(text)
-    if _WORD.match(text) and text.lower() not in _KEYWORDS:
-        return text
+    """Return the value of a parameter given as text. Text that is not YAML is a string."""
+    plain = plain_value(text)
+    if plain is not None:
+        return plain
     from pyros1.ground.errors import Error  # noqa: PLC0415 - with the next
     from pyros1.values import load_yaml  # noqa: PLC0415 - takes 20 ms to load
 
@@ -40,6 +34,17 @@ def private_parameter(text: str) -> Any:
     except Error:
         return text
     return "" if value is None else value
+
+
+def plain_value(text: str) -> int | float | str | None:
+    """Return the value of a plain number or word; None for anything else, which takes a YAML reader."""
+    if re.match(_INT, text):
+        return int(text)
+    if re.match(_FLOAT, text):
+        return float(text)
+    if re.match(_WORD, text) and text.lower() not in _KEYWORDS:
+        return text
+    return None
 
 
 def odd_arguments(arguments: Arguments) -> list[str]:
@@ -54,13 +59,16 @@ def odd_arguments(arguments: Arguments) -> list[str]:
     return malformed + [hint for hint in map(argument_hint, suspects) if hint]
 
 
-def set_private(master: MasterClient, resolve: Callable[[str], str], given: Mapping[str, str]) -> tuple[Any, Any]:
+def set_private(
+    master: MasterClient, resolve: Callable[[str], str], given: Mapping[str, str], timeout: float
+) -> tuple[Any, Any]:
     """Set a node's private parameters, in one call.
 
     Args:
         master: the node's client of the master.
         resolve: returns the full name that a name stands for.
         given: name without ``~`` -> value as text.
+        timeout: seconds that the master may take.
 
     Returns:
         /use_sim_time, and the tree of all private parameters, which the node needs at its start; an Error in place of
@@ -70,7 +78,7 @@ def set_private(master: MasterClient, resolve: Callable[[str], str], given: Mapp
         ("setParam", (resolve("~" + key), private_parameter(text))) for key, text in given.items()
     ]
     *_, sim_time, private = master.multicall(
-        [*settings, ("getParam", ("/use_sim_time",)), ("getParam", (master.caller_id,))]
+        [*settings, ("getParam", ("/use_sim_time",)), ("getParam", (master.caller_id,))], timeout=timeout
     )
     return sim_time, private
 

@@ -9,18 +9,28 @@ from pyros1.guide import text
 from pyros1.web.robot import Robot
 
 
+def _blocks(page: text.GuideStep | text.GuidePage) -> list[dict[str, Any]]:
+    return [block._asdict() for block in page.blocks]
+
+
 def steps(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the steps of the guide: number, name, title, and blocks, see `pyros1.guide.text.Block`."""
+    """Return the steps of the guide: number, name, title, heading, and blocks, see `pyros1.guide.text.Block`."""
     return [
         {
             "number": step.number,
             "name": step.name,
             "title": step.title,
-            "blocks": [block._asdict() for block in step.blocks],
+            "heading": step.heading,
+            "blocks": _blocks(step),
         }
         for step in text.steps()
     ]
 
 
-CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"steps": steps}
+def pages(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the how-to pages: name, heading, and blocks, see `pyros1.guide.text.Block`."""
+    return [{"name": page.name, "heading": page.heading, "blocks": _blocks(page)} for page in text.pages().values()]
+
+
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"steps": steps, "pages": pages}
 CHANGES: frozenset[str] = frozenset()

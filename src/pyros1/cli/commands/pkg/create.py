@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
+from argparse import Namespace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +18,10 @@ from pyros1.finding.crawl import all_packages
 from pyros1.finding.create import CreateError, create, name_problem
 from pyros1.finding.library import SHIPPED
 from pyros1.finding.new_package import NewPackage
+from pyros1.guide.catalogue import CATALOGUE, FACES, ExampleError, builds_with, example, gather, tries
 
 _STOCK = ("catkin_create_pkg", "roscreate-pkg")
+_WIDTH = 16  # columns for an example's name
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -26,6 +30,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     Returns:
         The exit code: if the package could not be created 1, or 2 under the stock tools' names.
     """
+    if options.list_examples:
+        for each in CATALOGUE:
+            print(f"{each.name:<{_WIDTH}}{each.about}{'' if each.faces == FACES else f' ({each.faces[0]} only)'}")
+        return 0
     called = _called()
     stock = called in _STOCK
     problem = name_problem(options.name)
@@ -34,9 +42,16 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         return 1
     if problem:
         print(f"WARNING: '{options.name}' is not a good package name: {problem}", file=sys.stderr)
+    try:
+        examples = [example(name, options.face) for name in dict.fromkeys(options.example or ())]
+    except ExampleError as error:
+        print(f"ERROR: {error}", file=sys.stderr)
+        return 1
+    needs = [need for each in examples for need in each.needs(options.face)]
     package = NewPackage(
         options.name,
-        depends=options.dependencies,
+        depends=[*options.dependencies, *(need for need in needs if builds_with(need))],
+        runs=[need for need in needs if not builds_with(need)],
         system=options.sys_deps or (),
         boost=options.boost_comps or (),
         version=options.pkg_version,
@@ -45,7 +60,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         authors=options.author or (),
         maintainers=options.maintainer or (),
         meta=options.meta,
-        examples=not (stock or options.no_examples),
+        examples=not (stock or options.no_examples or examples),
+        files=gather(examples, options.face, options.name) if examples else {},
     )
     known = {found.name: found.folder for found in reversed(all_packages(os.environ))}
     try:
@@ -53,11 +69,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     except CreateError as error:
         print(f"{called if stock else 'ERROR'}: {error}", file=sys.stderr)
         return 2 if stock else 1
-    _warn(package, known)
+    _warn(options.name, options.dependencies, known)
     if stock:
         _say_as_stock(package, made)
     else:
-        _say(package, made)
+        _say(package, made, tries(examples, package.name) if examples else _minimal(package))
     return 0
 
 
@@ -69,17 +85,29 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     called = _called()
     stock = called in _STOCK
     words = invocation.argv[1:]
+    if "--list-examples" in words and not stock:
+        return Namespace(list_examples=True), []
     tool = Invocation("pkg", called if stock else "", words, with_verb=False)
     parser = make_parser(tool, verb)
     if stock:
         parser.prog = called
     add_parts(parser, tool, *verb.arguments, *(option for option in verb.options if not (option.own and stock)))
-    return (parser.parse_args(words) if stock else parser.parse_intermixed_args(words)), []
+    usual = Namespace(example=None, face=FACES[0], no_examples=False, list_examples=False)
+    return (parser.parse_args(words, usual) if stock else parser.parse_intermixed_args(words, usual)), []
 
 
 VERB = Verb(
     "create",
     "create a package",
+    Option(
+        "-e", "--example", action="append", own=True,
+        help="an example to copy in place of the minimal ones; may be given several times",
+    ),
+    Option(
+        "--face", choices=FACES, default=FACES[0], own=True,
+        help="what the examples are written with: node (pyros1.Node, the default) or rospy",
+    ),
+    Flag("--list-examples", help="list the examples, and do nothing else", own=True),
     Flag("--no-examples", help="do not add example nodes, message and launch file", own=True),
     Flag("--meta", help="create a metapackage"),
     Option("-s", "--sys-deps", nargs="*", help="system dependencies"),
@@ -95,27 +123,30 @@ VERB = Verb(
     description="Creates a new package",
     examples=[
         ("my_robot std_msgs", "with example nodes, a message and a launch file, ready to run"),
+        ("my_robot --example service --example timer", "with these examples, ready to run"),
+        ("my_robot --example launch --face rospy", "with an example that is written with rospy"),
+        ("--list-examples", "the examples that there are"),
         ("my_robot --no-examples roscpp", "package.xml and CMakeLists.txt only"),
     ],
     stock="catkin_create_pkg",
     parse=_parse,
     run=run,
-)
+)  # fmt: skip
 
 
-def _warn(package: NewPackage, known: dict[str, str]) -> None:
+def _warn(package: str, depends: Sequence[str], known: dict[str, str]) -> None:
     """Warn about dependencies that are not installed, and about another package of the same name."""
     types = set(os.listdir(SHIPPED))
-    for name in package.depends:
+    for name in depends:
         if name not in known and name not in types:
             hint = did_you_mean(name, {*known, *types})
             print(
                 f"WARNING: package '{name}' is not on this machine{hint}; the dependency was added anyway",
                 file=sys.stderr,
             )
-    other = known.get(package.name)
+    other = known.get(package)
     if other is not None:
-        print(f"WARNING: there is another package '{package.name}' in {other}", file=sys.stderr)
+        print(f"WARNING: there is another package '{package}' in {other}", file=sys.stderr)
 
 
 def _say_as_stock(package: NewPackage, made: list[str]) -> None:
@@ -125,14 +156,19 @@ def _say_as_stock(package: NewPackage, made: list[str]) -> None:
     print(f"Successfully created files in {folder}. Please adjust the values in package.xml.")
 
 
-def _say(package: NewPackage, made: list[str]) -> None:
+def _minimal(package: NewPackage) -> list[str]:
+    """Return the commands that show what the minimal examples do, if the package has them."""
+    words = ["launch {} minimal.launch", "run {} minimal_publisher", "msg show {}/Measurement"]
+    return [f"pyros1 {line.format(package.name)}" for line in words if package.examples and not package.meta]
+
+
+def _say(package: NewPackage, made: list[str], commands: list[str]) -> None:
     for name in made:
         print(f"created {name}")
-    if package.examples and not package.meta:
+    if commands:
         print("\nTry it:")
-        print(f"  pyros1 launch {package.name} minimal.launch")
-        print(f"  pyros1 run {package.name} minimal_publisher")
-        print(f"  pyros1 msg show {package.name}/Measurement")
+        for command in commands:
+            print(f"  {command}")
     here = str(Path.cwd())
     set_before = dict(os.environ)
     add_packages_here(os.environ)

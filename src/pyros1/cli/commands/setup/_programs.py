@@ -29,8 +29,10 @@ def make_programs(names: Mapping[str, tuple[str, ...]], environ: Mapping[str, st
         The folder.
 
     Raises:
-        SetupError: no possible folder can be written.
+        SetupError: no possible folder can be written, or the system is not one with shells of Unix.
     """
+    if not hasattr(os, "getuid"):
+        raise SetupError("this is for shells of Unix: here, type pyros1 before each command, as in pyros1 topic list")
     package = str(Path(__file__).resolve().parents[4])
     number = crc32(f"{sys.executable}\n{package}".encode())
     home = environ.get("XDG_DATA_HOME") or os.path.join(os.path.expanduser("~"), ".local", "share")

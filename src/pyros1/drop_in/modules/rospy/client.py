@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import pyros1
@@ -14,7 +15,6 @@ from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground import names
 from pyros1.ground.errors import (
-    Error,
     MasterError,
     NodeError,
     NodeShutdownError,
@@ -22,9 +22,10 @@ from pyros1.ground.errors import (
     SerializationError,
     WaitTimeoutError,
 )
+from pyros1.ground.loading import loading
 from rospy.core import add_client_shutdown_hook, logdebug, logerr, loginfo, logwarn, register_signals, signal_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
-from rospy.msproxy import MasterProxy
+from rospy.msproxy import MasterProxy, reaching
 from rospy.names import as_text, get_caller_id, resolve_name
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
@@ -49,18 +50,29 @@ def myargv(argv: list[str] | None = None) -> list[str]:
 
 
 def load_command_line_node_params(argv: list[str]) -> dict[str, Any]:
-    """Return the private parameters of a command line.
+    """Return the private parameters of a command line. Their values are YAML, without the angles of launch files.
 
     Raises:
-        ROSInitException: a value is not YAML.
+        ROSInitException: a value is not YAML; or an argument has ``:=`` twice.
     """
-    from pyros1.values import load_yaml
-
-    given = names.parse_arguments(list(argv)).parameters
+    given = names.parse_arguments([word for word in argv if "\n" not in word])  # those are ignored in stock
     try:
-        return {key: load_yaml(text) for key, text in given.items() if text}
-    except Error as error:
+        if given.malformed:
+            raise ValueError(f"{given.malformed[0]!r} has more than one ':='")
+        return {key: _value(text.strip()) for key, text in given.parameters.items() if key and text.strip()}
+    except Exception as error:
         raise ROSInitException(f"invalid command-line parameters: {error}") from error
+
+
+def _value(text: str) -> Any:
+    from pyros1.node.parameters.private import plain_value
+
+    plain = plain_value(text)
+    if plain is not None:
+        return plain
+    import yaml
+
+    return yaml.safe_load(text)
 
 
 def init_node(
@@ -88,7 +100,8 @@ def init_node(
 
     Raises:
         ROSException: there is a node already, started with other arguments.
-        ROSInitException: the node could not be started.
+        ROSInitException: the node could not be started; or a private parameter on the command line is not YAML.
+        TypeError, OverflowError: XML-RPC has no such value for a private parameter.
         ValueError: the name is not legal; or this is not the main thread, and signals are not disabled.
     """
     if not name:
@@ -97,7 +110,8 @@ def init_node(
         raise ValueError("namespaces are not allowed in node names")
     line = list(sys.argv if argv is None else argv)
     arguments = (name, line, anonymous, log_level, disable_rostime, disable_signals)
-    from rospy.impl import rosout
+    with loading():
+        from rospy.impl import rosout
 
     with PROCESS.start_lock:  # other threads wait for the one node
         if PROCESS.node is not None:
@@ -116,9 +130,10 @@ def init_node(
 
         def make() -> pyros1.Node:
             config = rosout.configure(level)
+            private = load_command_line_node_params(line)
             node = pyros1.Node(
                 name,
-                argv=[word for word in line if not word.rstrip().endswith(":=")],  # ignored in stock
+                argv=[word for word in line if not _is_ignored(word)],
                 anonymous=anonymous,
                 log_level=_LEVELS[level],
                 handle_signals=not disable_signals,
@@ -128,8 +143,11 @@ def init_node(
                 strict_names=False,
             )
             try:
+                for key, value in private.items():
+                    with _carried(), reaching():
+                        node.params["~" + key] = value
                 rosout.connect(node, line, config)
-            except BaseException:  # the configuration of the log is wrong
+            except BaseException:  # XML-RPC has no such value, or the configuration of the log is wrong
                 node.shutdown()
                 raise
             return node
@@ -144,6 +162,12 @@ def init_node(
             rosout.show_topic()
     full = get_caller_id()
     logdebug("init_node, name[%s], pid[%s]: rospy is pyros1's, %s", full, os.getpid(), os.path.dirname(__file__))
+
+
+def _is_ignored(word: str) -> bool:
+    """Tell whether the node is not to see an argument: a private parameter, or what stock ignores."""
+    private = word.startswith("_") and not word.startswith("__") and ":=" in word
+    return private or "\n" in word or word.rstrip().endswith(":=")
 
 
 _LEVELS = {DEBUG: "debug", INFO: "info", WARN: "warn", ERROR: "error", FATAL: "fatal"}
@@ -276,8 +300,15 @@ def set_param(param_name: str, param_value: Any) -> None:
         TypeError: it is not a bool, number, str, bytes, or a list or dict of these.
         OverflowError: a number has more than 32 bits.
     """
-    try:
+    with _carried():
         get_master()[param_name] = param_value
+
+
+@contextmanager
+def _carried() -> Iterator[None]:
+    """Raise TypeError or OverflowError, as stock, for a value that XML-RPC cannot carry."""
+    try:
+        yield
     except SerializationError as error:
         raise (OverflowError if "does not fit" in str(error) else TypeError)(str(error)) from None
 

@@ -1,4 +1,4 @@
-// The guide: ROS 1 in steps that one types into a terminal, beside panels that show what happens.
+// The guide: ROS 1 in steps that one types into a terminal, beside panels that show what happens; and how-to pages.
 
 import { empty, fill, h } from "../lib/dom.js";
 
@@ -18,6 +18,8 @@ const BESIDE = {
   machines: [["nodes", "Nodes"]],
 };
 
+const PAGE = "howto/"; // begins the names of how-to pages in settings
+
 export default {
   title: "Guide",
   description: "learn ROS 1 step by step",
@@ -30,13 +32,13 @@ export default {
 class Guide {
   constructor(place) {
     this.place = place;
-    this.steps = [];
+    this.pages = []; // the steps, and then the others, which have no number
     if (!document.getElementById("guide-style")) {
       document.head.append(h("link", { id: "guide-style", rel: "stylesheet", href: "panels/guide.css" }));
     }
-    this.which = h("select", { "aria-label": "step", onchange: () => this._show(this.which.selectedIndex) });
-    this.back = h("button.quiet", { title: "the step before", "aria-label": "the step before", onclick: () => this._show(this.at - 1) }, "◂");
-    this.next = h("button.quiet", { title: "the next step", "aria-label": "the next step", onclick: () => this._show(this.at + 1) }, "▸");
+    this.which = h("select", { "aria-label": "step or page", onchange: () => this._show(this.which.selectedIndex) });
+    this.back = h("button.quiet", { title: "the page before", "aria-label": "the page before", onclick: () => this._show(this.at - 1) }, "◂");
+    this.next = h("button.quiet", { title: "the next page", "aria-label": "the next page", onclick: () => this._show(this.at + 1) }, "▸");
     place.tools.append(this.back, this.which, this.next);
     place.body.classList.add("guide");
     this.text = h("article.guide-text", { tabIndex: 0 });
@@ -50,29 +52,37 @@ class Guide {
 
   async _load() {
     try {
-      this.steps = await this.place.robot.call("guide.steps", {});
+      const { robot } = this.place;
+      const [steps, pages] = await Promise.all([robot.call("guide.steps", {}), robot.call("guide.pages", {})]);
+      this.pages = [...steps, ...pages.map((page) => ({ ...page, name: `${PAGE}${page.name}` }))];
     } catch (error) {
       if (!this.gone) this.place.problem(error.message);
       return;
     }
     if (this.gone) return;
-    fill(this.which, this.steps.map((step) => h("option", { value: step.name }, `${step.number}. ${step.title}`)));
-    const saved = this.steps.findIndex((step) => step.name === this.place.settings.step);
-    this._show(Math.max(0, saved));
+    const options = (pages) => pages.map((page) => h("option", { value: page.name }, page.heading));
+    fill(this.which,
+      h("optgroup", { label: "step by step" }, options(this.pages.filter((page) => page.number))),
+      h("optgroup", { label: "how to" }, options(this.pages.filter((page) => !page.number))));
+    this._show(Math.max(0, this._index(this.place.settings.step)));
+  }
+
+  _index(name) {
+    return this.pages.findIndex((page) => page.name === name);
   }
 
   _show(index) {
-    const step = this.steps[index];
-    if (!step) {
+    const page = this.pages[index];
+    if (!page) {
       fill(this.text, empty("The guide has no steps", "Is pyros1 installed completely?"));
       return;
     }
     this.at = index;
     this.which.selectedIndex = index;
     this.back.disabled = index === 0;
-    this.next.disabled = index === this.steps.length - 1;
-    this.place.save({ step: step.name });
-    fill(this.text, this._beside(step), blocks(step), this._end(step, this.steps[index + 1]));
+    this.next.disabled = index === this.pages.length - 1;
+    this.place.save({ step: page.name });
+    fill(this.text, this._beside(page), blocks(page, (name) => this._show(this._index(`${PAGE}${name}`))), this._end(page));
     this.text.scrollTop = 0;
   }
 
@@ -83,21 +93,25 @@ class Guide {
       h("button.quiet", { title: `show ${title} beside this`, onclick: () => this.place.open(name, settings || {}) }, title))));
   }
 
-  _end(step, next) {
+  _end(step) {
+    if (!step.number) return null;
+    const next = this.pages[this.at + 1];
     return h("div.guide-end", {},
       h("p", {}, "Done? ", copied(`pyros1 guide check ${step.number}`), " in the folder where you type says what is missing."),
-      next && h("button.primary", { onclick: () => this._show(this.at + 1) }, `Next: ${next.title}`));
+      next?.number && h("button.primary", { onclick: () => this._show(this.at + 1) }, `Next: ${next.title}`));
   }
 }
 
-// The step's blocks as elements; items that follow one another are one list.
-function blocks(step) {
+// The page's blocks as elements; items that follow one another are one list. `open` shows the how-to page of a name.
+function blocks(page, open) {
   const made = [];
-  for (const { kind, text, language, file } of step.blocks) {
+  const inline = (text) => line(text, open);
+  for (const { kind, text, language, file, rows } of page.blocks) {
     const last = made.at(-1);
-    if (kind === "title") made.push(h("h2", {}, `${step.number}. ${text}`));
+    if (kind === "title") made.push(h("h2", {}, page.heading));
     else if (kind === "heading") made.push(h("h3", {}, text));
     else if (kind === "paragraph") made.push(h("p", {}, inline(text)));
+    else if (kind === "table") made.push(table(rows, inline));
     else if (kind === "code") made.push(code(text, language, file));
     else if (last?.tagName === "UL") last.append(h("li", {}, inline(text)));
     else made.push(h("ul", {}, h("li", {}, inline(text))));
@@ -105,12 +119,23 @@ function blocks(step) {
   return made;
 }
 
-// `code` and *words that matter* in a line of text.
-function inline(text) {
-  return text.split(/(`[^`]+`|\*\w[^*]*\*)/).map((part) => {
+function table([head, ...rows], inline) {
+  const cells = (row, kind) => h("tr", {}, row.map((cell) => h(kind, {}, inline(cell))));
+  return h("div.guide-table", {}, h("table", {},
+    head.some(Boolean) && h("thead", {}, cells(head, "th")), h("tbody", {}, rows.map((row) => cells(row, "td")))));
+}
+
+// `code`, *words that matter* and [links](page.md) in a line of text. Files of the repository are named, not linked.
+function line(text, open) {
+  return text.split(/(`[^`]+`|\*\w[^*]*\*|\[[^\]]+\]\([^)]+\)|<http[^>]+>)/).map((part) => {
     if (part.length > 1 && part.startsWith("`")) return h("code", {}, part.slice(1, -1));
     if (part.length > 1 && part.startsWith("*")) return h("em", {}, part.slice(1, -1));
-    return part;
+    const [, text, to] = part.match(/^\[(.+)\]\((.+)\)$/) || part.match(/^<((http.+))>$/) || [];
+    const label = text && (part.startsWith("[") ? line(text, open) : text);
+    const page = to?.match(/^(\w+)\.md$/);
+    if (page) return h("button.guide-link", { onclick: () => open(page[1]) }, label);
+    if (to?.startsWith("http")) return h("a", { href: to, target: "_blank", rel: "noreferrer" }, label);
+    return label || part;
   });
 }
 

@@ -1,24 +1,21 @@
-"""The README's program with a parameter that others change, words on errors, and a lenient client."""
+"""The guide's program with a parameter that others change, words on errors, and a lenient client."""
 
 from __future__ import annotations
 
 import os
 import queue
-import re
 import signal
 import subprocess
 import sys
-from pathlib import Path
 from typing import Any
 
 import pytest
 
+from pyros1.guide.text import pages
 from pyros1.msgs import from_definition
 from pyros1.msgs.rosgraph_msgs.msg import Log
 from pyros1.msgs.std_msgs.msg import Empty
 from pyros1.msgs.std_srvs.srv import Trigger
-
-README = Path(__file__).resolve().parents[2] / "README.md"
 
 
 class OpenValve(Trigger):
@@ -28,14 +25,13 @@ class OpenValve(Trigger):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")
-def test_the_program_of_the_readme(make_node: Any, environ: dict[str, str]) -> None:
-    section = re.search(r"^### Parameters, errors.*?^```python\n(.*?)^```", README.read_text("utf-8"), re.M | re.S)
-    assert section is not None
+def test_the_program_of_the_page(make_node: Any, environ: dict[str, str]) -> None:
+    (program,) = pages()["nodes"].code("python", "Parameters, errors, other people's services")
     node = make_node("test")
     said: queue.Queue[str] = queue.Queue()
     node.subscribe("/rosout", Log, lambda record: record.name == "/pump" and said.put(record.msg))
     start = node.advertise("start", Empty, latch=True)
-    child = subprocess.Popen([sys.executable, "-c", section[1]], env={**os.environ, **environ})
+    child = subprocess.Popen([sys.executable, "-c", program], env={**os.environ, **environ})
     try:
         start.publish(Empty())
         error = said.get(timeout=20)

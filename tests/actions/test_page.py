@@ -1,24 +1,20 @@
-"""The README's programs with actions."""
+"""The guide's programs with actions."""
 
 from __future__ import annotations
 
 import os
-import re
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
-README = Path(__file__).resolve().parents[2] / "README.md"
+from pyros1.guide.text import pages
 
 
 def programs() -> list[str]:
-    section = re.search(r"^### Actions\n(.*?)^##", README.read_text(encoding="utf-8"), re.M | re.S)
-    assert section is not None
-    return re.findall(r"^```python\n(.*?)^```", section[1], re.M | re.S)
+    return pages()["actions"].code("python")
 
 
 def start(text: str, environ: dict[str, str]) -> subprocess.Popen[str]:
@@ -41,7 +37,7 @@ def server(environ: dict[str, str]) -> Iterator[None]:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")
 @pytest.mark.parametrize("number", [1, 2], ids=["node", "asyncio"])
-def test_the_programs_of_the_readme(server: None, environ: dict[str, str], number: int) -> None:
+def test_the_programs_of_the_page(server: None, environ: dict[str, str], number: int) -> None:
     with start(programs()[number], environ) as child:
         out, _ = child.communicate(timeout=30)
     assert child.returncode == 0

@@ -1,27 +1,25 @@
-"""The README's programs with filters, parameters that change, and diagnostics."""
+"""The guide's programs with filters, parameters that change, and diagnostics."""
 
 from __future__ import annotations
 
 import os
 import queue
-import re
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from pyros1.ground.timing import Time
+from pyros1.guide.text import pages
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray
 from pyros1.msgs.rosgraph_msgs.msg import Log
 from pyros1.msgs.sensor_msgs.msg import CameraInfo, Image
 from pyros1.reconfigure import Client
 
-README = Path(__file__).resolve().parents[2] / "README.md"
 FILTERS, ASYNCIO, RECONFIGURE, DIAGNOSTICS = range(4)
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")
@@ -30,9 +28,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")
 @pytest.fixture
 def start(environ: dict[str, str]) -> Iterator[Callable[[int], None]]:
     """Start one of the programs; it has to end by itself on Ctrl-C."""
-    section = re.search(r"^## Filters, .*?\n(.*?)^##", README.read_text(encoding="utf-8"), re.M | re.S)
-    assert section is not None
-    programs = re.findall(r"^```python\n(.*?)^```", section[1], re.M | re.S)
+    programs = pages()["filters"].code("python")
     running = []
 
     def begin(number: int) -> None:

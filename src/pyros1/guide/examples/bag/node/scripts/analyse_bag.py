@@ -1,0 +1,39 @@
+#!/usr/bin/env python3
+"""Analyses the odometry in a bag with pandas. It needs no master.
+
+pyros1 run my_package analyse_bag.py drive.bag
+pyros1 run my_package analyse_bag.py drive.bag /robot1/odom
+pyros1 run my_package write_bag.py drive.bag     a bag, if there is none
+"""
+
+import sys
+
+import pyros1.bag
+
+try:
+    import pandas
+except ImportError:
+    sys.exit("this needs pandas: pip install pandas")
+
+X, SPEED = "pose.pose.position.x", "twist.twist.linear.x"
+
+
+def table(path, topic):
+    """Return the odometry as a table, with the time in s since the bag's beginning as its index."""
+    with pyros1.bag.open(path) as bag:
+        frame = pandas.DataFrame(bag.arrays(topic, [X, SPEED]))
+    frame["time"] -= frame["time"].iloc[0]
+    return frame.set_index("time")
+
+
+if not 2 <= len(sys.argv) <= 3:
+    sys.exit("usage: analyse_bag.py FILE [TOPIC]")
+try:
+    frame = table(sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else "/odom")
+except (OSError, pyros1.Error) as error:
+    sys.exit(str(error))
+print(frame.rename(columns={X: "x in m", SPEED: "speed in m/s"}).describe().round(3))
+print(f"driven: {frame[X].diff().abs().sum():.2f} m")
+print(f"stood still: {(frame[SPEED] == 0).mean():.0%} of the time")
+by_tens = frame[SPEED].groupby(frame.index // 10 * 10).mean()
+print("mean speed, every 10 s:", ", ".join(f"{speed:.2f}" for speed in by_tens), "m/s")

@@ -1,0 +1,49 @@
+#!/usr/bin/env python3
+"""Thins out point clouds, with numpy: removes the floor, and leaves one point per cube of space.
+
+pyros1 run my_package cloud_filter.py            from the topic points to the topic filtered
+pyros1 run my_package cloud_filter.py _floor:=0.1 _cube:=0.2
+pyros1 run my_package cloud_source.py            clouds, if there is no camera
+"""
+
+import numpy
+
+import pyros1
+from pyros1.msgs.sensor_msgs.msg import PointCloud2
+
+TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}  # of PointField
+
+
+def records(cloud):
+    """Return the points as an array with a column for each of the cloud's fields."""
+    order = ">" if cloud.is_bigendian else "<"
+    columns = {
+        "names": [field.name for field in cloud.fields],
+        "formats": [
+            (order + TYPES[field.datatype], (field.count,) if field.count > 1 else ()) for field in cloud.fields
+        ],
+        "offsets": [field.offset for field in cloud.fields],
+        "itemsize": cloud.point_step,
+    }
+    return numpy.frombuffer(cloud.data, numpy.dtype(columns), count=cloud.width * cloud.height)
+
+
+def received(cloud):
+    points = records(cloud)
+    place = numpy.column_stack([points[axis] for axis in "xyz"])
+    high = numpy.isfinite(place).all(axis=1) & (place[:, 2] > floor)
+    _, first = numpy.unique((place[high] // cube).astype(int), axis=0, return_index=True)
+    left = points[high][first]
+    # Same fields, fewer points; the header says when and where they were measured, so it stays.
+    cloud.height, cloud.width, cloud.row_step = 1, len(left), left.nbytes
+    cloud.is_dense, cloud.data = True, left.tobytes()
+    publisher.publish(cloud)
+    node.log.debug("%d of %d points", len(left), len(points))
+
+
+with pyros1.Node("cloud_filter") as node:
+    floor = node.params.get("~floor", 0.05)  # m
+    cube = node.params.get("~cube", 0.1)  # m, its side
+    publisher = node.advertise("filtered", PointCloud2, queue_size=1)
+    node.subscribe("points", PointCloud2, received, queue_size=1)  # only the newest, if they come too fast
+    node.spin()

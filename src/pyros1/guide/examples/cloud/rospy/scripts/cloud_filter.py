@@ -1,0 +1,43 @@
+#!/usr/bin/env python3
+"""Thins out point clouds, with numpy: removes the floor, and leaves one point per cube of space.
+
+pyros1 run my_package cloud_filter.py            from the topic points to the topic filtered
+pyros1 run my_package cloud_filter.py _floor:=0.1 _cube:=0.2
+pyros1 run my_package cloud_source.py            clouds, if there is no camera
+"""
+
+import numpy
+import rospy
+from sensor_msgs import point_cloud2
+from sensor_msgs.msg import PointCloud2
+
+
+class Filter:
+    """Publishes what is left of each cloud that comes.
+
+    Args:
+        floor: height of the floor, in m.
+        cube: side of a cube, in m.
+    """
+
+    def __init__(self, floor, cube):
+        self.floor = floor
+        self.cube = cube
+        self.publisher = rospy.Publisher("filtered", PointCloud2, queue_size=1)
+        # Only the newest, if they come too fast; buff_size must hold a whole cloud.
+        rospy.Subscriber("points", PointCloud2, self.received, queue_size=1, buff_size=2**24)
+
+    def received(self, cloud):
+        found = point_cloud2.read_points(cloud, ("x", "y", "z"), skip_nans=True)
+        points = numpy.array(list(found), dtype=float).reshape(-1, 3)
+        high = points[points[:, 2] > self.floor]
+        _, first = numpy.unique((high // self.cube).astype(int), axis=0, return_index=True)
+        # The header says when and where they were measured, so it stays.
+        self.publisher.publish(point_cloud2.create_cloud_xyz32(cloud.header, high[first]))
+        rospy.logdebug("%d of %d points", len(first), len(points))
+
+
+if __name__ == "__main__":
+    rospy.init_node("cloud_filter")
+    cloud_filter = Filter(rospy.get_param("~floor", 0.05), rospy.get_param("~cube", 0.1))
+    rospy.spin()

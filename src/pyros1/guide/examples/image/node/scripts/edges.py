@@ -1,0 +1,43 @@
+#!/usr/bin/env python3
+"""Finds the edges in pictures, with numpy: publishes how much the brightness changes at each pixel.
+
+pyros1 run my_package edges.py                   from the topic image to the topic edges
+pyros1 run my_package edges.py image:=/camera/image_raw
+pyros1 run my_package picture_source.py          pictures, if there is no camera
+"""
+
+import numpy
+
+import pyros1
+from pyros1.msgs.sensor_msgs.msg import Image
+
+CHANNELS = {"mono8": 1, "rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4}
+
+
+def brightness(image):
+    """Return an array of rows and columns, 0 to 255; None if the encoding is not one of ours."""
+    channels = CHANNELS.get(image.encoding)
+    if channels is None:
+        return None
+    rows = numpy.frombuffer(image.data, dtype=numpy.uint8).reshape(image.height, image.step)  # a row may be padded
+    pixels = rows[:, : image.width * channels].reshape(image.height, image.width, channels)
+    return pixels[:, :, :3].mean(axis=2)
+
+
+def received(image):
+    grey = brightness(image)
+    if grey is None:
+        known = ", ".join(CHANNELS)
+        node.log.warn("pictures in %s are not understood, only: %s", image.encoding, known, once=True)
+        return
+    down, right = numpy.gradient(grey)
+    strength = numpy.clip(2 * numpy.hypot(down, right), 0, 255).astype(numpy.uint8)
+    height, width = strength.shape
+    # The header says when and where the picture was taken, so it stays.
+    edges.publish(Image(image.header, height, width, "mono8", 0, width, strength.tobytes()))
+
+
+with pyros1.Node("edges") as node:
+    edges = node.advertise("edges", Image, queue_size=1)
+    node.subscribe("image", Image, received, queue_size=1)  # only the newest, if they come too fast
+    node.spin()

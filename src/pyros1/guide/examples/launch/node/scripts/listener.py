@@ -1,0 +1,19 @@
+#!/usr/bin/env python3
+"""Prints what is said on the topic chatter.
+
+pyros1 launch my_package robot.launch
+pyros1 run my_package listener.py --prefix heard chatter:=/r1/words
+"""
+
+import argparse
+
+import pyros1
+from pyros1.msgs.std_msgs.msg import String
+
+parser = argparse.ArgumentParser(description="Prints what is said.")
+parser.add_argument("--prefix", default="received", help="word before each message")
+
+with pyros1.Node("listener") as node:
+    prefix = parser.parse_args(node.arguments.rest).prefix  # without ROS's own, such as chatter:=words
+    node.subscribe("chatter", String, lambda message: node.log.info("%s: %s", prefix, message.data))
+    node.spin()

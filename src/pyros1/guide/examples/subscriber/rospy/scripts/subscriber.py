@@ -1,0 +1,29 @@
+#!/usr/bin/env python3
+"""Prints the numbers that come on the topic numbers, and their mean.
+
+pyros1 run my_package subscriber.py
+pyros1 topic pub -r 2 numbers std_msgs/Float64 1.5     sends some, in another terminal
+"""
+
+import rospy
+from std_msgs.msg import Float64
+
+
+class Mean:
+    """The mean of all numbers that have come."""
+
+    def __init__(self):
+        self.count = 0
+        self.sum = 0.0
+        rospy.Subscriber("numbers", Float64, self.received, queue_size=10)
+
+    def received(self, message):
+        self.count += 1
+        self.sum += message.data
+        rospy.loginfo("%.3f, the mean of %d is %.3f", message.data, self.count, self.sum / self.count)
+
+
+if __name__ == "__main__":
+    rospy.init_node("subscriber")
+    mean = Mean()
+    rospy.spin()  # until Ctrl-C; meanwhile each message calls received()

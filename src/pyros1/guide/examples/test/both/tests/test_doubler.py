@@ -1,0 +1,29 @@
+"""Tests of doubler.py with pytest. Each has a master of its own, and all that it starts ends with it.
+
+python3 -m pytest my_package/tests
+"""
+
+import pytest
+
+
+@pytest.fixture
+def doubled(ros_run, ros_node, ros_listen):
+    """Return a function that gives the doubler a number, and returns what it answers."""
+    heard = ros_listen("output", "std_msgs/Float64")
+    ros_run("my_package", "doubler.py")
+    sender = ros_node("sender").advertise("input", "std_msgs/Float64", latch=True)
+
+    def ask(number):
+        sender.publish(data=number)  # latched: also if the doubler comes later
+        return heard.next(timeout=20.0).data
+
+    return ask
+
+
+@pytest.mark.parametrize("number", [1.5, -3.0])
+def test_a_number_is_doubled(doubled, number):
+    assert doubled(number) == 2 * number
+
+
+def test_numbers_are_doubled_in_their_order(doubled):
+    assert [doubled(number) for number in range(5)] == [0, 2, 4, 6, 8]

@@ -1,0 +1,39 @@
+#!/usr/bin/env python3
+"""Publishes where a robot is: it drives round the world's origin, with a laser on it that never moves.
+
+pyros1 run my_package tf_broadcaster.py
+pyros1 tf tree                                   world -> base_link -> laser
+pyros1 tf echo world laser
+"""
+
+import math
+
+import pyros1
+from pyros1.msgs.geometry_msgs.msg import Quaternion, TransformStamped
+from pyros1.tf import StaticTransformBroadcaster, TransformBroadcaster
+
+RADIUS = 2.0  # m
+SPEED = 0.5  # rad/s
+
+
+def transform(parent, child, x, y, z, yaw):
+    """Return where the child is in its parent, in m and rad, now."""
+    found = TransformStamped(child_frame_id=child)
+    found.header.frame_id = parent
+    found.header.stamp = node.now()
+    place = found.transform.translation
+    place.x, place.y, place.z = x, y, z
+    found.transform.rotation = Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+    return found
+
+
+with pyros1.Node("tf_broadcaster") as node:
+    fixed = StaticTransformBroadcaster(node)
+    fixed.send_transform(transform("base_link", "laser", 0.2, 0.0, 0.3, 0.0))
+    moving = TransformBroadcaster(node)
+    rate = node.rate(20.0)  # Hz
+    while node.ok():
+        angle = SPEED * node.now().to_sec() % (2 * math.pi)
+        x, y = RADIUS * math.cos(angle), RADIUS * math.sin(angle)
+        moving.send_transform(transform("world", "base_link", x, y, 0.0, angle + math.pi / 2))
+        rate.sleep()
