@@ -74,6 +74,9 @@ def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     create = [sys.executable, "-m", "pyros1", "pkg", "create", "--no-examples", "tutorial", "std_msgs", "rospy"]
     assert run(create, place / "src", environment(place)).returncode == 0
     follow_the_tutorial(place / "src" / "tutorial")
+    examples = [word for name in ("service", "action", "reconfigure", "urdf") for word in ("--example", name)]
+    create = [sys.executable, "-m", "pyros1", "pkg", "create", "copied", "--face", "rospy", *examples]
+    assert run(create, place / "src", environment(place)).returncode == 0
     built = run(["catkin_make", "-j2"], place, environment(place), 300)
     assert built.returncode == 0, built.stdout[-3000:] + built.stderr[-3000:]
     return place
@@ -101,6 +104,15 @@ def test_what_the_tutorial_adds_is_built(workspace: Path) -> None:
     assert done.stdout == "tutorial/Num tutorial/AddTwoInts\n", done.stderr
 
 
+def test_examples_are_built(workspace: Path) -> None:
+    code = (
+        "from copied.srv import Divide; from copied.msg import CountAction; from copied.cfg import OscillatorConfig; "
+        "print(Divide._type, CountAction._type, OscillatorConfig.Oscillator_square)"
+    )
+    done = in_workspace(workspace, f"/usr/bin/python3 -c '{code}'")
+    assert done.stdout == "copied/Divide copied/CountAction 1\n", done.stderr
+
+
 def test_stock_tools_find_it(workspace: Path) -> None:
     found = in_workspace(
         workspace, "rospack find my_robot && rospack depends1 my_robot && rosmsg show my_robot/Measurement"
@@ -115,6 +127,8 @@ def test_catkin_installs_its_nodes(workspace: Path) -> None:
         "lib/my_robot/minimal_publisher",
         "share/my_robot/launch/minimal.launch",
         "share/my_robot/msg/Measurement.msg",
+        "lib/copied/count_server.py",
+        "share/copied/urdf/arm.urdf",
     } <= installed
 
 

@@ -12,7 +12,8 @@ from defusedxml.ElementTree import fromstring
 from pyros1.cli.main import entry
 from pyros1.finding.library import Library
 from pyros1.finding.manifest import read_manifest
-from pyros1.guide.catalogue import CATALOGUE, FACES, PLACEHOLDER, SHARED, example, gather, tries
+from pyros1.guide.catalogue import CATALOGUE, EXAMPLES, FACES, PLACEHOLDER, SHARED, example, gather, tries
+from pyros1.guide.text import steps
 
 COPIES = [(each.name, face) for each in CATALOGUE for face in each.faces]
 NAME = "mine"
@@ -75,9 +76,9 @@ def test_what_is_to_be_tried_is_there() -> None:
         found = example(name)
         files = {Path(file).name for file in gather([found], face, NAME)}
         assert found.tries
-        for line in tries([found], NAME):
-            named = re.match(rf"pyros1 (?:run|launch|test) {NAME} (\S+)", line)
-            assert named is None or named[1] in files, line
+        for text in [*tries([found], NAME), *found.files(face, NAME).values()]:
+            for named in re.findall(rf"pyros1 (?:run|launch|test) {NAME} (\S+)", text):
+                assert named in files, text
 
 
 @pytest.mark.parametrize("face", FACES)
@@ -89,12 +90,28 @@ def test_examples_do_not_overwrite_each_other(face: str) -> None:
 
 
 def test_all_folders_are_in_the_catalogue() -> None:
-    from pyros1.guide.catalogue import EXAMPLES
-
     assert {path.name for path in EXAMPLES.iterdir() if path.is_dir()} == {each.name for each in CATALOGUE}
     for each in CATALOGUE:
         parts = {path.name for path in (EXAMPLES / each.name).iterdir()}
         assert each.faces and parts <= {*FACES, SHARED}
+
+
+def test_the_steps_of_the_guide_name_examples_that_there_are() -> None:
+    named = {name for step in steps() for name in re.findall(r"--example (\w+)", step.text)}
+    assert len(named) > 8
+    for name in named:
+        assert example(name).name == name
+
+
+@pytest.mark.parametrize("face", FACES)
+def test_launch_files_name_what_there_is(folder: Path, capfd: pytest.CaptureFixture[str], face: str) -> None:
+    words = [word for each in CATALOGUE if face in each.faces for word in ("-e", each.name)]
+    assert create(NAME, "--face", face, *words) == 0
+    capfd.readouterr()
+    files = sorted((folder / NAME).rglob("*.launch"))
+    assert len(files) > 3
+    for path in files:
+        assert entry(["pyros1", "launch", "--check", str(path)]) == 0, capfd.readouterr()
 
 
 def test_definitions_are_found_at_once(folder: Path) -> None:

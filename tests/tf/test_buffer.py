@@ -45,8 +45,9 @@ def x_of(message: Any) -> float:
 class Counted(threading.Condition):
     """A condition that knows how many threads wait for it."""
 
-    def __init__(self, lock: Any = None) -> None:
-        super().__init__(lock)
+    def __init__(self) -> None:
+        self.lock = threading.RLock()
+        super().__init__(self.lock)
         self.waiting = 0
 
     def wait(self, timeout: float | None = None) -> bool:
@@ -67,7 +68,9 @@ def changed() -> Counted:
 def buffer(changed: Counted, monkeypatch: pytest.MonkeyPatch) -> Buffer:
     """map -> odom (moves 1 m a second) -> base (turned) -> lidar (static); and an island."""
     with monkeypatch.context() as patch:
-        patch.setattr("pyros1.tf.buffer.threading", SimpleNamespace(Condition=lambda: changed))
+        patch.setattr(
+            "pyros1.tf.buffer.threading", SimpleNamespace(RLock=lambda: changed.lock, Condition=lambda _: changed)
+        )
         result = Buffer()
     for second in (100, 101, 102):
         result.set_transform(stamped("map", "odom", second, x=second - 100), "/a")

@@ -167,6 +167,14 @@ def _examples(_: Line) -> list[str]:
     return [each.name for each in CATALOGUE]
 
 
+def _guide(line: Line) -> list[str]:
+    from pyros1.guide import text  # noqa: PLC0415
+
+    if line.words == ["howto"]:
+        return list(text.pages())
+    return [str(step.number) for step in text.steps()] + ["check", "howto"] * (not line.words)
+
+
 def _packages(_: Line) -> list[str]:
     from pyros1.finding.crawl import all_packages  # noqa: PLC0415
 
@@ -257,6 +265,7 @@ KINDS: dict[str, Callable[[Line], list[str]]] = {
     "executable": _executables,
     "file": _files,
     "frame": _frames,
+    "guide": _guide,
     "launch_arg": _launch_args,
     "launch_file": _launch_files,
     "machine": _machines,

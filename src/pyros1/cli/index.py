@@ -120,7 +120,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
         '',
         {},
         (),
-        ('',),
+        ('guide+',),
         {
         },
     ),

@@ -76,7 +76,8 @@ class Buffer:
         self.warn = warn
         self._time = time_class
         self._tree = Tree(round(self.cache_time * _NS))
-        self._changed = threading.Condition()  # a signal handler may ask on top of a method of this object
+        self._lock = threading.RLock()  # a signal handler may ask on top of a method of this object
+        self._changed = threading.Condition(self._lock)
         self._waiting = 0
         self._now: Callable[[], float] = monotonic
         self._ended = False
@@ -110,7 +111,7 @@ class Buffer:
         for item in transforms:
             if not hasattr(item, "child_frame_id"):
                 raise TypeError(f"a transform must be a geometry_msgs/TransformStamped, not {item!r:.80}")
-        with self._changed:
+        with self._lock:
             for item in transforms:
                 header = item.header
                 stamp = header.stamp
@@ -170,7 +171,7 @@ class Buffer:
         """
         when = _ns(time)
         if not timeout:
-            with self._changed:
+            with self._lock:
                 stamp, transform = self._tree.lookup(target_frame, source_frame, when)
         else:
             stamp, transform = self._await(lambda: self._tree.lookup(target_frame, source_frame, when), timeout)
@@ -219,7 +220,7 @@ class Buffer:
 
     def why_not(self, target_frame: str, source_frame: str, time: When = None) -> str | None:
         """Return None if there is such a transform, else the reason as tf2's text (which may be empty)."""
-        with self._changed:
+        with self._lock:
             return self._tree.can_transform(target_frame, source_frame, _ns(time))
 
     def why_not_full(

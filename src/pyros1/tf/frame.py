@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from math import acos, sin, sqrt
 
-from pyros1.tf.rotation import Transform, interpolate
+from pyros1.tf.rotation import Transform
 
 _COMPACT = 512
 
-Entry = tuple["Frame", Transform]
-"""A frame's parent, and the transform from the frame into it."""
+Entry = tuple["Frame", Transform, float]
+"""A frame's parent, the transform from the frame into it, and the square of its quaternion's length."""
 
 
 class Frame:
@@ -75,8 +76,11 @@ class Frame:
         self._head = head
         return None
 
-    def at(self, time: int) -> Entry | None:  # noqa: PLR0911
-        """Return parent and transform at a time, 0 for the newest; None if there are none, see `why_not`."""
+    def at(self, time: int) -> Entry | None:  # noqa: PLR0911 - it is called for each frame of each lookup
+        """Return parent and transform at a time, 0 for the newest; None if there are none, see `why_not`.
+
+        Between two transforms it is on the straight line, and on the shortest arc of rotation (slerp).
+        """
         entries = self.entries
         if self.static or (not time and entries):
             return entries[-1]
@@ -92,12 +96,38 @@ class Frame:
         older = entries[place]
         if before == time:
             return older
-        newer = entries[place + 1]
-        if newer[0] is not older[0]:
+        parent, (x, y, z, ax, ay, az, aw), square = older
+        newer, (x2, y2, z2, bx, by, bz, bw), square2 = entries[place + 1]
+        if newer is not parent:
             return older  # the frame has changed its parent between the two
-        step = interpolate(older[1], newer[1], (time - before) / (stamps[place + 1] - before))
-        self._asked, self._answer = time, (older[0], step)
-        return self._answer
+        part = (time - before) / (stamps[place + 1] - before)
+        rest = 1.0 - part
+        x = rest * x + part * x2
+        y = rest * y + part * y2
+        z = rest * z + part * z2
+        dot = ax * bx + ay * by + az * bz + aw * bw
+        cosine = (dot if dot > 0.0 else -dot) / sqrt(square * square2)  # calls of min and abs would take longer
+        theta = acos(cosine) if cosine < 1.0 else 0.0
+        if theta:
+            scale = 1.0 / sin(theta)
+            s = sin(rest * theta)
+            t = sin(part * theta)
+            if dot < 0.0:
+                t = -t  # q and -q are the same rotation: take the nearer of the two
+            step = (
+                x,
+                y,
+                z,
+                (ax * s + bx * t) * scale,
+                (ay * s + by * t) * scale,
+                (az * s + bz * t) * scale,
+                (aw * s + bw * t) * scale,
+            )
+        else:
+            step = x, y, z, ax, ay, az, aw
+        self._asked = time
+        self._answer = answer = parent, step, 1.0  # nobody interpolates on from here
+        return answer
 
     def before(self, time: int) -> Entry | None:
         """Return parent and transform as `at`, without interpolation: the transform is an earlier one."""

@@ -8,7 +8,7 @@ longer for so few numbers, and a tenth of a second to load; `pyros1.tf.transform
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import acos, atan2, cos, hypot, sin, sqrt
+from math import atan2, cos, hypot, sin, sqrt
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -75,12 +75,11 @@ def product(steps: Sequence[Transform]) -> Transform:
         x = pw * ax + px * aw - py * az + pz * ay + tx
         y = pw * ay + py * aw - pz * ax + px * az + ty
         z = pw * az + pz * aw - px * ay + py * ax + tz
-        bx, by, bz, bw = (
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by + ay * bw + az * bx - ax * bz,
-            aw * bz + az * bw + ax * by - ay * bx,
-            aw * bw - ax * bx - ay * by - az * bz,
-        )
+        qx = aw * bx + ax * bw + ay * bz - az * by
+        qy = aw * by + ay * bw + az * bx - ax * bz
+        qz = aw * bz + az * bw + ax * by - ay * bx
+        bw = aw * bw - ax * bx - ay * by - az * bz
+        bx, by, bz = qx, qy, qz
     return (x, y, z, bx, by, bz, bw)
 
 
@@ -89,37 +88,6 @@ def invert(transform: Transform) -> Transform:
     x, y, z, qx, qy, qz, qw = transform
     moved = chain((0.0, 0.0, 0.0, -qx, -qy, -qz, qw), (-x, -y, -z, 0.0, 0.0, 0.0, 1.0))
     return (moved[0], moved[1], moved[2], -qx, -qy, -qz, qw)
-
-
-def interpolate(one: Transform, two: Transform, ratio: float) -> Transform:
-    """Return a transform between two: on the straight line, and on the shortest arc of rotation (slerp).
-
-    Args:
-        ratio: 0 for ``one``, 1 for ``two``.
-    """
-    x1, y1, z1, ax, ay, az, aw = one
-    x2, y2, z2, bx, by, bz, bw = two
-    rest = 1.0 - ratio
-    dot = ax * bx + ay * by + az * bz + aw * bw
-    length = sqrt((ax * ax + ay * ay + az * az + aw * aw) * (bx * bx + by * by + bz * bz + bw * bw))
-    cosine = (dot if dot > 0.0 else -dot) / length  # calls of min and abs would take longer
-    theta = acos(cosine) if cosine < 1.0 else 0.0
-    if not theta:
-        return (rest * x1 + ratio * x2, rest * y1 + ratio * y2, rest * z1 + ratio * z2, ax, ay, az, aw)
-    scale = 1.0 / sin(theta)
-    s = sin(rest * theta)
-    t = sin(ratio * theta)
-    if dot < 0.0:
-        t = -t  # q and -q are the same rotation: take the nearer of the two
-    return (
-        rest * x1 + ratio * x2,
-        rest * y1 + ratio * y2,
-        rest * z1 + ratio * z2,
-        (ax * s + bx * t) * scale,
-        (ay * s + by * t) * scale,
-        (az * s + bz * t) * scale,
-        (aw * s + bw * t) * scale,
-    )
 
 
 def chain_normalized(first: Transform, second: Transform) -> Transform:

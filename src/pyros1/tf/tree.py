@@ -64,7 +64,7 @@ class Tree:
         above = frames.get(parent)
         if above is None:
             above = frames[parent] = Frame(parent)
-        problem = frame.insert(time, (above, transform), self.keep)
+        problem = frame.insert(time, (above, transform, length), self.keep)
         if problem is None:
             frame.authority = authority
             return []
@@ -164,16 +164,16 @@ class Tree:
             time = self._common_time(target, source)
         ups: list[Transform] = []
         top = source
-        while top is not target:
+        for _ in range(_MAX_DEPTH):
             entry = find(top, time)
             if entry is None:
                 break
-            top, step = entry
+            top, step, _square = entry
             ups.append(step)
-            if len(ups) > _MAX_DEPTH:
-                raise self._loop()
+            if top is target:
+                return time, ups, []
         else:
-            return time, ups, []
+            raise self._loop()
         stuck = top
         downs: list[Transform] = []
         frame = target
@@ -185,7 +185,7 @@ class Tree:
                 if stuck.static is not None:
                     raise ExtrapolationException(stuck.why_not(time) + _between(source, target))
                 raise _apart(source, target)
-            frame, step = entry
+            frame, step, _ = entry
             downs.append(step)
             if frame is source:
                 return time, [], downs

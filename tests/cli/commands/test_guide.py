@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import pytest
 
 from pyros1.cli.running import run_command
 from pyros1.guide import checks
-from pyros1.guide.text import steps
+from pyros1.guide.text import pages, steps
 
 
 @pytest.fixture(autouse=True)
@@ -33,6 +34,22 @@ def test_the_list_and_each_step(capsys: Any) -> None:
         assert (f"pyros1 guide -w {step.number} writes" in shown) == bool(step.files)
         for command in (line for line in step.text.splitlines() if line.startswith("$ ")):
             assert f"    {command}\n" in shown
+
+
+def test_the_pages(capsys: Any) -> None:
+    assert run_command("guide", ["howto"]) == 0
+    listed = capsys.readouterr().out
+    for page in pages().values():
+        assert re.search(rf"^  {page.name} +{re.escape(page.heading)}$", listed, re.M)
+        assert run_command("guide", ["howto", page.name]) == 0
+        assert capsys.readouterr().out.startswith(f"{page.heading}\n\n")
+
+
+@pytest.mark.parametrize(("words", "hint"), [(["action"], " (did you mean 'actions'?)"), (["bags", "tests"], "")])
+def test_a_page_that_there_is_not(words: list[str], hint: str, capsys: Any) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        run_command("guide", ["howto", *words])
+    assert f"there is no page {' '.join(words)}{hint}; they are access, actions," in capsys.readouterr().err
 
 
 def test_files_are_written_and_never_over_others(folder: Path, capsys: Any) -> None:

@@ -104,7 +104,7 @@ COMMAND = Command(
         "",
         "",
         Flag("-w", "--write", help="write the files of a step into this folder, so that you need not type them"),
-        Argument("step", optional=True),
+        Argument("step", "guide", many=True, optional=True),
         usage="[STEP | -w STEP | check STEP | howto [NAME]]\n\n"
         "An introduction that you type along, and pages on how to do one thing. Without arguments: the steps.",
         examples=[

@@ -26,7 +26,10 @@ def main():
         CountGoal(start=arguments.start), feedback_cb=lambda feedback: print("now", feedback.now, flush=True)
     )
     rospy.on_shutdown(client.cancel_goal)
-    if not client.wait_for_result(rospy.Duration.from_sec(arguments.patience)):
+    finished = client.wait_for_result(rospy.Duration.from_sec(arguments.patience))
+    if rospy.is_shutdown():
+        sys.exit("not done: stopped")
+    if not finished:
         print("that takes too long")
         client.cancel_goal()
         client.wait_for_result(rospy.Duration(10))

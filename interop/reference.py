@@ -1,0 +1,64 @@
+"""Makes the reference of all public names from their docstrings: ``python interop/reference.py [FOLDER]``.
+
+It needs the extra ``docs``. FOLDER is ``dist/reference`` if it is not given. A warning is an error.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+import warnings
+from pathlib import Path
+from types import ModuleType
+from typing import get_type_hints
+
+NAMES = (
+    "pyros1",
+    "pyros1.actions",
+    "pyros1.aio",
+    "pyros1.bag",
+    "pyros1.diagnostics",
+    "pyros1.filters",
+    "pyros1.launch.scripting",
+    "pyros1.msgs",
+    "pyros1.reconfigure",
+    "pyros1.testing",
+    "pyros1.tf",
+    "pyros1.tf.transformations",
+)
+
+
+def modules() -> list[ModuleType]:
+    """Return the public modules, whose ``__all__`` are the public names. All of these are loaded."""
+    found = [importlib.import_module(name) for name in NAMES]
+    for module in found:
+        for name in module.__all__:  # which most modules load when they are first used
+            value = vars(module).setdefault(name, getattr(module, name))
+            making = getattr(value, "__new__", None) if hasattr(value, "_fields") else None
+            if hasattr(making, "__annotations__"):  # of a NamedTuple, whose types pdoc would look for in a wrong module
+                making.__annotations__ = get_type_hints(value)
+    return found
+
+
+def make(folder: Path) -> None:
+    """Write the pages.
+
+    Args:
+        folder: where; it is made if need be.
+    """
+    import pdoc
+    import pdoc.render
+
+    modules()
+    warnings.simplefilter("error")
+    pdoc.render.configure(docformat="google", footer_text="pyros1")
+    pdoc.pdoc(*(word for name in NAMES for word in (name, rf"!{name}\.")), output_directory=folder)
+
+
+if __name__ == "__main__":
+    target = Path(sys.argv[1] if len(sys.argv) > 1 else "dist/reference")
+    try:
+        make(target)
+    except ModuleNotFoundError as error:
+        sys.exit(f"{error}: pip install -e '.[docs]'")
+    print(target / "pyros1.html")
