@@ -94,3 +94,39 @@ def test_colours_of_ones_choice(browser: Browser, start_web: Callable[..., Web],
     browser.wait(f"{SCENE}.stage.grid.word === '4 m'")
     browser.driver.refresh()  # it is kept
     browser.wait(f"{line} === '#123456' && {SCENE}.stage.grid.word === '4 m'")
+
+
+@pytest.mark.parametrize(
+    ("current", "name", "way", "up"),
+    [
+        ("{Class: rviz/TopDownOrtho, X: 1, Y: 0, Scale: 50, Angle: 0}", "flat", [0, 0, -1], [0, 1, 0]),
+        ("{Class: rviz/TopDownOrtho, X: 1, Y: 0, Scale: 50, Angle: -1.5708}", "flat", [0, 0, -1], [1, 0, 0]),
+        ("{Class: rviz/FPS, Position: {X: 0, Y: 0, Z: 1}, Yaw: 1.5708, Pitch: 0}", "walk", [0, 1, 0], [0, 0, 1]),
+        ("{Class: rviz/ThirdPersonFollower, Yaw: 3.14159, Target Frame: laser}", "third", [1, 0, 0], [0, 0, 1]),
+    ],
+)  # fmt: skip
+def test_views(
+    browser: Browser,
+    start_web: Callable[..., Web],
+    robot: Any,
+    tmp_path: Path,
+    current: str,
+    name: str,
+    way: list[int],
+    up: list[int],
+) -> None:
+    file = tmp_path / "view.rviz"
+    file.write_text(f"Visualization Manager: {{Global Options: {{Fixed Frame: map}}, Views: {{Current: {current}}}}}")
+    browser.open(start_web("rviz", str(file)).link)
+    browser.wait(f"{SCENE}?.displays.get('frames')?.display.word === '2 frames'")
+    looks = f"""
+        const {{camera, controls}} = {SCENE}.stage;
+        const up = camera.up.clone().set(0, 1, 0).applyQuaternion(camera.quaternion);
+        return [controls.target.clone().sub(camera.position).normalize().toArray(), up.toArray()];
+    """
+    for seen, wanted in zip(browser.run(looks), (way, up), strict=True):
+        assert seen == pytest.approx(wanted, abs=0.01)
+    place = browser.run(f"return {SCENE}.stage.place")
+    assert place["name"] == name
+    if name == "third":  # it goes along with the frame, which is at x = 1
+        browser.wait(f"Math.abs({SCENE}.stage.controls.target.x - 1) < 0.01")

@@ -21,6 +21,7 @@ from pyros1.web.foxglove.requests import parse as parse_foxglove
 from pyros1.web.rosbridge import frames, picture, values
 from pyros1.web.rosbridge.intake import Intake
 from pyros1.web.rosbridge.operations import BridgeError, CallService, Publish
+from pyros1.web.scene.rviz.file import RvizFileError, read_rviz
 from pyros1.web.server import wire
 from pyros1.web.shown.picture_size import picture_size
 
@@ -155,6 +156,27 @@ def _pictures() -> list[bytes]:
     return [png, jpeg, *webp, b"GIF89a\1\0\1\0", b"BM" + bytes(30)]
 
 
+def rviz(data: bytes) -> None:
+    """Read a file of rviz's displays; a page gets what is in it, and a terminal what is not here."""
+    settings, notes = read_rviz(data.decode(errors="replace"), lambda name: f"/{name}")
+    assert len(json.dumps(settings, allow_nan=False)) < 100_000 + 10 * len(data)
+    assert all(note.isprintable() for note in notes)
+
+
+_RVIZ = words(
+    r"""
+    Class:\x20rviz/  Displays:  Group  Topic:\x20/a  Value:\x20true  Color:\x200;\x201;\x202  Views:  Current:  Tools:
+    Alpha:\x20.nan  Panels:  Offset:  Namespaces:  {  }  [  ]  ,  &a\x20  *a  \n  -\x20  :\x20  1e999  ~
+    """
+)
+_DISPLAYS = b"""Visualization Manager:
+  Displays:
+    - {Class: rviz/LaserScan, Topic: /scan, Color Transformer: FlatColor, Color: 1; 2; 3, Size (Pixels): 3}
+    - {Class: rviz/Group, Displays: [{Class: rviz/MarkerArray, Marker Topic: /m, Namespaces: {a: true}}]}
+  Views: {Current: {Class: rviz/Orbit, Distance: 3, Pitch: 1, Yaw: 1, Focal Point: {X: 1, Y: 2, Z: 3}}}
+"""
+
+
 FUZZERS = {
     "rosbridge": Fuzzer(rosbridge, (), [*_JSON, *_OPS], _rosbridge),
     "cbor": Fuzzer(cbor, (MessageError,), [b"\xff" * 8, bytes(8), b"\0\0\xf0\x7f"], lambda: [encode(_IMU())]),
@@ -165,4 +187,5 @@ FUZZERS = {
     "pictures": Fuzzer(
         pictures, (), [b"\xff", b"IHDR", b"IDAT", b"IEND", b"\x08\x02", bytes(4)], _pictures, memory=8 * MEGABYTE
     ),
+    "rviz": Fuzzer(rviz, (RvizFileError,), _RVIZ, lambda: [_DISPLAYS, *bombs.yaml()], memory=64 * MEGABYTE),
 }
