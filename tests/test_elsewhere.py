@@ -16,19 +16,27 @@ SOURCES = Path(__file__).resolve().parents[1] / "src"
 DEADLINE = 60.0
 
 HIDE = """
-import asyncio, os, select, selectors, shutil, signal, socket, subprocess, sys, tempfile  # these know where they are
+import asyncio, os, select, selectors, shutil, signal, socket, stat, subprocess, sys, tempfile  # which are the system's
 
 def socketpair():
     with socket.create_server(("127.0.0.1", 0)) as server:
         return socket.create_connection(server.getsockname()), server.accept()[0]
 
+def select_sockets(reading, writing, failing, timeout=None, select=select.select):
+    for each in (*reading, *writing, *failing):
+        if not stat.S_ISSOCK(os.fstat(each if isinstance(each, int) else each.fileno()).st_mode):
+            raise OSError("only sockets can be waited for")
+    return select(reading, writing, failing, timeout)
+
 socket.socketpair = socketpair
+select.select = select_sockets
+selectors.SelectSelector._select = staticmethod(select_sockets)
 selectors.DefaultSelector = selectors.SelectSelector
 for name in "fcntl termios tty pwd grp resource pty posix syslog curses readline".split():
     sys.modules[name] = None
 LACKING = {
     os: "fork forkpty killpg getpgid setsid getuid geteuid getgid getpgrp setpgid tcgetpgrp wait3 wait4 openpty"
-    " getloadavg mkfifo chown fchmod sysconf posix_fadvise sched_getaffinity",
+    " getloadavg mkfifo chown fchmod sysconf posix_fadvise sched_getaffinity set_blocking",
     signal: "SIGKILL SIGHUP SIGQUIT SIGALRM SIGCHLD SIGCONT SIGSTOP SIGUSR1 SIGUSR2 SIGTSTP SIGPIPE SIGWINCH setitimer"
     " pthread_sigmask alarm sigwait pthread_kill pause",
     select: " ".join(name for name in dir(select) if "poll" in name.lower()),
@@ -163,3 +171,6 @@ def test_nodes_and_commands_run_where_nothing_of_unix_is(
     assert "minimal_publisher" in run("node", "status")
     assert "stopped" in run("node", "stop", "/minimal_subscriber")
     assert "type pyros1 before each command" in run("setup", code=1)
+    start("Spawning turtle", "run", "turtlesim", "turtlesim_node")
+    assert "x:" in run("topic", "echo", "-n", "1", "/turtle1/pose")
+    start("in a browser: ", "web", "--port", "0")

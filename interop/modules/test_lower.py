@@ -41,7 +41,10 @@ cv_bridge.core image_geometry.cameramodels genpy.message genpy.dynamic
 """
 
 
-@pytest.mark.parametrize("name", ["times", "messages", "definitions", "clouds", "graph_network", "images", "cameras"])
+NAMES = ["times", "messages", "cut_messages", "definitions", "clouds", "graph_network", "images", "cameras"]
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_the_same_as_stock(master: Master, name: str) -> None:
     assert faces.same(master, (PROGRAMS / f"{name}.py").read_text(), timeout=120, ROS_HOSTNAME=None)
 

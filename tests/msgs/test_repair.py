@@ -75,3 +75,18 @@ def test_other_faults_are_still_faults(data: bytes) -> None:
     with pytest.raises(DeserializationError, match=r"needs 3 bytes|left over"), warnings.catch_warnings():
         warnings.simplefilter("ignore", UnicodeWarning)
         codec.decode(make("string s"), data, 0, len(data))
+
+
+def test_the_end_of_the_last_string_may_be_missing_in_programs_with_genpy(monkeypatch: pytest.MonkeyPatch) -> None:
+    cls = make("string first\nuint8[] last")
+    data = block(b"abc") + block(b"12345")
+    with pytest.raises(DeserializationError, match="field last"):
+        cls().deserialize(data[:-2])
+
+    monkeypatch.setattr("pyros1.msgs.repair.HANDLER", "strict")  # a handler that any program has
+    assert bytes(cls().deserialize(data[:-2]).last) == b"123"
+    for size in range(len(block(b"abc")) + 4):
+        with pytest.raises(DeserializationError):
+            cls().deserialize(data[:size])
+    with pytest.raises(DeserializationError):
+        codec.decode(cls, data[:-2], 0, len(data) - 2)

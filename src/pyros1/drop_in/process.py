@@ -6,6 +6,7 @@ it starts. This is the only mutable state at module level in pyros1.
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
 from collections.abc import Callable
@@ -38,6 +39,7 @@ class Process:
         self.ending = False
         self.is_shutdown = False
         self._reason = ""
+        self._pid = 0
         self._waiting: list[Callable[[Node], object]] = []
         self._hooks: dict[str, list[Hook]] = {"client": [], "before": [], "after": []}
         self._over: set[str] = set()
@@ -56,6 +58,7 @@ class Process:
             self.starting = False
         with self._lock:
             self.node = node
+            self._pid = os.getpid()
             self.arguments = arguments
             waiting, self._waiting = self._waiting, []
         node.on_shutdown(self._node_ends, early=True)
@@ -63,6 +66,11 @@ class Process:
         for begin in waiting:
             begin(node)
         return node
+
+    @property
+    def forked(self) -> bool:
+        """Whether this process was forked from that of the node, whose threads it does not have."""
+        return self.node is not None and os.getpid() != self._pid
 
     def when_started(self, begin: Callable[[Node], object]) -> None:
         """Call a function with the node: now, or when it starts."""

@@ -158,7 +158,8 @@ class Message(metaclass=MessageType):
         """Set the fields from the beginning of ``data`` and return self; bytes behind the message are ignored.
 
         Raises:
-            DeserializationError: ``data`` is too short or not such a message.
+            DeserializationError: ``data`` is too short or not such a message. In programs that use genpy, the last
+                string or bytes may be cut off, as in stock.
         """
         return self._deserialize(bytes(data), lambda cls, body: cls._read(body, 0, len(body)))  # without the rest (G23)
 
@@ -169,9 +170,12 @@ class Message(metaclass=MessageType):
                 message, _ = read(cls, data)
             except UnicodeDecodeError:
                 message, _ = read(cls, _module("repair").repaired(cls, data))
-        except DeserializationError:
-            raise
         except Exception as error:
+            whole = _module("repair").completed(cls, data)
+            if whole is not None:
+                return self._deserialize(whole, read)
+            if isinstance(error, DeserializationError):
+                raise
             raise _module("check").explain(cls, data, 0, len(data), exact=False) from error
         for name in cls.__slots__:
             setattr(self, name, getattr(message, name))

@@ -3,6 +3,8 @@
 A message is not lost because of a letter in one of its strings. What is not UTF-8 becomes U+FFFD, as in stock (G20),
 and this is told once for each type: by the handler ``rosmsg`` of `codecs.register_error`, if a program has one (our
 genpy has stock's), else as a UnicodeWarning. Programs that make errors of warnings refuse such messages.
+
+In programs that use genpy, `deserialize` also takes data that end within the last string or bytes; they become shorter.
 """
 
 from __future__ import annotations
@@ -16,7 +18,8 @@ from pyros1.ground.errors import DeserializationError, MessageError
 from pyros1.msgs.base import Buffer, Message, View
 from pyros1.msgs.check import Walk
 
-_HANDLER = "rosmsg"
+HANDLER = "rosmsg"
+"""Name of the error handler that genpy registers with `codecs`."""
 
 
 def decode_repaired(cls: type[Message], buffer: Buffer, start: int, end: int, view: View | None = None) -> Any:
@@ -45,6 +48,50 @@ def repaired(cls: type[Message], data: Buffer) -> bytes:
     except MessageError as error:
         raise DeserializationError(cls._type, walk.position, str(error)) from error
     return walk.result()
+
+
+def completed(cls: type[Message], data: Buffer) -> bytes | None:
+    """Return an encoded message of which only the end of its last string or bytes is missing, with the true length.
+
+    Args:
+        cls: its class.
+        data: the encoded message.
+
+    Returns:
+        None if something else is wrong, or the program does not use genpy.
+    """
+    walk = _Cut(memoryview(data))
+    try:
+        codecs.lookup_error(HANDLER)
+        walk.message(cls, "")
+    except (LookupError, MessageError):
+        return None
+    if walk.cut is None:
+        return None
+    return b"".join((data[: walk.cut], (len(data) - walk.cut - 4).to_bytes(4, "little"), data[walk.cut + 4 :]))
+
+
+class _Cut(Walk):
+    """A walk that finds the length of the last string or bytes, if these are cut off."""
+
+    cut: int | None = None
+
+    def field(self, cls: type[Message], slot_type: str, name: str) -> None:
+        if slot_type in ("string", "uint8[]", "char[]"):
+            self._take(self.count(name))
+        else:
+            super().field(cls, slot_type, name)
+
+    def single(self, cls: type[Message], base: str, name: str) -> None:
+        if base == "string":
+            self._take(self.count(name))
+        else:
+            super().single(cls, base, name)
+
+    def _take(self, size: int) -> None:
+        if size > self.left:
+            self.cut = self.position - 4
+        self.position += min(size, self.left)
 
 
 class _Repair(Walk):
@@ -76,13 +123,13 @@ class _Repair(Walk):
     def _handler(self) -> str:
         """Return the name of the error handler, which has told about this, or will."""
         try:
-            handler = codecs.lookup_error(_HANDLER)
+            handler = codecs.lookup_error(HANDLER)
         except LookupError:
             warnings.warn(f"{self._type}: bytes in texts that are not UTF-8 are replaced", UnicodeWarning, stacklevel=1)
             return "replace"
         with contextlib.suppress(AttributeError):
             handler.msg_type = self._type  # type: ignore[attr-defined]  # stock's handler names it
-        return _HANDLER
+        return HANDLER
 
     def result(self) -> bytes:
         return b"".join([*self._pieces, self.data[self._copied :]])

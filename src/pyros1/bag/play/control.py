@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import select
+import socket
 import threading
 from collections.abc import Callable
 
@@ -28,9 +28,9 @@ class Control:
         self.pause_on_topics = True
         self.ended = False
         self._lock = threading.Lock()
-        self._wake, self._bell = os.pipe()  # what a signal handler may use
-        os.set_blocking(self._bell, False)
-        os.set_blocking(self._wake, False)
+        self._wake, self._bell = socket.socketpair()  # what a signal handler may use, and Windows can wait for
+        self._bell.setblocking(False)
+        self._wake.setblocking(False)
         self._keys = -1
         self._on_key: Callable[[], object] = lambda: None
 
@@ -68,7 +68,7 @@ class Control:
     def ring(self) -> None:
         """End a `wait`."""
         with contextlib.suppress(OSError):  # it has been rung often enough, or is closed
-            os.write(self._bell, b"!")
+            self._bell.send(b"!")
 
     def wait(self, seconds: float) -> None:
         """Wait at most an hour; any change ends the wait early.
@@ -76,16 +76,14 @@ class Control:
         Args:
             seconds: time to wait; with 0 or less, only keys are read.
         """
-        watched = [self._wake] if self._keys < 0 else [self._wake, self._keys]
+        watched: list[socket.socket | int] = [self._wake] if self._keys < 0 else [self._wake, self._keys]
         ready, _, _ = select.select(watched, [], [], min(max(0.0, seconds), 3600.0))
         if self._wake in ready:
-            os.read(self._wake, 4096)
+            self._wake.recv(4096)
         if self._keys in ready:
             self._on_key()
 
     def close(self) -> None:
-        """Close the descriptors."""
-        wake, bell = self._wake, self._bell
-        self._wake = self._bell = -1  # later calls of `ring` must not write into another file
-        os.close(wake)
-        os.close(bell)
+        """Close the sockets; later calls of `ring` do nothing."""
+        self._wake.close()
+        self._bell.close()

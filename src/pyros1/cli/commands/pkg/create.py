@@ -47,6 +47,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     except ExampleError as error:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1
+    if examples and (options.meta or options.no_examples):
+        why = "a metapackage has no files" if options.meta else "--no-examples asks for none"
+        print(f"ERROR: --example cannot be used here: {why}", file=sys.stderr)
+        return 1
     needs = [need for each in examples for need in each.needs(options.face)]
     package = NewPackage(
         options.name,

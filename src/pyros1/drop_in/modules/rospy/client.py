@@ -232,9 +232,14 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Any = None) -> Any:
             raise ROSInterruptException("rospy shutdown")
         raise ROSException("ROS node has not been initialized yet. Please call init_node() first")
     seconds = timeout.to_sec() if hasattr(timeout, "to_sec") else timeout
-    probe = Subscriber(topic, topic_type)  # its checks, and a place among the program's topics
+    probe = (
+        None if PROCESS.forked else Subscriber(topic, topic_type)
+    )  # its checks, and a place among the program's topics
     try:
         limit = None if seconds is None else max(0.0, float(seconds))
+        if PROCESS.forked:
+            with _own_node(PROCESS.node) as node:
+                return node.wait_for_message(resolve_name(topic), topic_type, limit)
         return PROCESS.node.wait_for_message(topic, topic_type, limit)
     except WaitTimeoutError:
         raise ROSException(f"timeout exceeded while waiting for message on topic {topic}") from None
@@ -243,7 +248,19 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Any = None) -> Any:
     except (MasterError, NodeError) as error:
         raise ROSException(f"unable to wait for a message on topic {topic}: {error}") from None
     finally:
-        probe.unregister()
+        if probe is not None:
+            probe.unregister()
+
+
+def _own_node(node: pyros1.Node) -> pyros1.Node:
+    """Return a node for a forked process, which has no threads of the program's node."""
+    special = [
+        f"{key}:={text}" for key, text in node.arguments.special.items() if key not in ("__name", "__ns", "__log")
+    ]
+    base = node.name.rpartition("/")[2]
+    return pyros1.Node(
+        base, argv=special, anonymous=True, handle_signals=False, rosout=False, wall_time=True, strict_names=False
+    )
 
 
 # Parameters -----------------------------------------------------------------------------------------------------------
