@@ -157,7 +157,7 @@ class _Source:
 def substitution(data: bytes) -> None:
     """Replace substitutions."""
     result = substitute(_text(data), _Source())
-    assert len(result) < 20 * len(data) + 20_000
+    assert len(result) < 20 * len(data) + 1_000_000  # a list of 10,000 items, written out
 
 
 _NAMES: dict[str, Any] = {"i": 7, "f": 2.5, "s": "abc", "l": [1, 2, 3], "m": load_message("std_msgs/Header")(seq=3)}
