@@ -14,9 +14,11 @@ from pyros1.ground.errors import NodeError, NodeShutdownError, UnknownHostError
 from pyros1.net.bell import Event
 from pyros1.net.loop import Loop, LoopThread
 from pyros1.net.reach import how_to_reach
+from pyros1.net.same_host import host_key
 from pyros1.node.checks import check_timeout
 from pyros1.node.log.levels import ERROR
 from pyros1.node.subscribing.threads import DeliveryThreads
+from pyros1.wire.local import wants_local
 
 if TYPE_CHECKING:
     from pyros1.net.guests import Guests
@@ -80,6 +82,8 @@ class Context:
         uri: URI of its slave API, once that listens.
         address: where it listens and is reached, once that is known.
         guests: decides who may connect to it; None: everybody may.
+        local_key: what programs have in common that share memory with it; empty: it shares none.
+        local_name: returns the name of the socket for these; empty if there is none.
         stopping: set when the node begins to shut down; every wait ends then.
         tells_late_publishers: whether a `publish` after the end of the node is still to be logged, once.
         publications: what it publishes, by topic; changed by whole replacement, so that readers need no lock.
@@ -106,6 +110,8 @@ class Context:
         self.uri = ""
         self.address: LocalAddress | None = None
         self.guests: Guests | None = None
+        self.local_key = host_key() if wants_local(environ.get("PYROS1_TRANSPORTS", "")) else ""
+        self.local_name: Callable[[], str] = str
         self.stopping = stopping
         self.tells_late_publishers = True
         self.publications: dict[str, Published] = {}

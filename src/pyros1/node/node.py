@@ -35,7 +35,7 @@ from pyros1.node.registrar import Registrar, await_master
 from pyros1.node.server import TcprosServer, open_ports
 from pyros1.node.services.provided import ServiceMethods, Services
 from pyros1.node.slave import SlaveApi
-from pyros1.node.subscribing.hints import Hints
+from pyros1.node.subscribing.hints import USUAL, Hints
 from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.node.topic_type import topic_type
 from pyros1.node.topics import LONGEST_CALLBACK, Topics
@@ -249,7 +249,7 @@ class Node(ServiceMethods, TimeMethods):
         queue_size: int | None = None,
         tcp_nodelay: bool = True,
         arrays: str | None = None,
-        transports: str | Iterable[str] = ("tcp",),
+        transports: str | Iterable[str] = USUAL,
         max_datagram_size: int = 1500,
         deadline: float | None = None,
         on_missed: Callable[[Missed], object] | None = None,
@@ -266,7 +266,8 @@ class Node(ServiceMethods, TimeMethods):
             arrays: the type of numeric arrays, which all have one dimension: None for bytes (uint8) and tuples;
                 "memoryview" or "numpy" for read-only arrays of the field's type that refer to the received bytes,
                 without a copy.
-            transports: one or several transports in the order of preference: "tcp" (TCPROS), "udp"
+            transports: one or several transports in the order of preference: "tcp" (TCPROS), "local" (shared memory
+                and Unix sockets, with pyros1's publishers of this machine if PYROS1_TRANSPORTS has it), "udp"
                 (UDPROS: lost messages are not sent again, and nothing waits for them; see
                 https://wiki.ros.org/ROS/UDPROS). rospy's publishers have "tcp" only. The first subscriber of a topic
                 in a node decides.

@@ -6,6 +6,7 @@ https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers
 from __future__ import annotations
 
 import itertools
+import secrets
 import socket
 import struct
 import time
@@ -21,15 +22,20 @@ from pyros1.node.publishing.local_link import LocalLink
 from pyros1.node.publishing.tcp_link import TcpLink, WaitingLink
 from pyros1.wire.handshake import Refusal, TopicType, answer_subscriber, is_true
 from pyros1.wire.header import encode_header
-from pyros1.wire.outqueue import Buffer, Frame, keepable
+from pyros1.wire.local import TOKEN_SIZE
+from pyros1.wire.outqueue import Buffer, Frame, frame_size, keepable
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
+    from pyros1.node.publishing.pool import Pool
+    from pyros1.node.publishing.shared_link import SharedLink
     from pyros1.node.publishing.udp_link import UdpLink
     from pyros1.node.subscribing.sources import Receiver
 
 _LENGTH = 4
 _U32 = struct.Struct("<I")
+SHARED = 1 << 16
+"""Bytes from which a message is shared with subscribers of this machine; smaller ones are as fast through a socket."""
 FAREWELL = 1.0
 """Seconds that subscribers have to take the last messages of a publisher that ends."""
 MOST_LINKS = 1024
@@ -97,6 +103,8 @@ class Publication:
         self.links: tuple[Link, ...] = ()
         self._remote: tuple[Link, ...] = ()  # the links that take frames
         self._local: tuple[LocalLink, ...] = ()  # the links that take messages
+        self._shared: tuple[SharedLink, ...] = ()  # those of `_remote` that share memory
+        self._pool: Pool | None = None
         self.handles = 0
         self.on_change: list[Callable[[], None]] = []
         self._connections = itertools.count(1)  # over UDP
@@ -134,8 +142,11 @@ class Publication:
                         frame = self._encode(message)
                     except SerializationError as error:
                         raise self._named(error) from None
-                    for link in self._remote:
-                        link.send(frame)
+                    if self._shared:
+                        self._send_frame(frame)
+                    else:
+                        for link in self._remote:
+                            link.send(frame)
             except BaseException:
                 self._recover()
                 raise
@@ -197,14 +208,28 @@ class Publication:
             frame = copy.__class__._encode_frame(copy)
         if frame is not None:
             if self.latch:
-                self._latched[source] = frame = frame if isinstance(frame, bytes) else b"".join(frame)
-            for link in self._remote:
-                link.send(frame)
+                self._latched[source] = frame if isinstance(frame, bytes) else b"".join(frame)
+            self._send_frame(frame)
         for taker in self._local:
             if copy is not None:
                 taker.hand_over(copy)
             elif frame is not None:
                 taker.send(frame)
+
+    def _send_frame(self, frame: Frame) -> None:
+        """Give an encoded message to all links; a large one is written once for those that share memory."""
+        place = None
+        if self._shared and self._pool is not None and frame_size(frame) > SHARED:
+            for shared in self._shared:
+                shared.take_back()
+            place = self._pool.place(frame, {block for shared in self._shared for block in shared.out.values()})
+        if place is None:
+            for link in self._remote:
+                link.send(frame)
+            return
+        for link in self._remote:
+            if link not in self._shared or not link.refer(place):
+                link.send(frame)
 
     def _send_numbered(self, message: Any, frame: Frame | None, copy: Any) -> None:
         """Send a message that was left in the lane, with the number of its turn."""
@@ -277,12 +302,27 @@ class Publication:
         """
         answer = self._answer(header)
         self._check_room()
+        if sock.family == getattr(socket, "AF_UNIX", None):
+            self._share(sock, header, answer)
+            return
         keep_alive(sock)
         if is_true(header.get("tcp_nodelay")):
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         greeting = encode_header(answer)
         link_class: Any = WaitingLink if self.queue_size is None else TcpLink
         link = link_class(self.context.loop, self.lane, sock, header, greeting, self.queue_size, self._remove)
+        self.lane.do(self._add, link)
+
+    def _share(self, sock: socket.socket, header: dict[str, str], answer: dict[str, str]) -> None:
+        """Link a subscriber of this machine that shares memory with this process. On the loop."""
+        from pyros1.node.publishing import shared_link  # noqa: PLC0415 - needs modules that only Linux has
+        from pyros1.node.publishing.pool import Pool  # noqa: PLC0415
+
+        if self._pool is None:
+            self._pool = Pool()
+        kind = shared_link.WaitingSharedLink if self.queue_size is None else shared_link.SharedLink
+        loop, token = self.context.loop, secrets.token_bytes(TOKEN_SIZE)
+        link = kind(loop, self.lane, sock, header, answer, self.queue_size, self._remove, self._pool, token)
         self.lane.do(self._add, link)
 
     def accept_datagrams(self, header: dict[str, str], place: tuple[str, int], size: int) -> UdpLink:
@@ -362,6 +402,7 @@ class Publication:
         self.links = links
         self._local = tuple(link for link in links if isinstance(link, LocalLink))
         self._remote = tuple(link for link in links if not isinstance(link, LocalLink))
+        self._shared = tuple(link for link in self._remote if link.transport == "LOCAL")  # type: ignore[misc]  # SharedLinks
         if self.on_change:
             self.context.loop.call_soon(self._changed)  # code of other parts does not belong in the lane
 
@@ -394,6 +435,8 @@ class Publication:
     def _finish(self, until: float) -> None:
         for link in self.links:
             link.finish(until)
+        if self._pool is not None:
+            self._pool.close()
 
 
 def _safe(frame: Frame | None, copy: Any) -> tuple[Frame | None, Any]:

@@ -283,7 +283,10 @@ class Delivery:
 
     def _go_on(self, rest: Rest) -> None:
         try:
-            self._deliver_frames(*rest)
+            if rest.items:
+                self._deliver_items(rest.link, rest.items)
+            else:
+                self._deliver_frames(*rest[:4])
         finally:
             self._rearm(rest.link)
 
@@ -292,7 +295,7 @@ class Delivery:
         for link in self.links:
             self.links.close(link)
         while self._new:
-            self._new.popleft().sock.close()
+            self._new.popleft().close()
         self._jobs.clear()
         self._begun.clear()
         self.handover.ring()
@@ -312,13 +315,16 @@ class Delivery:
             self._run_jobs()
         if frames is None:
             return False
-        if frames.__class__ is SplitBody:
+        if isinstance(frames, SplitBody):
             self._take_item(link, frames)
         elif frames:
-            self._take(link, frames)  # type: ignore[arg-type]  # a list, then
+            self._take(link, frames)
         return True
 
     def _take(self, link: TcpSource, frames: list[tuple[int, int]]) -> None:
+        if link.items is not None:
+            self._take_items(link, link.items)
+            return
         if frames[-1][1] > LARGE and len(frames) == 1:  # a single body is not copied again
             self._take_item(link, link.buffer.take_bodies(frames)[0])
             return
@@ -338,6 +344,37 @@ class Delivery:
                 self._dropped += max(0, len(frames) - index - limit)
                 self._catch_up([(link, data[a:b]) for a, b in frames[index:][-limit:]])
                 return
+
+    def _take_items(self, link: TcpSource, items: deque[Item]) -> None:
+        """Deliver messages some of which are not in the link's buffer."""
+        link.items = None
+        if self._callbacks is not None:
+            while items:
+                self._queue_for_spin(link, items.popleft())
+            return
+        limit = self.limit
+        if limit is None:
+            self._deliver_items(link, items)
+            return
+        behind = perf_counter() + FRESH
+        while items:
+            self._deliver_item(link, items.popleft())
+            if perf_counter() > behind:
+                self._dropped += max(0, len(items) - limit)
+                rest: list[tuple[Source, Item]] = [(link, item) for item in items]
+                items.clear()
+                self._catch_up(rest[-limit:])
+                return
+
+    def _deliver_items(self, link: TcpSource, items: deque[Item]) -> None:
+        """Deliver items; not all, if others wait and the link's turn is over."""
+        begun = perf_counter()
+        while items and not self._closed:
+            over = perf_counter() > begun + TURN and (self._something or self.links.driver.cooperative)
+            if over or self._held:
+                self._begun.append(Rest(link, b"", [], 0, items))
+                return
+            self._deliver_item(link, items.popleft())
 
     def _deliver_frames(self, link: TcpSource, data: bytes, frames: list[tuple[int, int]], position: int) -> None:
         """Deliver the frames from a position on; not all, if others wait and the link's turn is over."""
@@ -371,9 +408,9 @@ class Delivery:
         for source, item in rest:
             backlog.put(source, item)
         while self._begun:  # from before the queue was bounded
-            link, data, frames, position = self._begun.popleft()
-            for start, end in frames[position:]:
-                backlog.put(link, data[start:end])
+            link, data, frames, position, items = self._begun.popleft()
+            for item in items or (data[start:end] for start, end in frames[position:]):
+                backlog.put(link, item)
             self._rearm(link)
         while not self._closed:
             self._gather(backlog)
