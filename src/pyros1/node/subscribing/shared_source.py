@@ -13,7 +13,6 @@ from typing import Any
 
 from pyros1.ground.errors import ProtocolError
 from pyros1.msgs.large import SplitBody
-from pyros1.node.subscribing.sources import Item
 from pyros1.node.subscribing.tcp_source import TcpSource
 from pyros1.wire.local import (
     RECORD,
@@ -160,7 +159,7 @@ class SharedSource(TcpSource):
             self.items = deque(self._follow(body) for body in self.buffer.take_bodies(frames))
         return frames
 
-    def _follow(self, body: bytes) -> Item:
+    def _follow(self, body: bytes) -> bytes | SplitBody:
         """Return the message that a frame has or refers to."""
         reference = decode_reference(self._token, body)
         if reference is None:

@@ -61,4 +61,4 @@ class Rest(NamedTuple):
     data: bytes
     frames: list[tuple[int, int]]
     position: int
-    items: deque[Item] = deque()
+    items: deque[bytes | SplitBody] = deque()

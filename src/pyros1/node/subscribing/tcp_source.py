@@ -5,14 +5,11 @@ from __future__ import annotations
 import socket
 import struct
 from collections import deque
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from pyros1.msgs.large import SplitBody
 from pyros1.net.timeouts import bound_waits
 from pyros1.wire.framing import FrameBuffer
-
-if TYPE_CHECKING:
-    from pyros1.node.subscribing.sources import Item
 
 LARGE = 1 << 17
 """Size in bytes from which a frame is received in pieces, its array straight into its final object."""
@@ -56,7 +53,7 @@ class TcpSource:
     """
 
     transport = "TCPROS"
-    items: deque[Item] | None = None
+    items: deque[bytes | SplitBody] | None = None
     """What came with the last receive, if not all of that is in the buffer; see `SharedSource`."""
 
     def __init__(self, sock: socket.socket, uri: str, header: dict[str, str], first: bytes) -> None:
