@@ -9,9 +9,12 @@ import os
 import secrets
 import socket
 import struct
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Final
+
+from pyros1.wire.local import wants_local
 
 _PREFIX: Final = "pyros1-"
 _CREDENTIALS: Final = struct.Struct("3i")  # struct ucred: process, user, group
@@ -30,6 +33,15 @@ def host_key() -> str:
         return ""
     text = f"{boot} {network} {os.geteuid()}"
     return hashlib.sha256(text.encode()).hexdigest()[:32] if needed else ""
+
+
+def local_key(environ: Mapping[str, str]) -> str:
+    """Return `host_key` if PYROS1_TRANSPORTS wants the local transport, else an empty text.
+
+    Raises:
+        SettingError: its value is wrong.
+    """
+    return host_key() if wants_local(environ.get("PYROS1_TRANSPORTS", "")) else ""
 
 
 def listen() -> tuple[socket.socket, str]:

@@ -14,11 +14,9 @@ from pyros1.ground.errors import NodeError, NodeShutdownError, UnknownHostError
 from pyros1.net.bell import Event
 from pyros1.net.loop import Loop, LoopThread
 from pyros1.net.reach import how_to_reach
-from pyros1.net.same_host import host_key
 from pyros1.node.checks import check_timeout
 from pyros1.node.log.levels import ERROR
 from pyros1.node.subscribing.threads import DeliveryThreads
-from pyros1.wire.local import wants_local
 
 if TYPE_CHECKING:
     from pyros1.net.guests import Guests
@@ -110,7 +108,7 @@ class Context:
         self.uri = ""
         self.address: LocalAddress | None = None
         self.guests: Guests | None = None
-        self.local_key = host_key() if wants_local(environ.get("PYROS1_TRANSPORTS", "")) else ""
+        self.local_key = ""
         self.local_name: Callable[[], str] = str
         self.stopping = stopping
         self.tells_late_publishers = True

@@ -17,6 +17,7 @@ from pyros1.net.hosts import master_uri as find_master_uri
 from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
 from pyros1.net.rpc_caller import RpcCaller
+from pyros1.net.same_host import local_key
 from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node import checks
 from pyros1.node.callback_queue import CallbackQueue
@@ -117,6 +118,7 @@ class Node(ServiceMethods, TimeMethods):
         self.master_uri = master_uri or find_master_uri(environ, special)
 
         level = level_from_name(log_level)
+        shared = local_key(environ)
         self.master = MasterClient(self.name, self.master_uri)
         # From here nothing is refused: the loop has sockets, which only `shutdown` closes.
         stopping = Event()
@@ -127,6 +129,7 @@ class Node(ServiceMethods, TimeMethods):
         self.log = Log(self._sink, level=level)
         self._callbacks = CallbackQueue() if callbacks == "spin" else None
         self._context = Context(self.name, loop, RpcCaller(loop), self.log, self._callbacks, environ, stopping=stopping)
+        self._context.local_key = shared
         loop.thread.owner = self._context
         self._topics = Topics(self._context, lambda: self._registrar)
         self._services = Services(self._context, lambda: self._registrar, self._service_uri)

@@ -11,6 +11,7 @@ import contextlib
 import fcntl
 import mmap
 import os
+import struct
 from collections.abc import Set
 from typing import NamedTuple
 
@@ -23,6 +24,7 @@ SPARE = 4
 """Most free blocks that are kept."""
 _ALIGNED = 64  # of a message's large array, for those who calculate with it
 _LENGTH = 4
+_read_count = struct.Struct("<I").unpack_from
 
 
 class Block:
@@ -100,7 +102,11 @@ class Pool:
         size = frame_size(frame) - _LENGTH
         begin = array = 0
         if not isinstance(frame, bytes) and 2 <= len(frame) <= 3:
-            begin, array = len(frame[0]) - _LENGTH, memoryview(frame[1]).nbytes
+            first, array = frame[0], memoryview(frame[1]).nbytes
+            if len(first) >= 2 * _LENGTH and _read_count(first, len(first) - _LENGTH)[0] == array:
+                begin = len(first) - _LENGTH  # an array of bytes, after its length
+            else:
+                array = 0
         offset = -begin % _ALIGNED
         block = self._free(size + offset, in_use)
         if block is None:

@@ -7,6 +7,7 @@ import fcntl
 import mmap
 import os
 import socket
+import struct
 from collections import deque
 from collections.abc import Callable
 from typing import Any
@@ -28,6 +29,7 @@ MOST_BLOCKS = 64
 """Most blocks that one publisher may show."""
 HELD = 3
 """Most messages that a program may keep in the publisher's memory; of further ones it gets copies."""
+_read_count = struct.Struct("<I").unpack_from
 _SEALS = getattr(fcntl, "F_SEAL_SHRINK", 2) | getattr(fcntl, "F_SEAL_GROW", 4)
 
 
@@ -84,6 +86,9 @@ class SharedBody(SplitBody):
 
     def join(self) -> bytes:
         """Return the body in one piece."""
+        if self._memory is not None:
+            begin = self._reference.offset
+            return self._memory[begin : begin + self._reference.size]
         array = self.array(in_place=False)
         return b"".join((self.head, len(array).to_bytes(4, "little"), array, self.tail))
 
@@ -169,7 +174,8 @@ class SharedSource(TcpSource):
         if reference.offset + reference.size > len(memory):
             raise ProtocolError("a message in shared memory is not inside of its block")
         self.bytes_received += reference.size - REFERENCE_SIZE
-        if reference.begin == 0:
+        counted = reference.offset + reference.begin
+        if reference.begin == 0 or _read_count(memory, counted - 4)[0] != reference.array:
             return memory[reference.offset : reference.offset + reference.size]
         message = SharedBody(memory, reference, loan, self._held)
         if self._keeps:  # it may be kept for later subscribers
