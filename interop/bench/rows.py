@@ -285,6 +285,7 @@ QUICK = {
     "messages: Float64",
     "messages: Float64 from roscpp",
     "images: Image 1 MB",
+    "local: Image 6.2 MB to 5, each a process: in all",
     "latency: round trip, median",
     "latency: round trip, 99 %",
     "fan-out: Float64 to 1 + 1",
