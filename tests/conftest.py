@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from pyros1.master.server import Master
+from pyros1.net.same_host import host_key
 from pyros1.node import Node
 
 
@@ -73,11 +74,18 @@ def make_node(environ: dict[str, str]) -> Iterator[Callable[..., Node]]:
         node.shutdown()
 
 
-@pytest.fixture(params=["local", "tcp"])
+@pytest.fixture(
+    params=[
+        "inside",
+        "tcp",
+        pytest.param("local", marks=pytest.mark.skipif(not host_key(), reason="no shared memory on this system")),
+    ]
+)
 def transport(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Run a test twice: with links within the process, and with real connections between the nodes of the process."""
-    if request.param == "tcp":
+    """Run a test with links within the process, and with the connections that nodes of other processes have."""
+    if request.param != "inside":
         monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
+        monkeypatch.setattr("pyros1.net.same_host.wants_local", lambda setting: request.param == "local")
     return str(request.param)
 
 

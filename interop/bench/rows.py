@@ -19,7 +19,7 @@ from harness import INTEROP, STOCK_PYTHON
 from launch import ALONE, DOWN, KINDS, UP
 from master import FIGURES
 from model import COLUMNS, FACE, OURS, ROSCPP, ROSPY, Goal, Row, Step
-from steps import Command, FanOut, Import, Program, Script, Together
+from steps import LOCAL, Command, Crowd, FanOut, Import, Program, Script, Together
 
 
 def at_least(roscpp: float | None = None, rospy: float | None = None) -> tuple[Goal, ...]:
@@ -89,6 +89,28 @@ def latency() -> Iterator[Row]:
     jitter = "publisher at 1 kHz: interval off by, 99 %"
     yield Row("latency", jitter, "us", "jitter99", steps, at_least(roscpp=0.667), less=True)
     yield Row("latency", "publisher at 1 kHz: CPU", "% of a core", "cpu", steps, at_least(rospy=1), less=True)
+
+
+def local() -> Iterator[Row]:
+    """Nodes of one machine: our local transport beside TCP of the others. Subscribers read images in place."""
+    for name, what in (
+        ("Image 6.2 MB", "type=Image size=6220800"),
+        ("PointCloud2 10 MB", "type=PointCloud2 size=10000000"),
+    ):
+        options = dict.fromkeys(COLUMNS, f"{what} queue=10")
+        options[OURS] += f" arrays=memoryview {LOCAL}"
+        for count, goal in ((1, 2), (5, 6), (10, 10)):
+            steps = {kind: Crowd(kind, options[kind], count) for kind in COLUMNS}
+            yield Row("local", f"{name} to {count}, each a process: in all", "MB/s", "mb", steps, at_least(roscpp=goal))
+    options = {kind: f"queue={best(kind)}{f' {LOCAL}' if kind == OURS else ''}" for kind in COLUMNS}
+    steps = {
+        kind: Together((Program(kind, "echo", options[kind]), Program(kind, "ping", options[kind]))) for kind in COLUMNS
+    }
+    yield Row("local", "round trip, median", "us", "p50", steps, at_least(1 / 0.6, 1 / 0.6), less=True)
+    yield Row("local", "round trip, 99 %", "us", "p99", steps, less=True)
+    floats = {kind: f"type=Float64 {LOCAL}" if kind == OURS else "type=Float64" for kind in COLUMNS}
+    steps = {kind: topic(kind, kind, floats[kind], best(kind)) for kind in COLUMNS}
+    yield Row("local", "Float64", "messages/s", "rate", steps, at_least(4, 50))
 
 
 def fan_out() -> Iterator[Row]:
@@ -263,6 +285,7 @@ QUICK = {
     "messages: Float64",
     "messages: Float64 from roscpp",
     "images: Image 1 MB",
+    "local: Image 6.2 MB to 5, each a process: in all",
     "latency: round trip, median",
     "latency: round trip, 99 %",
     "fan-out: Float64 to 1 + 1",
@@ -279,5 +302,5 @@ QUICK = {
 
 def all_rows() -> list[Row]:
     """The whole table."""
-    groups = (messages, images, latency, fan_out, services, faces, process, master, start, launch, bags, codec)
+    groups = (messages, images, latency, local, fan_out, services, faces, process, master, start, launch, bags, codec)
     return [row for group in groups for row in group()]

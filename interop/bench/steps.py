@@ -26,6 +26,8 @@ PROGRAMS = {
     "drain": [STOCK_PYTHON, str(HERE / "drain.py")],
 }
 LONG = 60.0  # seconds; a program that another one outlives
+LOCAL = "transports=local"
+"""The option for our local transport; the others' programs pay no attention to it."""
 START = 30.0  # seconds that a program may need to come up
 
 
@@ -45,8 +47,12 @@ class Bench:
 
     def start(self, program: Program, seconds: float) -> Process:
         """Start one of the benchmark programs."""
-        command = [*PROGRAMS[program.kind], program.role, *program.options.split(), f"seconds={seconds}"]
-        return self.master.run(command, label=program.label, **self._variables(program.kind))
+        words = program.options.split()
+        command = [*PROGRAMS[program.kind], program.role, *words, f"seconds={seconds}"]
+        variables = self._variables(program.kind)
+        if LOCAL in words:
+            variables["PYROS1_TRANSPORTS"] = "local,tcp"
+        return self.master.run(command, label=program.label, **variables)
 
     def output(self, *command: str, kind: str, timeout: float = 120) -> str:
         """Run a command to its end and return what it prints on standard output."""
@@ -125,6 +131,38 @@ class Together:
                     running[-1].wait_line("^ready", START)
                 running.append(bench.start(program, bench.seconds if program is talking else LONG))
             return figures_of(running[self.talking], START + bench.seconds)
+        finally:
+            bench.master.close_since(mark)
+
+
+@dataclass(frozen=True)
+class Crowd:
+    """A publisher with some subscribers, each in a process of its own.
+
+    Attributes:
+        kind: whose programs.
+        options: their arguments.
+        count: number of subscribers.
+    """
+
+    kind: str
+    options: str
+    count: int
+
+    @property
+    def label(self) -> str:
+        return f"{self.kind} to {self.count} processes {self.options}"
+
+    def run(self, bench: Bench) -> dict[str, float]:
+        """Return what all subscribers get together."""
+        mark = len(bench.master.processes)
+        try:
+            heard = [bench.start(Program(self.kind, "sub", self.options), bench.seconds) for _ in range(self.count)]
+            for process in heard:
+                process.wait_line("^ready", START)
+            bench.start(Program(self.kind, "pub", f"{self.options} wait={self.count}"), LONG)
+            each = [figures_of(process, START + bench.seconds) for process in heard]
+            return {name: sum(figures[name] for figures in each) for name in each[0]}
         finally:
             bench.master.close_since(mark)
 

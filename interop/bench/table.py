@@ -100,15 +100,18 @@ def about(runs: int, seconds: float) -> dict[str, Any]:
 
 
 def commit() -> str:
-    """The commit that is measured, with a + if files were changed since; "?" outside a repository."""
+    """The commit that is measured, with a + if files were changed since; "?" outside a repository, or without git."""
     here = Path(__file__).parent
-    told = subprocess.run(
-        ["git", "describe", "--always", "--dirty=+", "--exclude=*"],
-        cwd=here,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    try:
+        told = subprocess.run(
+            ["git", "describe", "--always", "--dirty=+", "--exclude=*"],
+            cwd=here,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    except FileNotFoundError:  # there is no git
+        return "?"
     return told.stdout.strip() or "?"
 
 

@@ -147,3 +147,10 @@ def test_the_quick_form_has_rows_of_nearly_all_groups() -> None:
     told = subprocess.run(program, capture_output=True, text=True, check=True, timeout=60)
     listed = [line for line in told.stdout.splitlines() if not line.startswith(" ")]
     assert sorted(line.partition(" [")[0] for line in listed) == sorted(QUICK)
+
+
+def test_a_machine_without_git(monkeypatch: pytest.MonkeyPatch) -> None:
+    from table import commit
+
+    monkeypatch.setenv("PATH", "")
+    assert commit() == "?"

@@ -94,7 +94,10 @@ class Socket:
         queue: connections to accept, if it listens.
         ended: whether the other end sends no more.
         broken: error of the connection, told once; or 0.
+        family: as of a real one.
     """
+
+    family = socket.AF_INET
 
     def __init__(self, network: Network) -> None:
         self._network = network

@@ -49,6 +49,10 @@ class SplitBody:
         self.tail = tail
         self.counted = counted
 
+    def array(self, *, in_place: bool) -> Any:
+        """Return the array as bytes; or, if it is in memory of others, as a read-only view of that, if wanted so."""
+        return self.data
+
     def join(self) -> bytes:
         """Return the body in one piece."""
         if not self.counted:
@@ -111,7 +115,8 @@ def decode_split(cls: type[Any], where: Layout | None, body: SplitBody, view: Vi
             message = None
         # If the array is not empty, the pieces were not cut at the array's borders.
         if message is not None and not len(getattr(message, where.field)):
-            setattr(message, where.field, body.data if view is None else view(body.data, 0, len(body.data), "B"))
+            array = body.array(in_place=view is not None)
+            setattr(message, where.field, array if view is None else view(array, 0, len(array), "B"))
             return message
     return decode(cls, body.join(), view)
 

@@ -80,6 +80,8 @@ class Context:
         uri: URI of its slave API, once that listens.
         address: where it listens and is reached, once that is known.
         guests: decides who may connect to it; None: everybody may.
+        local_key: what programs have in common that share memory with it; empty: it shares none.
+        local_name: returns the name of the socket for these; empty if there is none.
         stopping: set when the node begins to shut down; every wait ends then.
         tells_late_publishers: whether a `publish` after the end of the node is still to be logged, once.
         publications: what it publishes, by topic; changed by whole replacement, so that readers need no lock.
@@ -106,6 +108,8 @@ class Context:
         self.uri = ""
         self.address: LocalAddress | None = None
         self.guests: Guests | None = None
+        self.local_key = ""
+        self.local_name: Callable[[], str] = str
         self.stopping = stopping
         self.tells_late_publishers = True
         self.publications: dict[str, Published] = {}

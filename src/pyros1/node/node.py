@@ -17,6 +17,7 @@ from pyros1.net.hosts import master_uri as find_master_uri
 from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
 from pyros1.net.rpc_caller import RpcCaller
+from pyros1.net.same_host import local_key
 from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node import checks
 from pyros1.node.callback_queue import CallbackQueue
@@ -35,7 +36,7 @@ from pyros1.node.registrar import Registrar, await_master
 from pyros1.node.server import TcprosServer, open_ports
 from pyros1.node.services.provided import ServiceMethods, Services
 from pyros1.node.slave import SlaveApi
-from pyros1.node.subscribing.hints import Hints
+from pyros1.node.subscribing.hints import USUAL, Hints
 from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.node.topic_type import topic_type
 from pyros1.node.topics import LONGEST_CALLBACK, Topics
@@ -117,6 +118,7 @@ class Node(ServiceMethods, TimeMethods):
         self.master_uri = master_uri or find_master_uri(environ, special)
 
         level = level_from_name(log_level)
+        shared = local_key(environ)
         self.master = MasterClient(self.name, self.master_uri)
         # From here nothing is refused: the loop has sockets, which only `shutdown` closes.
         stopping = Event()
@@ -127,6 +129,7 @@ class Node(ServiceMethods, TimeMethods):
         self.log = Log(self._sink, level=level)
         self._callbacks = CallbackQueue() if callbacks == "spin" else None
         self._context = Context(self.name, loop, RpcCaller(loop), self.log, self._callbacks, environ, stopping=stopping)
+        self._context.local_key = shared
         loop.thread.owner = self._context
         self._topics = Topics(self._context, lambda: self._registrar)
         self._services = Services(self._context, lambda: self._registrar, self._service_uri)
@@ -249,7 +252,7 @@ class Node(ServiceMethods, TimeMethods):
         queue_size: int | None = None,
         tcp_nodelay: bool = True,
         arrays: str | None = None,
-        transports: str | Iterable[str] = ("tcp",),
+        transports: str | Iterable[str] = USUAL,
         max_datagram_size: int = 1500,
         deadline: float | None = None,
         on_missed: Callable[[Missed], object] | None = None,
@@ -266,7 +269,8 @@ class Node(ServiceMethods, TimeMethods):
             arrays: the type of numeric arrays, which all have one dimension: None for bytes (uint8) and tuples;
                 "memoryview" or "numpy" for read-only arrays of the field's type that refer to the received bytes,
                 without a copy.
-            transports: one or several transports in the order of preference: "tcp" (TCPROS), "udp"
+            transports: one or several transports in the order of preference: "tcp" (TCPROS), "local" (shared memory
+                and Unix sockets, with pyros1's publishers of this machine if PYROS1_TRANSPORTS has it), "udp"
                 (UDPROS: lost messages are not sent again, and nothing waits for them; see
                 https://wiki.ros.org/ROS/UDPROS). rospy's publishers have "tcp" only. The first subscriber of a topic
                 in a node decides.

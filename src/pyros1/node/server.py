@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from pyros1.ground.errors import Error, NodeError, ProtocolError
 from pyros1.net.acceptor import Acceptor
 from pyros1.net.ports import listening_socket
+from pyros1.net.same_host import is_own, listen
 from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node.log.levels import WARN
 from pyros1.wire.handshake import Refusal
@@ -71,6 +72,31 @@ class TcprosServer:
         self.port: int = listener.getsockname()[1]
         say, guests = context.tell_trouble, context.guests
         self._acceptor = Acceptor(context.loop, listener, self._accepted, say, guests=guests)
+        self._local_acceptor: Acceptor | None = None
+        self._local_name = ""
+        context.local_name = self.local_name
+
+    def local_name(self) -> str:
+        """Return the name of the socket for programs that share memory; empty if there is none. On the loop."""
+        if self._local_acceptor is None and self._context.local_key:
+            try:
+                listener, self._local_name = listen()
+            except OSError as error:
+                self._context.tell_trouble(f"no socket for subscribers of this machine: {error.strerror or error}")
+                return ""
+            context = self._context
+            self._local_acceptor = Acceptor(context.loop, listener, self._accepted_local, context.tell_trouble)
+        return self._local_name
+
+    def _accepted_local(self, sock: socket.socket) -> None:
+        try:
+            own = is_own(sock)
+        except OSError:
+            own = False
+        if own:
+            self._accepted(sock)
+        else:
+            sock.close()
 
     def _accepted(self, sock: socket.socket) -> None:
         if len(self._greetings) >= MOST_GREETINGS:
@@ -157,6 +183,8 @@ class TcprosServer:
     def close(self) -> None:
         """Stop to listen. On the loop."""
         self._acceptor.close()
+        if self._local_acceptor is not None:
+            self._local_acceptor.close()
         for greeting in list(self._greetings.values()):
             self._end(greeting)
 
@@ -164,7 +192,8 @@ class TcprosServer:
 def _host(sock: socket.socket) -> str:
     """The address of the machine at the other end of a connection."""
     try:
-        return str(sock.getpeername()[0])
+        peer = sock.getpeername()
+        return str(peer[0]) if isinstance(peer, tuple) else "this machine"
     except OSError:
         return "a machine that is gone"
 

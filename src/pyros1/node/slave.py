@@ -15,6 +15,8 @@ from pyros1.ground.errors import Error, XmlRpcFault
 from pyros1.net.hosts import parse_uri
 from pyros1.node.log.levels import WARN
 from pyros1.wire.handshake import Refusal
+from pyros1.wire.local import PROTOCOL as LOCAL
+from pyros1.wire.local import is_offered
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
@@ -162,6 +164,9 @@ class SlaveApi:
             return [-1, "ERROR: parameter [protocols] must be a list of protocols", []]
         if topic not in self._context.publications:
             return [-1, f"Not a publisher of [{topic}]", []]
+        name = self._context.local_name() if is_offered(protocols, self._context.local_key) else ""
+        if name:
+            return [1, f"ready on {name}", [LOCAL, name]]
         for protocol in protocols:
             if isinstance(protocol, list) and protocol and protocol[0] == "TCPROS":
                 host, port = self._tcpros()

@@ -72,7 +72,7 @@ class OutQueue:
     def push(self, frame: Frame) -> None:
         """Add a frame; drop the oldest waiting one if there are too many."""
         waiting = self._waiting
-        waiting.append(frame if frame.__class__ is bytes else _safe(_rest_of(frame, 0)))
+        waiting.append(frame if isinstance(frame, bytes) else _safe(_rest_of(frame, 0)))
         if self._limit and len(waiting) > self._limit:
             waiting.popleft()
             self.dropped += 1

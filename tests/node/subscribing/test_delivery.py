@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 
 from pyros1.msgs.std_msgs.msg import Float64, String
-from pyros1.node.subscribing.delivery import FRESH, Delivery
+from pyros1.node.subscribing.delivery import Delivery
 from pyros1.node.subscribing.inbox import Inbox
+from pyros1.node.subscribing.turns import FRESH
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
 from pyros1.wire.header import encode_header
 

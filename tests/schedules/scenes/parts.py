@@ -23,10 +23,15 @@ from ..stage import Stage
 THREAD = 1000
 """Message numbers are this times the number of the thread, and the number in that thread, from 0."""
 DATA = "pyros1.net.loop", "pyros1.net.bell", "pyros1.node.lane", "pyros1.wire.outqueue"
-PUBLISHING = (*DATA, "pyros1.node.publishing.publication", "pyros1.node.publishing.tcp_link")
+PUBLISHING = (
+    *DATA,
+    "pyros1.node.publishing.publication",
+    "pyros1.node.publishing.linking",
+    "pyros1.node.publishing.tcp_link",
+)
 SUBSCRIBING = tuple(
     f"pyros1.node.subscribing.{name}"
-    for name in ("delivery", "subscription", "links", "threads", "inbox", "backlog", "spin_queues", "flood")
+    for name in ("delivery", "taking", "subscription", "links", "threads", "inbox", "backlog", "spin_queues", "flood")
 )
 
 

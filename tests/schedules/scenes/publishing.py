@@ -143,7 +143,7 @@ class Numbered(Publishing):
 class Joining(Scenario):
     """A subscriber comes while the publisher ends: its link ends, too."""
 
-    modules = ("pyros1.node.publishing.publication",)
+    modules = ("pyros1.node.publishing.publication", "pyros1.node.publishing.linking")
 
     def play(self, stage: Stage) -> None:
         """Play it."""
@@ -161,7 +161,12 @@ class Joining(Scenario):
 class Ending(Scenario):
     """A publisher ends while another thread works in its lane: what it has published arrives, and no frame is torn."""
 
-    modules = ("pyros1.node.lane", "pyros1.node.publishing.publication", "pyros1.node.publishing.tcp_link")
+    modules = (
+        "pyros1.node.lane",
+        "pyros1.node.publishing.publication",
+        "pyros1.node.publishing.linking",
+        "pyros1.node.publishing.tcp_link",
+    )
     room = 200
 
     def play(self, stage: Stage) -> None:

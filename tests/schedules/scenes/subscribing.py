@@ -66,9 +66,9 @@ class Subscribing(Scenario):
 
     modules = (*DATA, *SUBSCRIBING)
     limits = (
-        ("pyros1.node.subscribing.delivery", "STRIDE", 2),
-        ("pyros1.node.subscribing.delivery", "TURN", 50e-6),
-        ("pyros1.node.subscribing.delivery", "FLOWING", 10.0),
+        ("pyros1.node.subscribing.taking", "STRIDE", 2),
+        ("pyros1.node.subscribing.taking", "TURN", 50e-6),
+        ("pyros1.node.subscribing.taking", "FLOWING", 10.0),
         ("pyros1.node.subscribing.threads", "SPARE", 1),
         ("pyros1.node.subscribing.threads", "REST", 0.001),
     )
@@ -171,6 +171,7 @@ class Within(Subscribing):
         ("pyros1.node.lane", "TURN", 2),
         ("pyros1.node.publishing.local_link", "UNBOUNDED_LIMIT", 2),
         ("pyros1.node.subscribing.delivery", "UNBOUNDED_LIMIT", 2),
+        ("pyros1.node.subscribing.taking", "UNBOUNDED_LIMIT", 2),
     )
 
     def play(self, stage: Stage) -> None:

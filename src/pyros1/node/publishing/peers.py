@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from pyros1.node.watching.telling import Log, Teller
 
 if TYPE_CHECKING:
-    from pyros1.node.publishing.publication import Link, Publication
+    from pyros1.node.publishing.linking import Link
+    from pyros1.node.publishing.publication import Publication
 
 
 class Peer:

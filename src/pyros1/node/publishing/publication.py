@@ -6,62 +6,33 @@ https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers
 from __future__ import annotations
 
 import itertools
-import socket
 import struct
 import time
 from collections.abc import Callable, Mapping
 from threading import get_ident
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import SerializationError
-from pyros1.net.keepalive import keep_alive
-from pyros1.node.lane import Lane
-from pyros1.node.publishing.local_link import LocalLink
-from pyros1.node.publishing.tcp_link import TcpLink, WaitingLink
-from pyros1.wire.handshake import Refusal, TopicType, answer_subscriber, is_true
-from pyros1.wire.header import encode_header
-from pyros1.wire.outqueue import Buffer, Frame, keepable
+from pyros1.node.publishing.linking import Link, Linking
+from pyros1.wire.handshake import TopicType
+from pyros1.wire.outqueue import Buffer, Frame, frame_size, keepable
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
-    from pyros1.node.publishing.udp_link import UdpLink
-    from pyros1.node.subscribing.sources import Receiver
 
 _LENGTH = 4
 _U32 = struct.Struct("<I")
+SHARED = 1 << 16
+"""Bytes from which a message is shared with subscribers of this machine; smaller ones are as fast through a socket."""
 FAREWELL = 1.0
 """Seconds that subscribers have to take the last messages of a publisher that ends."""
-MOST_LINKS = 1024
 PAUSE = 0.0001
 LONGEST_TURN = 1.0
 """Most seconds that a publisher without a queue waits for the lane, whose worker a signal handler may delay."""
 
 
-class Link(Protocol):
-    """The part of a link that a publication needs. `start`, `send` and `recover` are called in the topic's lane."""
-
-    peer: str
-    messages: int
-    bytes_sent: int
-    transport: str
-    address: str
-
-    @property
-    def dropped(self) -> int: ...
-    @property
-    def waiting(self) -> int: ...
-    @property
-    def connected(self) -> bool: ...
-    def start(self) -> None: ...
-    def send(self, frame: Frame) -> None: ...
-    def recover(self) -> None: ...
-    def wait(self) -> None: ...
-    def close(self) -> None: ...
-    def finish(self, until: float) -> None: ...
-
-
-class Publication:
+class Publication(Linking):
     """A topic that a node publishes, and its links.
 
     Args:
@@ -84,27 +55,12 @@ class Publication:
         latch: bool,
         headers: Mapping[str, str],
     ) -> None:
-        self.context = context
-        self.topic = topic
-        self.message_class = message_class
+        super().__init__(context, topic, message_class, type_, queue_size, latch, headers)
         # Codecs are made when they are first used: here, not in a signal handler in the middle of an import.
         message_class()
         self._encode = message_class._encode_frame
-        self.type = type_
-        self.queue_size = queue_size
-        self.latch = latch
-        self.headers = dict(headers)
-        self.links: tuple[Link, ...] = ()
-        self._remote: tuple[Link, ...] = ()  # the links that take frames
-        self._local: tuple[LocalLink, ...] = ()  # the links that take messages
         self.handles = 0
-        self.on_change: list[Callable[[], None]] = []
-        self._connections = itertools.count(1)  # over UDP
         self._seq = itertools.count(1)  # from 1, as rospy (T22)
-        self._latched: dict[object, Frame] = {}  # by source: each has its own, as in roscpp
-        # It guards numbers, latched message and links, so that all of them see one order of messages.
-        self.lane = Lane(context.loop.call_soon, self._recover)
-        self._closed = False
         self.publish: Callable[[Any], None] = self._publish_numbered if message_class._has_header else self._publish
         """Send a message to all links; see Publisher.publish."""
 
@@ -134,8 +90,11 @@ class Publication:
                         frame = self._encode(message)
                     except SerializationError as error:
                         raise self._named(error) from None
-                    for link in self._remote:
-                        link.send(frame)
+                    if self._shared:
+                        self._send_frame(frame)
+                    else:
+                        for link in self._remote:
+                            link.send(frame)
             except BaseException:
                 self._recover()
                 raise
@@ -197,14 +156,28 @@ class Publication:
             frame = copy.__class__._encode_frame(copy)
         if frame is not None:
             if self.latch:
-                self._latched[source] = frame = frame if isinstance(frame, bytes) else b"".join(frame)
-            for link in self._remote:
-                link.send(frame)
+                self._latched[source] = frame if isinstance(frame, bytes) else b"".join(frame)
+            self._send_frame(frame)
         for taker in self._local:
             if copy is not None:
                 taker.hand_over(copy)
             elif frame is not None:
                 taker.send(frame)
+
+    def _send_frame(self, frame: Frame) -> None:
+        """Give an encoded message to all links; a large one is written once for those that share memory."""
+        place = None
+        if self._shared and self._pool is not None and frame_size(frame) > SHARED:
+            for shared in self._shared:
+                shared.take_back()
+            place = self._pool.place(frame, {block for shared in self._shared for block in shared.out.values()})
+        if place is None:
+            for link in self._remote:
+                link.send(frame)
+            return
+        for link in self._remote:
+            if link not in self._shared or not link.refer(place):
+                link.send(frame)
 
     def _send_numbered(self, message: Any, frame: Frame | None, copy: Any) -> None:
         """Send a message that was left in the lane, with the number of its turn."""
@@ -214,11 +187,6 @@ class Publication:
         if frame is not None:
             frame = _numbered(frame, number)
         self._send(frame, copy)
-
-    def _recover(self) -> None:
-        """Let all links recover after a signal handler has raised in the middle of a job."""
-        for link in self.links:
-            link.recover()
 
     def _wait(self) -> None:
         """Wait until all links have sent the published messages, as rospy does without a queue size."""
@@ -269,106 +237,6 @@ class Publication:
         """Forget a source's latched message."""
         self.lane.do(self._latched.pop, source, None)
 
-    def accept(self, sock: socket.socket, header: dict[str, str]) -> None:
-        """Answer a subscriber's header and link it. On the loop.
-
-        Raises:
-            Refusal: the subscriber wants another type.
-        """
-        answer = self._answer(header)
-        self._check_room()
-        keep_alive(sock)
-        if is_true(header.get("tcp_nodelay")):
-            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        greeting = encode_header(answer)
-        link_class: Any = WaitingLink if self.queue_size is None else TcpLink
-        link = link_class(self.context.loop, self.lane, sock, header, greeting, self.queue_size, self._remove)
-        self.lane.do(self._add, link)
-
-    def accept_datagrams(self, header: dict[str, str], place: tuple[str, int], size: int) -> UdpLink:
-        """Link a subscriber that wants datagrams. On the loop.
-
-        Args:
-            header: the subscriber's connection header.
-            place: the subscriber's host and port.
-            size: bytes of the largest datagram.
-
-        Raises:
-            Refusal: the subscriber wants another type, or cannot be reached.
-        """
-        from pyros1.node.publishing.udp_link import UdpLink  # noqa: PLC0415 - few nodes need it
-
-        answer = self._answer(header)
-        self._check_room()
-        number = next(self._connections)
-        link = UdpLink(self.context.loop, self.lane, header, answer, place, size, number, self._remove)
-        if not link.connected:
-            raise Refusal(f"cannot send datagrams to {place[0]}:{place[1]}")
-        self.lane.do(self._add, link)
-        return link
-
-    def connect_local(
-        self, receiver: Receiver, uri: str, header: dict[str, str], on_closed: Callable[[LocalLink], None]
-    ) -> LocalLink:
-        """Link a subscription of the same process, without a socket.
-
-        Args:
-            receiver: takes the messages.
-            uri: URI of this node's slave API.
-            header: the connection header that the subscriber would send.
-            on_closed: called when the link has ended.
-
-        Raises:
-            Refusal: the subscription wants another type.
-        """
-        try:
-            answer = self._answer(header)
-        except Refusal as refusal:  # over TCP the server logs it
-            self.context.log.warn("refused a connection of %s for %s: %s", header["callerid"], self.topic, refusal)
-            raise
-        _ = self.message_class._copy  # as in __init__
-        link = LocalLink(self.lane, receiver, uri, header, answer, self.queue_size, self._remove, on_closed)
-        self.lane.do(self._add, link)
-        return link
-
-    def _check_room(self) -> None:
-        if len(self.links) >= MOST_LINKS:
-            raise Refusal(f"[{self.topic}] has {MOST_LINKS} subscribers already")
-
-    def _answer(self, header: dict[str, str]) -> dict[str, str]:
-        if self._closed:
-            raise self._gone()
-        return answer_subscriber(header, self.context.name, self.topic, self.type, self.latch, self.headers)
-
-    def _add(self, link: Link) -> None:
-        if self._closed:
-            link.close()
-            return
-        self._set_links((*self.links, link))
-        link.start()
-        for frame in self._latched.values():
-            link.send(frame)
-
-    def _gone(self) -> Refusal:
-        return Refusal(f"[{self.context.name}] is no longer a publisher of [{self.topic}]")
-
-    def _remove(self, link: Link) -> None:
-        self.lane.do(self._remove_now, link)
-
-    def _remove_now(self, link: Link) -> None:
-        self._set_links(tuple(other for other in self.links if other is not link))
-
-    def _set_links(self, links: tuple[Link, ...]) -> None:
-        self.links = links
-        self._local = tuple(link for link in links if isinstance(link, LocalLink))
-        self._remote = tuple(link for link in links if not isinstance(link, LocalLink))
-        if self.on_change:
-            self.context.loop.call_soon(self._changed)  # code of other parts does not belong in the lane
-
-    def _changed(self) -> None:
-        for callback in tuple(self.on_change):
-            callback()
-
     def close(self, until: float | None = None) -> None:
         """End all links; waiting messages are sent first, as far as subscribers take them in time.
 
@@ -394,6 +262,8 @@ class Publication:
     def _finish(self, until: float) -> None:
         for link in self.links:
             link.finish(until)
+        if self._pool is not None:
+            self._pool.close()
 
 
 def _safe(frame: Frame | None, copy: Any) -> tuple[Frame | None, Any]:

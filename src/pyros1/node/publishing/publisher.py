@@ -17,7 +17,8 @@ from pyros1.node.publishing.peers import Told, Watch
 from pyros1.wire.handshake import ANY
 
 if TYPE_CHECKING:
-    from pyros1.node.publishing.publication import Link, Publication
+    from pyros1.node.publishing.linking import Link
+    from pyros1.node.publishing.publication import Publication
 
 _M = TypeVar("_M")
 _Value = SupportsFloat | SupportsIndex | str | Time | Duration | Array

@@ -399,6 +399,8 @@ def wait_writable(sock: socket.socket) -> None:
 
 def _address_text(sock: socket.socket) -> str:
     """Describe a connection in the form that rosnode info reads (S03)."""
+    if sock.family == getattr(socket, "AF_UNIX", None):
+        return f"LOCAL connection on port 0 to [127.0.0.1:0 on socket {sock.fileno()}]"
     try:
         port, peer = sock.getsockname()[1], sock.getpeername()
     except OSError:

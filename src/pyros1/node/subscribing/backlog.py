@@ -41,6 +41,10 @@ class Backlog(Generic[S, T]):
         """Keep the newest frames of one receive. For backlogs of links and bytes."""
         if isinstance(frames, SplitBody):
             self.put(link, frames)  # type: ignore[arg-type]
+        elif link.items is not None:
+            for item in link.items:
+                self.put(link, item)  # type: ignore[arg-type]
+            link.items = None
         elif frames:
             self.dropped += max(0, len(frames) - self._limit)
             for body in link.buffer.take_bodies(frames[-self._limit :]):

@@ -9,7 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pyros1.ground.errors import Error
+from pyros1.ground.errors import Error, ProtocolError
+from pyros1.net import same_host
 from pyros1.net.acceptor import lacks_files
 from pyros1.net.connect import connect
 from pyros1.net.keepalive import keep_alive
@@ -20,6 +21,7 @@ from pyros1.node.subscribing.dialogue import Action, Dialogue, State
 from pyros1.node.subscribing.tcp_source import TcpSource
 from pyros1.wire.handshake import Refusal, TopicType
 from pyros1.wire.header import encode_header
+from pyros1.wire.local import offer
 
 if TYPE_CHECKING:
     from pyros1.net.loop import TimerHandle
@@ -81,6 +83,7 @@ class Connector:
         self._sock: socket.socket | None = None
         self._offered: UdpSource | None = None  # or the link
         self._unsent = b""  # of our header
+        self._desk: socket.socket | None = None  # came with the publisher's header, see `pyros1.wire.local`
 
     @property
     def gone(self) -> bool:
@@ -115,6 +118,9 @@ class Connector:
                 case do.Connect(host, port):
                     self._close_offered()
                     connect(self._context.loop, host, port, STEP_TIMEOUT, self._of_this_attempt(self._connected))
+                case do.ConnectLocal(name):
+                    self._close_offered()
+                    self._connect_local(name)
                 case do.Greet(header):
                     self._greet(header)
                 case do.Link(header, rest):
@@ -154,6 +160,7 @@ class Connector:
             with contextlib.suppress(KeyError, ValueError):
                 self._context.loop.unregister(sock)
             sock.close()
+        self._close_desk()
         self._close_offered()
 
     def _stop_timers(self) -> None:
@@ -201,6 +208,8 @@ class Connector:
         """Return the wanted protocols, in the order of preference (T62)."""
         protocols: list[list[Any]] = []
         for transport in self._subscription.hints.transports:
+            if transport == "local":
+                continue
             if transport == "tcp":
                 protocols.append(["TCPROS"])
             elif self._context.address is not None:
@@ -212,6 +221,9 @@ class Connector:
                     )
                 else:
                     protocols.append(self._offered.offer())
+        # Last, so that a publisher which looks at the first only finds what it knows.
+        if self._context.local_key and self.dialogue.local and "local" in self._subscription.hints.transports:
+            protocols.append(offer(self._context.local_key))
         return protocols
 
     def _answered(self, value: Any, error: Exception | None) -> None:
@@ -230,6 +242,14 @@ class Connector:
         self._do(self.dialogue.silent())
 
     # Connecting and greeting ------------------------------------------------------------------------------------------
+
+    def _connect_local(self, name: str) -> None:
+        try:
+            self._sock = same_host.connect(name)
+        except OSError:
+            self._do(self.dialogue.local_failed())
+        else:
+            self._do(self.dialogue.connected(self._subscription.request_header()))
 
     def _connected(self, sock: socket.socket | None, error: Exception | None) -> None:
         if sock is None:
@@ -261,18 +281,46 @@ class Connector:
                     ready = self._of_this_attempt(partial(self._ready, sock))
                     self._context.loop.modify(sock, selectors.EVENT_READ, ready)
             if mask & selectors.EVENT_READ:
-                self._do(self.dialogue.received(sock.recv(_PIECE)))
+                self._do(self.dialogue.received(self._receive(sock)))
         except BlockingIOError:
             pass
         except OSError:
             self._do(self.dialogue.failed())
 
+    def _receive(self, sock: socket.socket) -> bytes:
+        """Receive bytes; and, over a Unix socket, the descriptor that comes with a header."""
+        if sock.family in (socket.AF_INET, socket.AF_INET6):
+            return sock.recv(_PIECE)
+        data, descriptors, _, _ = socket.recv_fds(sock, _PIECE, 2)
+        for descriptor in descriptors:
+            self._close_desk()
+            self._desk = socket.socket(fileno=descriptor)
+        return data
+
+    def _close_desk(self) -> None:
+        desk, self._desk = self._desk, None
+        if desk is not None:
+            desk.close()
+
     def _link(self, header: dict[str, str], rest: bytes) -> None:
+        desk, self._desk = self._desk, None
         sock, self._sock = self._sock, None
         assert sock is not None
         self._stop_timers()
         self._context.loop.unregister(sock)
-        self._subscription.link(TcpSource(sock, self.uri, header, rest))
+        if desk is None:
+            self._subscription.link(TcpSource(sock, self.uri, header, rest))
+            return
+        from pyros1.node.subscribing.shared_source import SharedSource  # noqa: PLC0415 - few need it, and only on Linux
+
+        try:
+            source = SharedSource(sock, self.uri, header, rest, desk)
+        except ProtocolError as error:
+            sock.close()
+            desk.close()
+            self._do(self.dialogue.lost(str(error)))
+        else:
+            self._subscription.link(source)
 
     def _link_datagrams(self, header: dict[str, str], place: tuple[str, int], number: int) -> None:
         assert self._offered is not None

@@ -29,6 +29,7 @@ from typing import Any, NamedTuple
 from pyros1.ground.errors import ConnectionRefusedByPeerError, ProtocolError, UnknownHostError, XmlRpcFault
 from pyros1.net.hosts import parse_uri
 from pyros1.net.reach import how_to_reach
+from pyros1.wire import local as local_wire
 from pyros1.wire.handshake import TopicType, check_publisher_answer
 from pyros1.wire.header import HeaderReader
 
@@ -69,6 +70,12 @@ class Connect(NamedTuple):
 
     host: str
     port: int
+
+
+class ConnectLocal(NamedTuple):
+    """Open the Unix socket of that name."""
+
+    name: str
 
 
 class Greet(NamedTuple):
@@ -140,7 +147,9 @@ class TellHost(NamedTuple):
     error: UnknownHostError
 
 
-Action = Ask | Connect | Greet | Link | LinkDatagrams | Rest | Drop | EndDatagrams | Forget | Tell | TellHost
+Action = (
+    Ask | Connect | ConnectLocal | Greet | Link | LinkDatagrams | Rest | Drop | EndDatagrams | Forget | Tell | TellHost
+)
 
 _SILENT = "no messages of %s from the publisher at %s yet: %s does not answer. Is it stopped? Else: %s"
 _UNREACHED = "no messages of %s from the publisher at %s: %s. %s"
@@ -159,11 +168,14 @@ class Dialogue:
     Attributes:
         state: the current state.
         listed: whether the master lists the publisher.
+        local: whether to offer the local transport: not any more once it has failed.
     """
 
     def __init__(self, topic: str, uri: str, wanted: Callable[[], TopicType], *, takes_tcp: bool = True) -> None:
         self.state = State.GONE
         self.listed = False
+        self.local = True
+        self._over_local = False
         self._topic = topic
         self._uri = uri
         self._wanted = wanted
@@ -188,6 +200,7 @@ class Dialogue:
             return []
         self._told = ""
         self._named = False
+        self.local = True
         self._rest = FIRST_REST
         return self._ask()
 
@@ -230,6 +243,10 @@ class Dialogue:
                 return self._link_datagrams(answer)
             case [0, str(reason), _] if not self._takes_tcp:
                 return self.refused(f"{self._uri} does not send {self._topic} over UDP: {reason}")
+            case [1, str(), [local_wire.PROTOCOL, str(name), *_]] if self.local:
+                self.state = State.CONNECTING
+                self._over_local = True
+                return [ConnectLocal(name)]
             case [1, str(), ["TCPROS", str(host), int(port), *_]] if 0 < port < 65536:
                 self.state = State.CONNECTING
                 self._connecting = (host, port)
@@ -237,6 +254,11 @@ class Dialogue:
             case [int(), str(reason), *_]:  # it is not a publisher, not yet or no longer
                 return self._no_publisher(f"it answers: {reason}")
         return self._no_publisher("it does not answer as a node")
+
+    def local_failed(self) -> list[Action]:
+        """Take the event that the Unix socket cannot be opened, or leads to a wrong place: TCP remains."""
+        self.local = False
+        return self._ask()
 
     def connected(self, header: Mapping[str, str]) -> list[Action]:
         """Take the event that the connection is open.
@@ -252,6 +274,7 @@ class Dialogue:
     def received(self, data: bytes) -> list[Action]:
         """Take bytes from the connection; no bytes mean its end."""
         if not data:
+            self.local = self.local and not self._over_local
             return self._retry()
         try:
             header = self._header.feed(data)
@@ -308,12 +331,13 @@ class Dialogue:
         self._rest = FIRST_REST
         if reason is None:
             return self._retry()
+        self.local = self.local and not self._over_local
         return [Tell(False, "lost %s from %s: %s", (self._topic, self._uri, reason)), *self._retry()]
 
     # ------------------------------------------------------------------------------------------------------------------
 
     def _ask(self) -> list[Action]:
-        self._again = False
+        self._again = self._over_local = False
         self.state = State.ASKING
         return [Drop(), Ask(watched=not self._named)]
 

@@ -4,30 +4,34 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+USUAL = ("local", "tcp")
+
 
 class Hints(NamedTuple):
     """Transport hints of a subscriber (roscpp's TransportHints, C11).
 
     Attributes:
         tcp_nodelay: whether to ask publishers to send small messages at once.
-        transports: "tcp" and "udp", in the order of preference.
+        transports: "local", "tcp" and "udp", in the order of preference; "local" only goes with "tcp".
         max_datagram_size: in bytes, for "udp".
     """
 
     tcp_nodelay: bool = True
-    transports: tuple[str, ...] = ("tcp",)
+    transports: tuple[str, ...] = USUAL
     max_datagram_size: int = 1500
 
     def check(self) -> None:
         """Raise ValueError for an unknown transport or an impossible size."""
         if not hasattr(type(self.max_datagram_size), "__index__"):
             raise TypeError(f"max_datagram_size must be a whole number of bytes, not {self.max_datagram_size!r:.80}")
-        if self.transports == ("tcp",):
+        if self.transports in (USUAL, ("tcp",)):
             return
         from pyros1.wire.datagram import LARGEST_SIZE, SMALLEST_SIZE  # noqa: PLC0415 - few nodes need it
 
-        if not self.transports or not set(self.transports) <= {"tcp", "udp"}:
-            raise ValueError(f"transports must be 'tcp', 'udp' or both, not {self.transports!r}")
+        if not self.transports or not set(self.transports) <= {"local", "tcp", "udp"}:
+            raise ValueError(f"transports must be of 'local', 'tcp' and 'udp', not {self.transports!r}")
+        if "local" in self.transports and "tcp" not in self.transports:
+            raise ValueError("transports: 'local' is only for publishers of this machine; add 'tcp' for the others")
         if not SMALLEST_SIZE <= self.max_datagram_size <= LARGEST_SIZE:
             sizes = f"{SMALLEST_SIZE} to {LARGEST_SIZE}"
             raise ValueError(f"max_datagram_size must be {sizes}, not {self.max_datagram_size}")

@@ -74,7 +74,7 @@ class Links:
             link.connected = False
             self._on_closed(link)
             self.driver.unregister(link.fd)
-            link.sock.close()
+            link.close()
 
     def receive(self, link: TcpSource, wait: bool = False) -> list[tuple[int, int]] | SplitBody | None:
         """Receive once from a link.

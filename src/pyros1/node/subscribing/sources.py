@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from pyros1.msgs import AnyMsg, Message
@@ -54,9 +55,10 @@ class Receiver(Protocol):
 
 
 class Rest(NamedTuple):
-    """Frames that a link had no time to deliver in its turn: those of ``data`` from ``position`` on."""
+    """Messages that a link had no time to deliver in its turn: frames of ``data`` from ``position`` on, or items."""
 
     link: TcpSource
     data: bytes
     frames: list[tuple[int, int]]
     position: int
+    items: deque[bytes | SplitBody] = deque()

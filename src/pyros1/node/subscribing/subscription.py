@@ -198,7 +198,7 @@ class Subscription:
     def link(self, link: TcpSource) -> None:
         """Take the link of a connector that has reached its publisher. On the loop."""
         if self._closed:
-            link.sock.close()
+            link.close()
             return
         with self._lock:
             self._in_links = (*self._in_links, link)

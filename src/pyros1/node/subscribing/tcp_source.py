@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import struct
+from collections import deque
 from typing import NamedTuple
 
 from pyros1.msgs.large import SplitBody
@@ -52,6 +53,8 @@ class TcpSource:
     """
 
     transport = "TCPROS"
+    items: deque[bytes | SplitBody] | None = None
+    """What came with the last receive, if not all of that is in the buffer; see `SharedSource`."""
 
     def __init__(self, sock: socket.socket, uri: str, header: dict[str, str], first: bytes) -> None:
         self.sock = sock
@@ -65,6 +68,9 @@ class TcpSource:
         self.patient = _make_patient(sock)
         self.last_time = 0.0
         self.expected: Expected | None = None
+        if sock.family == getattr(socket, "AF_UNIX", None):
+            self.address = f"LOCAL connection on port 0 to [127.0.0.1:0 on socket {self.fd}]"
+            return
         try:
             peer, port = sock.getpeername(), sock.getsockname()[1]
             self.address = f"TCPROS connection on port {port} to [{peer[0]}:{peer[1]} on socket {self.fd}]"
@@ -88,6 +94,10 @@ class TcpSource:
         if self.expected is not None and not self.buffer.partial:
             return self._receive_large(self.expected, flags)
         return self.sock.recv_into(self.buffer.writable(), 0, flags)
+
+    def close(self) -> None:
+        """Close the link's sockets."""
+        self.sock.close()
 
     def split(self, count: int) -> list[tuple[int, int]]:
         """Count the bytes that came into the buffer, and return (start, end) of its complete frames.

@@ -1,0 +1,138 @@
+"""The local transport beside stock's nodes, which notice nothing of it: they are linked over TCP, as always."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from harness import SOURCE, STOCK_PYTHON, Master, Process
+
+from pyros1.msgs import load_message
+from pyros1.node import Node
+
+Image: Any = load_message("sensor_msgs/Image")
+SIZE = 400_000
+
+ROSPY = """
+import sys, rospy
+from sensor_msgs.msg import Image
+rospy.init_node("relay_of_rospy")
+publisher = rospy.Publisher(sys.argv[2], Image, queue_size=10)
+rospy.Subscriber(sys.argv[1], Image, publisher.publish)
+rospy.spin()
+"""
+OURS = """
+import sys
+from pyros1 import Node
+from pyros1.msgs.sensor_msgs.msg import Image
+with Node("relay_of_ours", argv=[]) as node:
+    publisher = node.advertise(sys.argv[2], Image, queue_size=10)
+    node.subscribe(sys.argv[1], Image, publisher.publish, arrays="memoryview")
+    node.spin()
+"""
+RELAYS = {
+    "roscpp": ["/usr/lib/topic_tools/relay"],
+    "rospy": [STOCK_PYTHON, "-c", ROSPY],
+    "ours": [sys.executable, "-c", OURS],
+}
+
+
+class Heard:
+    """A callback that keeps images."""
+
+    def __init__(self) -> None:
+        self.items: list[Any] = []
+        self._changed = threading.Condition()
+
+    def __call__(self, message: Any) -> None:
+        with self._changed:
+            self.items.append(message)
+            self._changed.notify_all()
+
+    def wait(self, count: int) -> list[Any]:
+        with self._changed:
+            assert self._changed.wait_for(lambda: len(self.items) >= count, 20), f"{len(self.items)} of {count}"
+        return self.items
+
+
+@pytest.fixture
+def node(launcher: Master, topic: str) -> Iterator[Node]:
+    """A node of ours in this process that shares memory with whoever can."""
+    environ = {**launcher.environ("ours"), "PYROS1_TRANSPORTS": "local,tcp"}
+    with Node("local_" + topic.rpartition("/")[2], environ=environ, argv=[], handle_signals=False) as node:
+        yield node
+
+
+def relay(launcher: Master, kind: str, source: str, target: str) -> Process:
+    variables = {"PYROS1_TRANSPORTS": "local,tcp", **({"PYTHONPATH": str(SOURCE)} if kind == "ours" else {})}
+    return launcher.run([*RELAYS[kind], source, target], label=f"relay of {kind}", **variables)
+
+
+@pytest.mark.parametrize("kind", RELAYS)
+def test_there_and_back(launcher: Master, node: Node, topic: str, kind: str) -> None:
+    """Each message goes to a program of that kind, and comes back from it."""
+    heard = Heard()
+    subscriber = node.subscribe(topic + "/out", Image, heard, arrays="memoryview")
+    publisher = node.advertise(topic, Image, queue_size=10)
+    relay(launcher, kind, topic, topic + "/out")
+    assert publisher.wait_for_subscribers(timeout=20)
+    while not subscriber.num_connections:  # roscpp's relay publishes from the first message on
+        publisher.publish(Image(height=1, data=bytes(SIZE)))
+        subscriber.wait_for_publishers(timeout=0.2)
+    first = len(heard.items)
+    for number in range(2, 30):
+        publisher.publish(Image(height=number, data=bytes([number]) * SIZE))
+        heard.wait(first + 1)
+        first = len(heard.items)
+    last = heard.items[-1]
+    assert last.height == 29 and bytes(last.data) == bytes([29]) * SIZE
+    expected = "LOCAL" if kind == "ours" else "TCPROS"
+    bus = launcher.node(node.name, "getBusInfo")[2]
+    assert {entry[3] for entry in bus if entry[4].startswith(topic)} == {expected}
+    shown = subprocess.run(
+        [STOCK_PYTHON, "/usr/bin/rosnode", "info", node.name],
+        env=launcher.environ("stock"),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert f"topic: {topic}\n    * to: " in shown.stdout and f"transport: {expected}" in shown.stdout, shown.stdout
+
+
+def test_all_of_them_at_once(launcher: Master, node: Node, topic: str) -> None:
+    """Each gets all messages, in order, however it is linked."""
+    heard = {kind: Heard() for kind in RELAYS}
+    for kind in RELAYS:
+        node.subscribe(f"{topic}/{kind}", Image, heard[kind])
+    publisher = node.advertise(topic, Image, queue_size=100)
+    for kind in RELAYS:
+        relay(launcher, kind, topic, f"{topic}/{kind}")
+    assert publisher.wait_for_subscribers(3, timeout=20)
+    number = 0
+    while not all(each.items for each in heard.values()):
+        number += 1
+        publisher.publish(Image(height=number, data=bytes(SIZE)))
+        heard["ours"].wait(min(1, len(heard["ours"].items)))
+        node.sleep(0.05)
+    begin = number
+    for number in range(begin + 1, begin + 50):
+        publisher.publish(Image(height=number, data=bytes([number % 256]) * (SIZE + number)))
+        for each in heard.values():
+            each.wait(len(each.items))
+        node.sleep(0.02)
+    for kind, each in heard.items():
+        each.wait(1)
+        wait_for_height(each, number)
+        heights = [message.height for message in each.items if message.height > begin]
+        assert heights == [*range(begin + 1, number + 1)], kind
+        assert all(set(message.data) == {message.height % 256} for message in each.items if message.height > begin)
+
+
+def wait_for_height(heard: Heard, height: int) -> None:
+    with heard._changed:
+        assert heard._changed.wait_for(lambda: heard.items[-1].height >= height, 20)

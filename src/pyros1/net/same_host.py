@@ -1,0 +1,87 @@
+"""Unix sockets between programs of one machine and one user, in Linux's abstract namespace: no file is left behind by a
+program that is killed, and none is needed. Elsewhere than on Linux there are none, and nodes use TCP.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import secrets
+import socket
+import struct
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+from pyros1.wire.local import wants_local
+
+_PREFIX: Final = "pyros1-"
+_CREDENTIALS: Final = struct.Struct("3i")  # struct ucred: process, user, group
+
+
+@cache
+def host_key() -> str:
+    """Return the key that programs have in common if they can share memory: those of one user in one network namespace
+    of one boot of a machine. Empty if this system has no such means.
+    """
+    needed = hasattr(os, "memfd_create") and hasattr(socket, "SO_PEERCRED") and hasattr(socket, "send_fds")
+    try:
+        boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii")
+        network = os.readlink("/proc/self/ns/net")
+    except (OSError, ValueError):
+        return ""
+    text = f"{boot} {network} {os.geteuid()}"
+    return hashlib.sha256(text.encode()).hexdigest()[:32] if needed else ""
+
+
+def local_key(environ: Mapping[str, str]) -> str:
+    """Return `host_key` if PYROS1_TRANSPORTS wants the local transport, else an empty text.
+
+    Raises:
+        SettingError: its value is wrong.
+    """
+    return host_key() if wants_local(environ.get("PYROS1_TRANSPORTS", "")) else ""
+
+
+def listen() -> tuple[socket.socket, str]:
+    """Return a listening socket and its name.
+
+    Raises:
+        OSError: there can be none.
+    """
+    name = _PREFIX + secrets.token_hex(16)
+    sock = socket.socket(socket.AF_UNIX)
+    try:
+        sock.bind("\0" + name)
+        sock.listen(128)
+    except BaseException:
+        sock.close()
+        raise
+    return sock, name
+
+
+def connect(name: str) -> socket.socket:
+    """Return a socket that is connected to the one of that name, and does not block.
+
+    Raises:
+        OSError: it is not there, has too much to do, or belongs to another user.
+    """
+    if not name.startswith(_PREFIX) or len(name) > 100 or not name.isascii():
+        raise ConnectionRefusedError(f"{name[:100]!r} is no name of such a socket")
+    sock = socket.socket(socket.AF_UNIX)
+    try:
+        sock.setblocking(False)
+        sock.connect("\0" + name)
+        if not is_own(sock):
+            raise PermissionError("the socket belongs to another user")
+    except BaseException:
+        sock.close()
+        raise
+    return sock
+
+
+def is_own(sock: socket.socket) -> bool:
+    """Tell whether a program of the same user is at the other end of a Unix socket."""
+    found = sock.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
+    return bool(_CREDENTIALS.unpack(found)[1] == os.geteuid())

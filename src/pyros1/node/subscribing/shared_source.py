@@ -1,0 +1,225 @@
+"""The receiving end of a link from a publisher on the same machine, which shares memory; see `pyros1.wire.local`."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import mmap
+import os
+import socket
+import struct
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.ground.errors import ProtocolError
+from pyros1.msgs.large import SplitBody
+from pyros1.node.subscribing.tcp_source import TcpSource
+from pyros1.wire.local import (
+    RECORD,
+    REFERENCE_SIZE,
+    TOKEN_SIZE,
+    Reference,
+    decode_block,
+    decode_reference,
+    encode_done,
+)
+
+MOST_BLOCKS = 64
+"""Most blocks that one publisher may show."""
+HELD = 3
+"""Most messages that a program may keep in the publisher's memory; of further ones it gets copies."""
+_read_count = struct.Struct("<I").unpack_from
+_SEALS = getattr(fcntl, "F_SEAL_SHRINK", 2) | getattr(fcntl, "F_SEAL_GROW", 4)
+
+
+class Loan:
+    """The right to read a message in the publisher's memory; the end of this object gives it back.
+
+    Args:
+        number: of the reference.
+        give_back: called with it.
+    """
+
+    __slots__ = ("_give_back", "_number")
+
+    def __init__(self, number: int, give_back: Callable[[int], None]) -> None:
+        self._number = number
+        self._give_back = give_back
+
+    def __del__(self) -> None:
+        self._give_back(self._number)
+
+
+class SharedBody(SplitBody):
+    """An encoded message in the publisher's memory.
+
+    Args:
+        memory: the block.
+        reference: where the message is; it has an array.
+        loan: held as long as the memory is needed.
+        held: numbers of the messages that the program reads in place.
+    """
+
+    __slots__ = ("_copy", "_held", "_loan", "_memory", "_reference")
+
+    def __init__(self, memory: mmap.mmap, reference: Reference, loan: Loan, held: set[int]) -> None:
+        begin = reference.offset + reference.begin
+        end = begin + reference.array
+        super().__init__(memory[reference.offset : begin - 4], b"", memory[end : reference.offset + reference.size])
+        self._memory: mmap.mmap | None = memory
+        self._reference = reference
+        self._loan: Loan | None = loan
+        self._held = held
+        self._copy = b""
+
+    def array(self, *, in_place: bool) -> Any:
+        """Return the array, in place if it is wanted so and not too many are kept already."""
+        if self._memory is None:
+            return self._copy
+        begin, size = self._reference.offset + self._reference.begin, self._reference.array
+        if in_place and self._loan is not None and len(self._held) < HELD:
+            return _in_place(self._memory, begin, size, _Holding(self._loan, self._held, self._reference.number))
+        self._copy = self._memory[begin : begin + size]
+        self._memory = self._loan = None
+        return self._copy
+
+    def join(self) -> bytes:
+        """Return the body in one piece."""
+        if self._memory is not None:
+            begin = self._reference.offset
+            return self._memory[begin : begin + self._reference.size]
+        array = self.array(in_place=False)
+        return b"".join((self.head, len(array).to_bytes(4, "little"), array, self.tail))
+
+
+class _Holding:
+    """Keeps a loan for an array that is read in place."""
+
+    __slots__ = ("_held", "_loan", "_number")
+
+    def __init__(self, loan: Loan, held: set[int], number: int) -> None:
+        self._loan = loan
+        self._held = held
+        self._number = number
+        held.add(number)
+
+    def __del__(self) -> None:
+        self._held.discard(self._number)
+
+
+def _in_place(memory: mmap.mmap, begin: int, size: int, holding: _Holding) -> memoryview:
+    """Return a read-only view of a part of the memory; with it and all that is made of it, ``holding`` ends."""
+    import ctypes  # noqa: PLC0415 - few read in place
+
+    array: Any = (ctypes.c_ubyte * size).from_buffer(memory, begin)
+    array.holding = holding
+    return memoryview(array).cast("B").toreadonly()
+
+
+class SharedSource(TcpSource):
+    """A link from a publisher that shares memory with this process, past its handshake.
+
+    Args:
+        sock, uri, header, first: as for TcpSource.
+        desk: the socket that came with the publisher's header.
+
+    Raises:
+        ProtocolError: the publisher's header has no usable token.
+    """
+
+    transport = "LOCAL"
+
+    def __init__(
+        self, sock: socket.socket, uri: str, header: dict[str, str], first: bytes, desk: socket.socket
+    ) -> None:
+        try:
+            self._token = bytes.fromhex(header["token"])
+        except (KeyError, ValueError):
+            self._token = b""
+        if len(self._token) != TOKEN_SIZE:
+            raise ProtocolError(f"publisher {uri}: no token in its connection header")
+        super().__init__(sock, uri, {key: value for key, value in header.items() if key != "token"}, first)
+        self._keeps = header.get("latching") == "1"
+        self._desk = desk
+        desk.setblocking(False)
+        self._blocks: dict[int, mmap.mmap] = {}
+        self._held: set[int] = set()
+        self._undone: list[bytes] = []  # what the desk had no room for
+
+    def close(self) -> None:
+        """Close the link's sockets. Messages that are read in place remain."""
+        self._desk.close()
+        super().close()
+
+    def split(self, count: int) -> list[tuple[int, int]]:
+        """As for TcpSource; if there are references, `items` has all messages.
+
+        Raises:
+            ProtocolError: a frame is too large, or a reference cannot be followed.
+        """
+        frames = super().split(count)
+        self.items = None
+        if frames and self.buffer.data.find(self._token, frames[0][0], frames[-1][1]) >= 0:
+            self.items = deque(self._follow(body) for body in self.buffer.take_bodies(frames))
+        return frames
+
+    def _follow(self, body: bytes) -> bytes | SplitBody:
+        """Return the message that a frame has or refers to."""
+        reference = decode_reference(self._token, body)
+        if reference is None:
+            return body
+        loan = Loan(reference.number, self._done)
+        memory = self._block(reference.block)
+        if reference.offset + reference.size > len(memory):
+            raise ProtocolError("a message in shared memory is not inside of its block")
+        self.bytes_received += reference.size - REFERENCE_SIZE
+        counted = reference.offset + reference.begin
+        if reference.begin == 0 or _read_count(memory, counted - 4)[0] != reference.array:
+            return memory[reference.offset : reference.offset + reference.size]
+        message = SharedBody(memory, reference, loan, self._held)
+        if self._keeps:  # it may be kept for later subscribers
+            return message.join()
+        return message
+
+    def _block(self, number: int) -> mmap.mmap:
+        while number not in self._blocks:
+            try:
+                record, descriptors, _, _ = socket.recv_fds(self._desk, RECORD, 4)
+            except ConnectionResetError:
+                continue  # the publisher has ended; what it wrote before is still there
+            except OSError as error:
+                raise ProtocolError(f"a block of shared memory has not come: {error.strerror or error}") from None
+            try:
+                self._take_block(record, descriptors)
+            finally:
+                for descriptor in descriptors:
+                    os.close(descriptor)
+        return self._blocks[number]
+
+    def _take_block(self, record: bytes, descriptors: list[int]) -> None:
+        number, size = decode_block(record)
+        if not size:
+            self._blocks.pop(number, None)
+            return
+        if len(descriptors) != 1:
+            raise ProtocolError("a block of shared memory came without its descriptor: are too many files open?")
+        if len(self._blocks) >= MOST_BLOCKS:
+            raise ProtocolError(f"more than {MOST_BLOCKS} blocks of shared memory")
+        try:
+            if fcntl.fcntl(descriptors[0], fcntl.F_GET_SEALS) & _SEALS != _SEALS:
+                raise ProtocolError("a block of shared memory may change its size")
+            if os.fstat(descriptors[0]).st_size < size:
+                raise ProtocolError("a block of shared memory is smaller than it was said to be")
+            self._blocks[number] = mmap.mmap(descriptors[0], size, access=mmap.ACCESS_COPY)
+        except (OSError, ValueError, OverflowError) as error:
+            raise ProtocolError(f"a block of shared memory cannot be read: {error}") from None
+
+    def _done(self, number: int) -> None:
+        """Give a reference back. Any thread, also within the end of any object."""
+        self._undone.append(encode_done(number))
+        with contextlib.suppress(OSError):
+            while self._undone:
+                self._desk.send(self._undone[0])
+                with contextlib.suppress(IndexError):
+                    del self._undone[0]
