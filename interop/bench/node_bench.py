@@ -1,6 +1,6 @@
 """The pyros1 side of the benchmarks, on the Node API: ``node_bench.py ROLE KEY=VALUE ...``; see roles.py.
 
-``arrays=memoryview`` asks subscriptions for arrays that refer to the received bytes.
+``low=1`` asks subscriptions for low latency, ``arrays=memoryview`` for arrays that refer to the received bytes.
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ class Pyros1:
 
     def __init__(self) -> None:
         arrays = [word.partition("=")[2] for word in sys.argv[2:] if word.startswith("arrays=")]
-        self._options = {"arrays": arrays[0]} if arrays else {}
+        self._options: dict[str, Any] = {"arrays": arrays[0]} if arrays else {}
+        if "low=1" in sys.argv[2:]:
+            self._options["low_latency"] = True
 
     def start(self, name: str) -> None:
         self.node = Node(name, anonymous=True, argv=[])

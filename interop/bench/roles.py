@@ -8,7 +8,7 @@ pyros1), ``seconds``, ``size`` (bytes of an image's data), ``wait`` (subscribers
 |---|---|---|
 | pub | publishes in a tight loop | published (/s), rss (MB that the process grew) |
 | sub | counts callbacks | rate (/s), mb (MB/s) |
-| echo, ping | answer / round trips; ``count`` further topics at 100 Hz beside | p50, p99 (us) |
+| echo, ping | answer / round trips (``low=1``: to the callback); ``count`` topics at 100 Hz beside | p50, p99 (us) |
 | rate | publishes at 1 kHz by the library's Rate | jitter50, jitter99 (us), cpu (% of one core) |
 | srv, call | service of ``type`` Empty or SetBool / calls; ``persistent=1`` | rate (/s) |
 | within | publishes and subscribes in one node | rate (/s), mb |
@@ -71,6 +71,7 @@ class Roles:
         self.size = int(options.get("size", "0"))
         self.wait = int(options.get("wait", "1"))
         self.count = int(options.get("count", "0"))
+        self.low = options.get("low") == "1"
         self.persistent = options.get("persistent") == "1"
 
     # topics -----------------------------------------------------------------------------------------------------------
@@ -122,9 +123,14 @@ class Roles:
         self.library.spin()
 
     def ping(self) -> None:
-        answered = threading.Event()
+        answered, came = threading.Event(), [0.0]
+
+        def heard(_: Any) -> None:
+            came[0] = now()
+            answered.set()
+
         publisher = self.library.advertise("ping", self._class(), self.queue)
-        subscriber = self.library.subscribe("pong", self._class(), lambda _: answered.set(), self.queue)
+        subscriber = self.library.subscribe("pong", self._class(), heard, self.queue)
         beside = [self.library.advertise(f"beside{i}", self._class(), self.queue) for i in range(self.count)]
         for handle in (publisher, subscriber, *beside):
             self._linked(handle, 1)
@@ -137,7 +143,7 @@ class Roles:
             sent = now()
             publisher.publish(message)
             if answered.wait(1):
-                times.append(now() - sent)
+                times.append((came[0] if self.low else now()) - sent)
             time.sleep(0.0005)
         other.join()
         figures(p50=share(times, 0.5), p99=share(times, 0.99), n=len(times))

@@ -108,6 +108,14 @@ def local() -> Iterator[Row]:
     }
     yield Row("local", "round trip, median", "us", "p50", steps, at_least(1 / 0.6, 1 / 0.6), less=True)
     yield Row("local", "round trip, 99 %", "us", "p99", steps, less=True)
+    steps = {
+        kind: Together(
+            (Program(kind, "echo", f"{options[kind]} low=1"), Program(kind, "ping", f"{options[kind]} low=1"))
+        )
+        for kind in COLUMNS
+    }
+    yield Row("local", "round trip, low latency, median", "us", "p50", steps, at_least(roscpp=4), less=True)
+    yield Row("local", "round trip, low latency, 99 %", "us", "p99", steps, less=True)
     floats = {kind: f"type=Float64 {LOCAL}" if kind == OURS else "type=Float64" for kind in COLUMNS}
     steps = {kind: topic(kind, kind, floats[kind], best(kind)) for kind in COLUMNS}
     yield Row("local", "Float64", "messages/s", "rate", steps, at_least(4, 50))

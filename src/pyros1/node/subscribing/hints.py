@@ -14,11 +14,13 @@ class Hints(NamedTuple):
         tcp_nodelay: whether to ask publishers to send small messages at once.
         transports: "local", "tcp" and "udp", in the order of preference; "local" only goes with "tcp".
         max_datagram_size: in bytes, for "udp".
+        low_latency: whether to look for the next message for a while before sleeping, see `TcpSource.eager`.
     """
 
     tcp_nodelay: bool = True
     transports: tuple[str, ...] = USUAL
     max_datagram_size: int = 1500
+    low_latency: bool = False
 
     def check(self) -> None:
         """Raise ValueError for an unknown transport or an impossible size."""

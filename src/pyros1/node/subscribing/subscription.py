@@ -200,6 +200,7 @@ class Subscription:
         if self._closed:
             link.close()
             return
+        link.eager = self.hints.low_latency
         with self._lock:
             self._in_links = (*self._in_links, link)
         self.delivery.add(link)

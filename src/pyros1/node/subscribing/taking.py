@@ -86,7 +86,7 @@ class Taking:
         link.last_time = now
         try:
             self._receive(link)
-            if flowing and link.patient and len(self.links) == 1 and not self.handover.inboxes:
+            if (flowing or link.eager) and link.patient and len(self.links) == 1 and not self.handover.inboxes:
                 self._stay_with(link)
         finally:
             self._rearm(link)
