@@ -24,7 +24,7 @@ def looks(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         found.append(threading.get_ident())
         os.sched_yield()
 
-    monkeypatch.setattr(tcp_source, "_give_way", give_way)
+    monkeypatch.setattr(tcp_source, "give_way", give_way)
     return found
 
 

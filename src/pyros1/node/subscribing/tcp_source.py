@@ -23,7 +23,7 @@ PATIENCE = 0.02
 """Seconds that a patient `receive` waits."""
 EAGERNESS = 0.002
 """Seconds that an eager link looks for the next message without sleeping."""
-_give_way = getattr(os, "sched_yield", lambda: time.sleep(0))
+give_way = getattr(os, "sched_yield", lambda: time.sleep(0))
 _AT_ONCE = getattr(socket, "MSG_DONTWAIT", 0)
 _ALL = getattr(socket, "MSG_WAITALL", 0)
 _read_size = struct.Struct("<I").unpack_from
@@ -113,7 +113,7 @@ class TcpSource:
             try:
                 return receive(room, 0, _AT_ONCE)
             except BlockingIOError:
-                _give_way()  # the publisher may need this processor
+                give_way()  # the publisher may need this processor
         return None
 
     def close(self) -> None:
