@@ -4,14 +4,11 @@ program that is killed, and none is needed. Elsewhere than on Linux there are no
 
 from __future__ import annotations
 
-import hashlib
 import os
-import secrets
 import socket
 import struct
 from collections.abc import Mapping
 from functools import cache
-from pathlib import Path
 from typing import Final
 
 from pyros1.wire.local import wants_local
@@ -25,9 +22,12 @@ def host_key() -> str:
     """Return the key that programs have in common if they can share memory: those of one user in one network namespace
     of one boot of a machine. Empty if this system has no such means.
     """
+    import hashlib  # noqa: PLC0415 - slow to import, and most nodes do not need it
+
     needed = hasattr(os, "memfd_create") and hasattr(socket, "SO_PEERCRED") and hasattr(socket, "send_fds")
     try:
-        boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii")
+        with open("/proc/sys/kernel/random/boot_id", encoding="ascii") as file:
+            boot = file.read()
         network = os.readlink("/proc/self/ns/net")
     except (OSError, ValueError):
         return ""
@@ -50,7 +50,7 @@ def listen() -> tuple[socket.socket, str]:
     Raises:
         OSError: there can be none.
     """
-    name = _PREFIX + secrets.token_hex(16)
+    name = _PREFIX + os.urandom(16).hex()
     sock = socket.socket(socket.AF_UNIX)
     try:
         sock.bind("\0" + name)

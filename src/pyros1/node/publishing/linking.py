@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-import secrets
+import os
 import socket
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
@@ -124,7 +124,7 @@ class Linking:
         if self._pool is None:
             self._pool = Pool()
         kind = shared_link.WaitingSharedLink if self.queue_size is None else shared_link.SharedLink
-        loop, token = self.context.loop, secrets.token_bytes(TOKEN_SIZE)
+        loop, token = self.context.loop, os.urandom(TOKEN_SIZE)
         link = kind(loop, self.lane, sock, header, answer, self.queue_size, self._remove, self._pool, token)
         self.lane.do(self._add, link)
 

@@ -8,7 +8,6 @@ a subscriber that left with messages in its hands is never used again.
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import mmap
 import os
 import struct
@@ -44,6 +43,8 @@ class Block:
     __slots__ = ("fd", "memory", "number", "size")
 
     def __init__(self, number: int, size: int) -> None:
+        import fcntl  # noqa: PLC0415 - not on all systems
+
         self.number = number
         self.size = size
         fd = os.memfd_create("pyros1", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)

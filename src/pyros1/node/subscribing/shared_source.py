@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import mmap
 import os
 import socket
@@ -30,7 +29,7 @@ MOST_BLOCKS = 64
 HELD = 3
 """Most messages that a program may keep in the publisher's memory; of further ones it gets copies."""
 _read_count = struct.Struct("<I").unpack_from
-_SEALS = getattr(fcntl, "F_SEAL_SHRINK", 2) | getattr(fcntl, "F_SEAL_GROW", 4)
+_SEALS = 0x2 | 0x4  # F_SEAL_SHRINK and F_SEAL_GROW
 
 
 class Loan:
@@ -204,6 +203,8 @@ class SharedSource(TcpSource):
             return
         if len(descriptors) != 1:
             raise ProtocolError("a block of shared memory came without its descriptor: are too many files open?")
+        import fcntl  # noqa: PLC0415 - not on all systems
+
         if len(self._blocks) >= MOST_BLOCKS:
             raise ProtocolError(f"more than {MOST_BLOCKS} blocks of shared memory")
         try:
