@@ -65,12 +65,14 @@ export class Inspector {
     this._drawFigures();
   }
 
-  async _askForWords() {
+  // The names of constants. The type of a new topic may not be known at once.
+  async _askForWords(times = 5) {
     try {
       this.tree.fields = (await this.robot.call("topics.form", { topic: this.topic })).fields;
       this.tree.show(this.data.value);
     } catch {
       // without a definition, numbers have no names
+      if (times > 1) setTimeout(() => this._askForWords(times - 1), 1000);
     }
   }
 
