@@ -15,8 +15,8 @@ from typing import Any
 import pytest
 
 from pyros1.master.server import Master
-from pyros1.net.same_host import host_key
 from pyros1.node import Node
+from pyros1.node.same_host import host_key
 
 
 @pytest.fixture(autouse=True)
@@ -85,7 +85,7 @@ def transport(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -
     """Run a test with links within the process, and with the connections that nodes of other processes have."""
     if request.param != "inside":
         monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
-        monkeypatch.setattr("pyros1.net.same_host.wants_local", lambda setting: request.param == "local")
+        monkeypatch.setattr("pyros1.node.same_host.wants_local", lambda setting: request.param == "local")
     return str(request.param)
 
 

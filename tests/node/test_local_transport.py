@@ -22,8 +22,8 @@ from hypothesis import strategies as st
 from pyros1.ground.errors import SettingError
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.sensor_msgs.msg import Image
-from pyros1.msgs.std_msgs.msg import Float64MultiArray, UInt8MultiArray
-from pyros1.net.same_host import host_key
+from pyros1.msgs.std_msgs.msg import Float64, Float64MultiArray, UInt8MultiArray
+from pyros1.node.same_host import host_key
 
 from ..bodies import encode
 
@@ -218,7 +218,7 @@ def test_a_socket_that_is_gone_leaves_tcp(
     def refuse(name: str) -> socket.socket:
         raise ConnectionRefusedError(errno.ECONNREFUSED, "Connection refused")
 
-    monkeypatch.setattr("pyros1.net.same_host.connect", refuse)
+    monkeypatch.setattr("pyros1.node.same_host.connect", refuse)
     publisher = make_node("talker").advertise("/t", Image, queue_size=5)
     got = collect()
     subscriber = make_node("listener").subscribe("/t", Image, got)
@@ -255,9 +255,9 @@ def test_blocks_that_cannot_be_read_leave_tcp(linked: Any, watch_log: Any, monke
 def test_publishers_that_share_nothing(
     make_node: Any, collect: Any, transport: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.net.same_host.wants_local", lambda setting: False)
+    monkeypatch.setattr("pyros1.node.same_host.wants_local", lambda setting: False)
     publisher = make_node("talker").advertise("/t", Image, queue_size=5)
-    monkeypatch.setattr("pyros1.net.same_host.wants_local", lambda setting: True)
+    monkeypatch.setattr("pyros1.node.same_host.wants_local", lambda setting: True)
     got = collect()
     subscriber = make_node("listener").subscribe("/t", Image, got)
     assert publisher.wait_for_subscribers(1, PATIENCE) and subscriber.wait_for_publishers(1, PATIENCE)
@@ -277,6 +277,52 @@ def test_setting(make_node: Any, environ: dict[str, str], transport: str, monkey
     monkeypatch.undo()
     with pytest.raises(SettingError, match="PYROS1_TRANSPORTS: 'pigeon'"):
         make_node("talker", environ={**environ, "PYROS1_TRANSPORTS": "pigeon"})
+
+
+def test_a_late_subscriber_gets_a_latched_one_that_nobody_waits_for(linked: Any, make_node: Any, collect: Any) -> None:
+    """It is larger than what a socket takes at once, and the publisher, which has no queue, publishes no more."""
+    publisher, subscriber, got = linked(queue_size=None, latch=True)
+    publisher.publish(image(5, 5_000_000))
+    got.wait(1)
+    late = collect()
+    make_node("late").subscribe(subscriber.name, Image, late)
+    assert late.wait(1)[0].data == bytes([5]) * 5_000_000
+
+
+def test_a_forked_process_gives_nothing_back(linked: Any) -> None:
+    """What its parent keeps stays as it is when the child ends its own copy."""
+    publisher, _, got = linked(queue_size=0, arrays="memoryview")
+    for number in range(3):
+        publisher.publish(image(number))
+    kept = got.wait(3)[:]
+    child = os.fork()
+    if not child:
+        for message in kept:
+            message.data = b""
+        kept.clear()
+        got.items.clear()
+        gc.collect()
+        os._exit(0)
+    os.waitpid(child, 0)
+    for number in range(3, 40):
+        publisher.publish(image(number))
+        got.wait(number + 1)
+    assert [set(bytes(message.data)) for message in kept] == [{0}, {1}, {2}]
+
+
+def test_a_publisher_that_answers_what_nobody_offered(
+    make_node: Any, fake_node: Any, collect: Any, transport: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.same_host.wants_local", lambda setting: False)
+    fake, got, called = fake_node("/odd"), collect(), collect()
+    monkeypatch.setattr("pyros1.node.same_host.connect", called)  # there are systems without such sockets
+    fake.answers["requestTopic"] = [1, "ready", ["PYROS1-LOCAL", "pyros1-name"]]
+    fake.publish("/t")
+    make_node("listener").subscribe("/t", Float64, got)
+    fake.calls.until(lambda calls: sum(call[0] == "requestTopic" for call in calls) >= 2)
+    fake.answers["requestTopic"] = [1, "ready", ["TCPROS", "localhost", fake.port]]
+    fake.accept_subscriber().sendall((8).to_bytes(4, "little") + bytes(8))
+    assert got.wait(1)[0].data == 0.0 and not called.items
 
 
 def blocks() -> set[int]:

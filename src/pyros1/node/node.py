@@ -17,7 +17,6 @@ from pyros1.net.hosts import master_uri as find_master_uri
 from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
 from pyros1.net.rpc_caller import RpcCaller
-from pyros1.net.same_host import local_key
 from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node import checks
 from pyros1.node.callback_queue import CallbackQueue
@@ -33,6 +32,7 @@ from pyros1.node.parameters.parameters import Parameters
 from pyros1.node.parameters.private import left_over, odd_arguments, set_private
 from pyros1.node.publishing.publisher import Publisher
 from pyros1.node.registrar import Registrar, await_master
+from pyros1.node.same_host import local_key
 from pyros1.node.server import TcprosServer, open_ports
 from pyros1.node.services.provided import ServiceMethods, Services
 from pyros1.node.slave import SlaveApi

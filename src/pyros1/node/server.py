@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 from pyros1.ground.errors import Error, NodeError, ProtocolError
 from pyros1.net.acceptor import Acceptor
 from pyros1.net.ports import listening_socket
-from pyros1.net.same_host import is_own, listen
 from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node.log.levels import WARN
+from pyros1.node.same_host import is_own, listen
 from pyros1.wire.handshake import Refusal
 from pyros1.wire.header import HeaderReader, encode_header
 

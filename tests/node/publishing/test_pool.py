@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.net.same_host import host_key
+from pyros1.node.same_host import host_key
 
 if not host_key():
     pytest.skip("no shared memory on this system", allow_module_level=True)

@@ -56,7 +56,7 @@ class Linking:
     Args:
         context: the node.
         topic: full name.
-        message_class: class of the messages.
+        message_class: class of the messages; with AnyMsg, ``type_`` gives their real type.
         type_: type name, md5 sum and definition that are sent to subscribers.
         queue_size: most waiting messages per slow subscriber; 0: no limit; None: publishing waits for subscribers.
         latch: keep the last message and give it to every new subscriber.

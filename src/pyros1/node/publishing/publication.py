@@ -33,17 +33,7 @@ LONGEST_TURN = 1.0
 
 
 class Publication(Linking):
-    """A topic that a node publishes, and its links.
-
-    Args:
-        context: the node.
-        topic: full name.
-        message_class: class of the messages; with AnyMsg, ``type_`` gives their real type.
-        type_: type name, md5 sum and definition that are sent to subscribers.
-        queue_size: most waiting messages per slow subscriber; 0: no limit; None: publishing waits for subscribers.
-        latch: keep the last message and give it to every new subscriber.
-        headers: more fields of the connection header.
-    """
+    """A topic that a node publishes, and its links; arguments as for Linking."""
 
     def __init__(
         self,
@@ -263,7 +253,7 @@ class Publication(Linking):
         for link in self.links:
             link.finish(until)
         if self._pool is not None:
-            self._pool.close()
+            self.lane.do(self._pool.close)
 
 
 def _safe(frame: Frame | None, copy: Any) -> tuple[Frame | None, Any]:

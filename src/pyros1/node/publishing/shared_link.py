@@ -66,6 +66,10 @@ class _Queue(OutQueue):
         waiting = sum(frame.__class__ is _Referring for frame in self._waiting)
         return CREDIT - len(self._out) + waiting
 
+    def has(self, number: int) -> bool:
+        """Return whether a reference waits."""
+        return any(isinstance(frame, _Referring) and frame.number == number for frame in self._waiting)
+
     def push(self, frame: Frame) -> None:
         """Add a frame; drop the oldest waiting one if there are too many."""
         oldest = self._waiting[0] if self._waiting else None
@@ -134,6 +138,7 @@ class SharedLink(TcpLink):
         self._known: set[int] = set()  # blocks that the subscriber has
         self._watches_desk = False
         self._held = False  # references wait until the subscriber gives others back
+        self._unsure: tuple[int, int] | None = None  # the reference that is being sent, and `bytes_sent` before
 
     def start(self) -> None:
         """Send the greeting, with the subscriber's end of the desk."""
@@ -166,11 +171,23 @@ class SharedLink(TcpLink):
         frame.number = number
         if self._references.credit <= 0:
             self._idle = False
+        self._unsure = number, self.bytes_sent
         self.out[number] = place.block.number
-        self.bytes_sent += place.size
         self.send(frame)
+        self._unsure = None
+        self.bytes_sent += place.size
         self._watch_if_held()
         return True
+
+    def recover(self) -> None:
+        """Recover as other links do; a reference that has not left counts as given back."""
+        if self._unsure is not None:
+            number, before = self._unsure
+            begun = self.bytes_sent > before or (self._flying is not None and self._sent > 0)
+            if not begun and not self._references.has(number):
+                self.out.pop(number, None)
+            self._unsure = None
+        super().recover()
 
     def take_back(self) -> None:
         """Take note of the references that the subscriber has done with. In the lane."""
@@ -257,8 +274,14 @@ class SharedLink(TcpLink):
     def _dispose(self) -> None:
         self._loop_forgets_desk()
         self._desk.close()
+        self._their_desk.close()
         super()._dispose()
 
 
 class WaitingSharedLink(SharedLink, WaitingLink):
     """A link whose publishers wait until all is sent."""
+
+    def start(self) -> None:
+        """Send the greeting; no publisher waits for it, or for the latched messages that follow it in this job."""
+        super().start()
+        self._loop.call_soon(self._lane.do, self._leave_to_loop)

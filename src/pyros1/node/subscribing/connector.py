@@ -10,10 +10,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pyros1.ground.errors import Error, ProtocolError
-from pyros1.net import same_host
 from pyros1.net.acceptor import lacks_files
 from pyros1.net.connect import connect
 from pyros1.net.keepalive import keep_alive
+from pyros1.node import same_host
 from pyros1.node.context import Context, find_local_context
 from pyros1.node.log.levels import ERROR, WARN
 from pyros1.node.subscribing import dialogue as do
@@ -244,6 +244,9 @@ class Connector:
     # Connecting and greeting ------------------------------------------------------------------------------------------
 
     def _connect_local(self, name: str) -> None:
+        if not self._context.local_key:  # nobody has asked for it
+            self._do(self.dialogue.local_failed())
+            return
         try:
             self._sock = same_host.connect(name)
         except OSError:

@@ -144,7 +144,8 @@ class SharedSource(TcpSource):
         desk.setblocking(False)
         self._blocks: dict[int, mmap.mmap] = {}
         self._held: set[int] = set()
-        self._undone: list[bytes] = []  # what the desk had no room for
+        self._undone: deque[bytes] = deque()  # what the desk had no room for
+        self._process = os.getpid()
 
     def close(self) -> None:
         """Close the link's sockets. Messages that are read in place remain."""
@@ -217,10 +218,16 @@ class SharedSource(TcpSource):
             raise ProtocolError(f"a block of shared memory cannot be read: {error}") from None
 
     def _done(self, number: int) -> None:
-        """Give a reference back. Any thread, also within the end of any object."""
-        self._undone.append(encode_done(number))
-        with contextlib.suppress(OSError):
-            while self._undone:
-                self._desk.send(self._undone[0])
-                with contextlib.suppress(IndexError):
-                    del self._undone[0]
+        """Give a reference back. Any thread, also within the end of any object, and so within itself."""
+        if os.getpid() != self._process:
+            return  # a forked process has a copy of the message; the one that was forked still reads it
+        undone = self._undone
+        undone.append(encode_done(number))
+        with contextlib.suppress(IndexError, OSError):  # all are given back; or the publisher is gone
+            while True:
+                record = undone.popleft()  # each is in one hand only
+                try:
+                    self._desk.send(record)
+                except BlockingIOError:
+                    undone.append(record)
+                    return

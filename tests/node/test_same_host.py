@@ -8,7 +8,7 @@ import socket
 
 import pytest
 
-from pyros1.net import same_host
+from pyros1.node import same_host
 
 pytestmark = pytest.mark.skipif(not same_host.host_key(), reason="no shared memory on this system")
 

@@ -1,0 +1,152 @@
+"""SharedLink and SharedSource at two ends of a socket: what is given back, and what a signal handler may interrupt."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from pyros1.net.loop import Loop
+from pyros1.node.lane import Lane
+from pyros1.node.same_host import host_key
+
+if not host_key():
+    pytest.skip("no shared memory on this system", allow_module_level=True)
+
+from pyros1.node.publishing.pool import Place, Pool
+from pyros1.node.publishing.shared_link import CREDIT, SharedLink
+from pyros1.node.publishing.tcp_link import TcpLink
+from pyros1.node.subscribing.shared_source import SharedSource
+from pyros1.wire.header import HeaderReader
+
+TOKEN = bytes(range(16))
+SIZE = 100_000
+PATIENCE = 10.0
+
+
+class Desk:
+    """A desk that keeps what is sent, and calls a function before."""
+
+    def __init__(self, desk: socket.socket) -> None:
+        self._desk = desk
+        self.sent: list[bytes] = []
+        self.before: Callable[[], object] = list
+
+    def send(self, record: bytes) -> int:
+        self.sent.append(record)
+        self.before()
+        return self._desk.send(record)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._desk, name)
+
+
+class Ends:
+    """A publisher's link, and the source at its other end."""
+
+    def __init__(self, loop: Loop) -> None:
+        near, far = socket.socketpair()
+        far.settimeout(PATIENCE)
+        self.pool = Pool()
+        self.ended = threading.Event()
+        self.lane = Lane(loop.call_soon, lambda: None)
+        args = {"callerid": "/talker", "topic": "/t"}
+        self.link = SharedLink(loop, self.lane, near, args, args, 3, lambda _: self.ended.set(), self.pool, TOKEN)
+        self.lane.do(self.link.start)
+        data, (desk,), _, _ = socket.recv_fds(far, 65536, 1)
+        reader = HeaderReader()
+        header = reader.feed(data)
+        assert header is not None
+        self.desk = Desk(socket.socket(fileno=desk))
+        self.source = SharedSource(far, "http://talker", header, reader.rest, self.desk)  # type: ignore[arg-type]
+
+    def place(self) -> Place:
+        head = b"head" + SIZE.to_bytes(4, "little")
+        frame: list[Any] = [(len(head) + SIZE).to_bytes(4, "little") + head, os.urandom(SIZE)]
+        place = self.pool.place(frame, set(self.link.out.values()))
+        assert place is not None
+        return place
+
+    def send(self) -> None:
+        self.do(self.link.refer, self.place())
+
+    def receive(self, count: int) -> list[Any]:
+        items: list[Any] = []
+        until = time.monotonic() + PATIENCE
+        while len(items) < count and time.monotonic() < until:
+            with contextlib.suppress(BlockingIOError):
+                self.source.split(int(self.source.receive(wait=True)))  # type: ignore[arg-type]  # bytes came
+                items += self.source.items or ()
+                self.source.items = None
+        return items
+
+    def out(self) -> set[int]:
+        self.do(self.link.take_back)
+        return set(self.link.out)
+
+    def do(self, function: Callable[..., object], *args: Any) -> None:
+        """Run a function in the lane, and wait for it: the loop may work there."""
+        done = threading.Event()
+        self.lane.do(function, *args)
+        self.lane.do(done.set)
+        assert done.wait(PATIENCE)
+
+
+@pytest.fixture
+def ends() -> Iterator[Ends]:
+    loop = Loop("test")
+    loop.start()
+    made = Ends(loop)
+    yield made
+    made.source.close()
+    made.link.close()
+    assert made.ended.wait(PATIENCE)
+    made.pool.close()
+    loop.stop()
+
+
+def test_no_more_than_the_credit_is_out(ends: Ends) -> None:
+    for _ in range(CREDIT + 10):
+        ends.send()
+    assert len(ends.out()) == CREDIT + 3 and ends.link.waiting == 3 and ends.link.dropped == 7
+    kept = ends.receive(CREDIT)
+    assert len(kept) == CREDIT
+    del kept[:]
+    more = ends.receive(3)  # the link has waited for this
+    assert len(more) == 3
+    del more
+    assert not ends.out()
+
+
+def test_references_are_given_back_within_each_other(ends: Ends) -> None:
+    """As when the end of one message, within the sending, ends another one; each goes back once."""
+    for _ in range(CREDIT):
+        ends.send()
+    items = ends.receive(CREDIT)
+    ends.desk.before = lambda: items and items.pop()
+    items.pop()
+    sent = ends.desk.sent
+    assert len(sent) == len(set(sent)) == CREDIT and not ends.out()
+
+
+@pytest.mark.parametrize("moment", ["before", "after"])
+def test_a_signal_handler_raises(ends: Ends, monkeypatch: pytest.MonkeyPatch, moment: str) -> None:
+    """A reference that has not left is not waited for; one that has left is."""
+    send = TcpLink.send
+
+    def interrupted(link: TcpLink, frame: Any) -> None:
+        if moment == "after":
+            send(link, frame)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(TcpLink, "send", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        ends.link.refer(ends.place())
+    ends.do(ends.link.recover)
+    assert len(ends.out()) == (moment == "after")
