@@ -81,7 +81,12 @@ def test_there_and_back(launcher: Master, node: Node, topic: str, kind: str) -> 
     relay(launcher, kind, topic, topic + "/out")
     assert publisher.wait_for_subscribers(timeout=20)
     # roscpp's relay advertises with the first message, and rospy's forgets what comes right after its greeting to us.
-    until(lambda: publisher.publish(Image(height=1, data=bytes(SIZE))) or heard.items, "the relay is linked both ways")
+
+    def is_heard() -> bool:
+        publisher.publish(Image(height=1, data=bytes(SIZE)))
+        return bool(heard.items)
+
+    until(is_heard, "the relay is linked both ways")
     for number in range(2, 30):
         publisher.publish(Image(height=number, data=bytes([number]) * SIZE))
         wait_for_height(heard, number)
