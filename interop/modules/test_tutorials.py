@@ -181,8 +181,8 @@ pub.publish("yum")
 def answer(req):
     header = req._connection_header
     return True, " ".join(header.get(each, "-") for each in ("callerid", "cookies", "service", "md5sum"))
-rospy.Service("eat", Trigger, answer)
 connected(pub)
+rospy.Service("eat", Trigger, answer)  # for which the subscriber waits before it leaves
 while_heard(pub)
 print("finished")
 """
