@@ -16,6 +16,9 @@ MASTERS = ("ours",)
 
 LOG = """
 from rosgraph_msgs.msg import Log
+rospy.loginfo("unseen before init_node")
+rospy.logwarn("before %s", "init_node")
+rospy.logerr_once("once before")
 rospy.init_node("logs")
 got = []
 def take(m):

@@ -52,3 +52,8 @@ def test_a_wrong_address_of_the_master_is_an_error_of_init_node(environ: dict[st
     assert "not a URI of the form http://host:port/: 'nonsense'" in run(
         program, {**environ, "ROS_MASTER_URI": "nonsense"}
     )
+
+
+def test_before_a_node_warnings_are_seen_as_those_of_pythons_loggers(environ: dict[str, str]) -> None:
+    text = 'import rospy\nrospy.loginfo("information")\nrospy.logwarn("a %s", "warning")\nrospy.logerr("an error")\n'
+    assert run(text, environ).splitlines() == ["a warning", "an error"]

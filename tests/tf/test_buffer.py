@@ -162,7 +162,7 @@ def test_what_is_wrong_is_ignored_and_said(capsys: pytest.CaptureFixture[str]) -
     buffer.set_transform(stamped("a", "b", 1, 0.0, (0, 0, 0, 1.1)))
     assert not buffer.has_frame("b")
     err = capsys.readouterr().err
-    assert "Warning: TF_NAN_INPUT" in err and "Warning: TF_DENORMALIZED_QUATERNION" in err
+    assert "Error:   TF_NAN_INPUT" in err and "Error:   TF_DENORMALIZED_QUATERNION" in err
     buffer.set_transform(stamped("/a", "/b", 1))
     assert buffer.frames() == ["b", "a"], "leading slashes are taken away"
 
@@ -350,3 +350,11 @@ def test_the_same_time_again_after_further_transforms() -> None:
     buffer.clear()
     with pytest.raises(TransformException):
         buffer.lookup_transform("map", "odom", 3.0)
+
+
+def test_without_a_function_for_them_problems_go_to_stderr_in_tf2s_words(capsys: pytest.CaptureFixture[str]) -> None:
+    buffer = Buffer()
+    for child in ("b", "b", "a"):
+        buffer.set_transform(stamped("a", child, 5, 0.0), "/me")
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.startswith("Warning: TF_REPEATED_DATA ") and second.startswith("Error:   TF_SELF_TRANSFORM: ")

@@ -146,7 +146,8 @@ class Buffer:
             problem += f" ({count} times)"
         problem = one_line(problem)
         if self.warn is None:
-            sys.stderr.write(f"Warning: {problem}\n")
+            old = problem.startswith(("TF_OLD_DATA", "TF_REPEATED_DATA"))  # the others are mistakes of their sender
+            sys.stderr.write(f"{'Warning: ' if old else 'Error:   '}{problem}\n")
         else:
             self.warn(problem)
 

@@ -7,8 +7,6 @@ from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
-from pyros1.drop_in.process import PROCESS
-
 _MOST_PLACES = 10_000
 _DEBUG, _INFO, _WARN, _ERROR, _CRITICAL = 10, 20, 30, 40, 50
 
@@ -76,8 +74,6 @@ def _emit(name: str, level: int, frame: FrameType, msg: Any, args: tuple[Any, ..
     logger = logging.getLogger(f"{name}.{logger_name}" if logger_name else name)
     if not logger.isEnabledFor(level):
         return
-    if PROCESS.node is None and not logger.hasHandlers():
-        return  # stock's logger is silent, too, before there is a node
     exc_info = kwargs.pop("exc_info", None)
     if isinstance(exc_info, BaseException):
         exc_info = (type(exc_info), exc_info, exc_info.__traceback__)
