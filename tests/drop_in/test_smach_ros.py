@@ -166,7 +166,7 @@ for order in (4, -4, 50):
     client.send_goal(FibonacciGoal(order=order))
     if order == 50:
         staying.wait(20)
-        while client.get_state() != GoalStatus.ACTIVE:  # until then an older list of statuses may come, without the goal
+        while client.get_state() != GoalStatus.ACTIVE:  # before, an older list of statuses may come, without the goal
             rospy.sleep(0.01)
         client.cancel_goal()
     print("wrapped", client.wait_for_result(rospy.Duration(20)), client.get_state(), client.get_result().sequence)
