@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def loading() -> Iterator[None]:
-    """Collect no garbage within a block of imports, which then takes a tenth less time.
+    """Collect no garbage within a block of imports, which then takes a tenth less time, and count what it made as old.
 
     Such a block must not wait for anything: other threads of the program go without collections, too.
     """
@@ -18,5 +18,8 @@ def loading() -> Iterator[None]:
     try:
         yield
     finally:
+        if not gc.get_freeze_count():  # else the program has frozen objects, which it wants to stay so
+            gc.freeze()
+            gc.unfreeze()  # all objects are of the oldest generation now: the next collection need not look at them
         if collects:
             gc.enable()
