@@ -81,6 +81,25 @@ def test_displays_colours_and_view(browser: Browser, start_web: Callable[..., We
     assert place["position"] == pytest.approx([1 - 6 * 0.7072, 0, 6 * 0.7068], abs=0.01)
 
 
+def test_a_file_is_opened_in_the_page(
+    browser: Browser, start_web: Callable[..., Web], robot: Any, tmp_path: Path
+) -> None:
+    file = tmp_path / "robot.rviz"
+    file.write_text(FILE.replace("rviz/Grid", "my/Thing"))
+    browser.open(start_web("rviz").link)
+    browser.wait(f"{SCENE}?.displays.size === 3")  # frames, grid, robot
+    choice = browser.driver.find_element("css selector", ".panel input[type=file]")
+    choice.send_keys(str(file))
+    browser.wait(f"{display('/scan')}?.word === '31 points' && {display('/plan')}?.word === '3 poses'")
+    assert browser.run(f"return {SCENE}.fixed") == "map"
+    said = "return document.querySelector('.scene .view > .word').textContent"
+    assert browser.run(said) == "Thing 'Grid': there is no display my/Thing"
+    file.write_text("- [")
+    browser.driver.find_element("css selector", ".panel input[type=file]").send_keys(str(file))
+    browser.wait("document.querySelector('.scene .view > .word').textContent.startsWith('robot.rviz is not YAML')")
+    assert browser.run(f"return {SCENE}.fixed") == "map"  # what was there is there
+
+
 def test_colours_of_ones_choice(browser: Browser, start_web: Callable[..., Web], robot: Any) -> None:
     browser.open(start_web("rviz").link)
     browser.click("button.add", "/plan")

@@ -172,6 +172,18 @@ def test_a_file_of_rviz(start: Start, tmp_path: Path) -> None:
         assert said in output and str(name) in output and output.count("\n") == 1
 
 
+def test_rviz_alone_shows_its_usual_file(start: Start, tmp_path: Path) -> None:
+    file = tmp_path / ".rviz" / "default.rviz"
+    file.parent.mkdir()
+    file.write_text("Visualization Manager: {Global Options: {Fixed Frame: odom}}")
+    link_in(first_line(start("--port", "0")))
+    fixed = []
+    for word in ("rviz", "scene"):  # the latter is ours, and has what was shown last
+        link = link_in(first_line(start(word, HOME=str(tmp_path))))
+        fixed.append(link.endswith("#scene") or settings_in(link)["settings"]["fixed"])
+    assert fixed == ["odom", True]
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -33,6 +33,15 @@ def test_forms_stay_in_step(robot: Robot) -> None:
     assert calls.run(robot, "forms.value", request) == {"data": True}
 
 
+def test_files_of_rviz(robot: Robot) -> None:
+    displays = "[{Class: rviz/Path, Topic: plan}, {Class: rviz/Path, Topic: /a//b/}, {Class: x/Y}]"
+    file = f"Visualization Manager: {{Displays: {displays}}}"
+    found = calls.run(robot, "scene.rviz", {"text": file})
+    assert found["settings"]["topics"] == ["/plan", "/a/b"] and found["notes"] == ["Y: there is no display x/Y"]
+    with pytest.raises(Error, match="is not YAML"):
+        calls.run(robot, "scene.rviz", {"text": "["})
+
+
 def test_types_are_proposed(robot: Robot) -> None:
     assert "geometry_msgs/" in calls.run(robot, "topics.types", {"begin": "geo"})
     assert calls.run(robot, "topics.types", {"begin": "std_msgs/Float6"}) == [

@@ -15,7 +15,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_these
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.cli.shared.listening import ALLOW, with_options
-from pyros1.cli.shared.windows import PROGRAMS, call_of, first_argument, has_display, picture_topic
+from pyros1.cli.shared.windows import PROGRAMS, USUAL_FILE, call_of, first_argument, has_display, picture_topic
 from pyros1.ground.names import parse_arguments
 from pyros1.ground.shown import one_line
 
@@ -223,6 +223,9 @@ def _scene(invocation: Invocation, options: Any, words: list[str]) -> dict[str, 
     if len(words) > 1 or (words and options.display_config):
         raise UsageError("the panel scene takes one file of rviz")
     file = words[0] if words else options.display_config
+    usual = os.path.expanduser(USUAL_FILE)
+    if not file and options.program == "rviz" and os.path.isfile(usual):
+        file = usual
     settings: dict[str, Any] = {}
     if file:
         from pyros1.web.scene.rviz.file import MOST_BYTES, RvizFileError, read_rviz  # noqa: PLC0415

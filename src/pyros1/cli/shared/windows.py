@@ -124,6 +124,8 @@ PACKAGED: Mapping[str, tuple[str, ...]] = {
     "rviz": ("rviz",),
 }
 """Package -> its programs of `PROGRAMS`."""
+USUAL_FILE = "~/.rviz/default.rviz"
+"""What rviz shows if no file is named."""
 _TRANSPORTS = frozenset({"raw", "compressed"})
 
 

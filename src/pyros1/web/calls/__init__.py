@@ -28,6 +28,7 @@ _FILES = frozenset(
         "page",
         "params",
         "reconfigure",
+        "scene",
         "services",
         "topics",
     )

@@ -13,6 +13,7 @@
 //   place.robot      calls and streams, see robot.js
 //   place.settings   what the panel saved before, or what a link or another panel says; an object
 //   place.save(s)    keep settings
+//   place.restart(s)                show this panel again, with these settings
 //   place.open(name, settings)      show another panel beside this one
 //   place.problem(text)             say what is wrong; "" for nothing
 //

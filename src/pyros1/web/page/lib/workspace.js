@@ -133,6 +133,10 @@ export class Workspace {
         this.changed(this.tree);
       },
       open: (name, settings) => this._beside(node, name, settings),
+      restart: (settings) => {
+        node.settings = settings;
+        this._again();
+      },
     };
     try {
       this._mounted.set(node, panel.mount(place) || {});

@@ -33,6 +33,8 @@ class Scene {
     this.displays = new Map(); // key -> {key, topic, display, stream}
     this.types = {};
     this._build();
+    const { notes } = place.settings; // what a file has and this panel does not
+    if (texts(notes)?.length) this._say(notes.join("\n"));
     this.onAbout = () => this._mayWrite();
     place.robot.addEventListener("about", this.onAbout);
     this._mayWrite();
@@ -94,12 +96,14 @@ class Scene {
 
   _build() {
     const { body, tools } = this.place;
+    const file = h("input", { type: "file", accept: ".rviz,.yaml,.yml", hidden: true, onchange: () => this._open(file) });
     this.fixedChoice = h("select.mono", { "aria-label": "fixed frame", title: "the frame that stands still", onchange: (event) => this._fix(event.target.value) });
     this.buttons = new Map([["select", "Select"], ["measure", "Measure"], ["goal", "Nav goal"], ["estimate", "Pose estimate"], ["point", "Point"]].map(([name, text]) =>
       [name, h("button", { "aria-pressed": "false", onclick: () => this._use(name) }, text)]));
     tools.append(h("label.check", {}, "fixed", this.fixedChoice), h("label.check", {}, "view", this.look.views, this.look.axes), h("label.check", {}, "follow", this.look.frames),
       ...this.buttons.values(),
       h("button.quiet", { title: "look from where one looked at first", onclick: () => this.look.reset() }, "Reset"),
+      h("button.quiet", { title: "show what a file of rviz shows", onclick: () => file.click() }, "Open"), file,
       h("button.quiet", { title: "save the picture", onclick: () => this._png() }, "PNG"));
     this.view = h("div.view");
     this.word = h("div.word.mono", { hidden: true, role: "status" });
@@ -368,6 +372,18 @@ class Scene {
       this._say(`${topic}: ${place}, to ${subscribers} subscriber${subscribers === 1 ? "" : "s"}`);
     } catch (error) {
       this._say(error.message);
+    }
+  }
+
+  async _open(input) {
+    const [file] = input.files;
+    input.value = ""; // the same one may be opened again
+    if (!file) return;
+    try {
+      const { settings, notes } = await this.place.robot.call("scene.rviz", { text: await file.text() });
+      this.place.restart(notes.length ? { ...settings, notes } : settings);
+    } catch (error) {
+      this._say(`${file.name} ${error.message}`);
     }
   }
 

@@ -1,0 +1,21 @@
+"""Calls of the 3D panel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pyros1.ground.names import SEP, canonicalize_name
+from pyros1.web.robot import Robot
+from pyros1.web.scene.rviz.file import read_rviz
+from pyros1.web.views.view import text
+
+
+def rviz(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a file of rviz shows: ``settings`` of the panel, and ``notes``, lines for the user. Args: text."""
+    found = read_rviz(text(args, "text"), lambda name: canonicalize_name(SEP + name))
+    return {"settings": found.settings, "notes": found.notes}
+
+
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"rviz": rviz}
+CHANGES: frozenset[str] = frozenset()
