@@ -103,7 +103,6 @@ class Scene {
     tools.append(h("label.check", {}, "fixed", this.fixedChoice), h("label.check", {}, "view", this.look.views, this.look.axes), h("label.check", {}, "follow", this.look.frames),
       ...this.buttons.values(),
       h("button.quiet", { title: "look from where one looked at first", onclick: () => this.look.reset() }, "Reset"),
-      h("button.quiet", { title: "show what a file of rviz shows", onclick: () => file.click() }, "Open"), file,
       h("button.quiet", { title: "save the picture", onclick: () => this._png() }, "PNG"));
     this.view = h("div.view");
     this.word = h("div.word.mono", { hidden: true, role: "status" });
@@ -117,10 +116,11 @@ class Scene {
       remove: (key) => this._remove(key),
       option: (key, name, value) => this._option(key, name, value),
       offers: () => offersOf(this.types, this.topics, this.robots),
+      open: () => file.click(),
       add: (key) => (key.startsWith(ROBOT) ? this._addRobot(key.slice(ROBOT.length)) : this._add(key)),
     });
     body.classList.add("scene");
-    body.append(element, this.view);
+    body.append(element, this.view, file);
   }
 
   _save() {
