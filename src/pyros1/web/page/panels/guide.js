@@ -39,7 +39,7 @@ class Guide {
     this.which = h("select", { "aria-label": "step or page", onchange: () => this._show(this.which.selectedIndex) });
     this.back = h("button.quiet", { title: "the page before", "aria-label": "the page before", onclick: () => this._show(this.at - 1) }, "◂");
     this.next = h("button.quiet", { title: "the next page", "aria-label": "the next page", onclick: () => this._show(this.at + 1) }, "▸");
-    place.tools.append(this.back, this.which, this.next);
+    place.tools.append(h("div.guide-steps", {}, this.back, this.which, this.next));
     place.body.classList.add("guide");
     this.text = h("article.guide-text", { tabIndex: 0 });
     place.body.append(this.text);
