@@ -171,16 +171,18 @@ from std_msgs.msg import Float32MultiArray, UInt8MultiArray, Int16MultiArray
 from sensor_msgs.msg import JointState, Image
 rospy.init_node("numpy")
 def show(value):
-    return type(value).__name__, getattr(value, "dtype", None), getattr(value, "shape", None), value.tolist()
+    if type(value) is bytes:
+        return value
+    return type(value).__name__, value.dtype, value.shape, value.flags.writeable, value.tolist()
 for cls, values, kind in ((Float32MultiArray, [1.5, 2], numpy.float32), (Int16MultiArray, [-1, 300], numpy.int16),
-                          (Float32MultiArray, [0], numpy.float32)):
+                          (Float32MultiArray, [0], numpy.float32), (UInt8MultiArray, [1, 2], bytes)):
     got = []
     p = rospy.Publisher("np", numpy_msg(cls), queue_size=10)
     s = rospy.Subscriber("np", numpy_msg(cls), got.append)
     until(lambda: p.get_num_connections())
-    p.publish(numpy_msg(cls)(data=numpy.array(values, dtype=kind)))
+    p.publish(numpy_msg(cls)(data=bytes(values) if kind is bytes else numpy.array(values, dtype=kind)))
     until(lambda: got)
-    print(cls.__name__, show(got[0].data), got[0].data.flags.writeable, isinstance(got[0], cls), type(got[0]).__name__)
+    print(cls.__name__, show(got[0].data), isinstance(got[0], cls), type(got[0]).__name__)
     b = io.BytesIO()
     got[0].serialize(b)
     print(b.getvalue(), show(numpy_msg(cls)().deserialize(b.getvalue()).data), numpy_msg(cls) is numpy_msg(cls))

@@ -187,7 +187,7 @@ class Message(metaclass=MessageType):
 
     def deserialize_numpy(self: _M, data: Buffer, numpy: Any) -> _M:
         """Set the fields like :meth:`deserialize`, with numpy arrays of shape (n,) in place of tuples of numbers."""
-        view = _module("array_views").numpy_view(numpy)
+        view = _module("array_views").genpy_view(numpy)
         return self._deserialize(bytes(data), lambda cls, body: cls._read_arrays(body, 0, len(body), view))
 
     def _check_types(self, exc: Exception | None = None) -> None:
