@@ -26,6 +26,9 @@ q = rospy.Publisher("point", Point, queue_size=10)
 for args, kwds in (((1, 2, 3), {}), ((1, 2), {}), ((1,), {}), ((String("a"),), {}), ((), {"z": 4}),
     ((PointStamped(),), {})):
     t("point", lambda: q.publish(*args, **kwds))
+q = rospy.Publisher("stamped", PointStamped, queue_size=10)
+for message in (Point(), PointStamped().header):
+    t("first field", lambda: q.publish(message))
 s = rospy.Subscriber("x", String, got.append)
 until(lambda: p.get_num_connections() and s.get_num_connections())
 for given in ("text", String("message"), "\\u00fc"):
