@@ -26,6 +26,9 @@ q = rospy.Publisher("point", Point, queue_size=10)
 for args, kwds in (((1, 2, 3), {}), ((1, 2), {}), ((1,), {}), ((String("a"),), {}), ((), {"z": 4}),
     ((PointStamped(),), {})):
     t("point", lambda: q.publish(*args, **kwds))
+q = rospy.Publisher("stamped", PointStamped, queue_size=10)
+for message in (Point(), PointStamped().header):
+    t("first field", lambda: q.publish(message))
 s = rospy.Subscriber("x", String, got.append)
 until(lambda: p.get_num_connections() and s.get_num_connections())
 for given in ("text", String("message"), "\\u00fc"):
@@ -171,20 +174,68 @@ from std_msgs.msg import Float32MultiArray, UInt8MultiArray, Int16MultiArray
 from sensor_msgs.msg import JointState, Image
 rospy.init_node("numpy")
 def show(value):
-    return type(value).__name__, getattr(value, "dtype", None), getattr(value, "shape", None), value.tolist()
+    if type(value) is bytes:
+        return value
+    return type(value).__name__, value.dtype, value.shape, value.flags.writeable, value.tolist()
 for cls, values, kind in ((Float32MultiArray, [1.5, 2], numpy.float32), (Int16MultiArray, [-1, 300], numpy.int16),
-                          (Float32MultiArray, [0], numpy.float32)):
+                          (Float32MultiArray, [0], numpy.float32), (UInt8MultiArray, [1, 2], bytes)):
     got = []
     p = rospy.Publisher("np", numpy_msg(cls), queue_size=10)
     s = rospy.Subscriber("np", numpy_msg(cls), got.append)
     until(lambda: p.get_num_connections())
-    p.publish(numpy_msg(cls)(data=numpy.array(values, dtype=kind)))
+    p.publish(numpy_msg(cls)(data=bytes(values) if kind is bytes else numpy.array(values, dtype=kind)))
     until(lambda: got)
-    print(cls.__name__, show(got[0].data), got[0].data.flags.writeable, isinstance(got[0], cls), type(got[0]).__name__)
+    print(cls.__name__, show(got[0].data), isinstance(got[0], cls), type(got[0]).__name__)
     b = io.BytesIO()
     got[0].serialize(b)
     print(b.getvalue(), show(numpy_msg(cls)().deserialize(b.getvalue()).data), numpy_msg(cls) is numpy_msg(cls))
     p.unregister(), s.unregister()
+"""
+
+DERIVED = """
+import io, numpy
+from std_msgs.msg import Float32MultiArray, String
+from geometry_msgs.msg import Point, PointStamped
+rospy.init_node("derived")
+calls = []
+class Text(String):
+    def serialize(self, buff):
+        calls.append("out")
+        String.serialize(self, buff)
+    def deserialize(self, data):
+        calls.append("in")
+        return String.deserialize(self, data)
+class Where(PointStamped):
+    def __init__(self, *args, **kwds):
+        super().__init__(*args, **kwds)
+        self.name = "somewhere"
+    def sum(self):
+        return self.point.x + self.point.y
+class Array(Float32MultiArray):
+    __slots__, _slot_types = Float32MultiArray.__slots__, Float32MultiArray._slot_types
+    def serialize(self, buff):
+        return self.serialize_numpy(buff, numpy)
+    def deserialize(self, data):
+        return self.deserialize_numpy(data, numpy)
+def send(name, ours, theirs, message):
+    got = []
+    p = rospy.Publisher(name, ours, queue_size=10)
+    s = rospy.Subscriber(name, theirs, got.append)
+    until(lambda: p.get_num_connections() and s.get_num_connections())
+    p.publish(message)
+    until(lambda: got)
+    print(ours.__name__, theirs.__name__, type(got[0]).__name__, calls)
+    calls.clear()
+    return got[0]
+print(send("a", Text, Text, Text("x")).data)
+print(send("b", String, Text, String("x")).data)
+print(send("c", Text, String, Text("x")).data)
+m = send("d", Where, Where, Where(point=Point(1, 2, 3)))
+print(m.name, m.sum(), m.header.seq > 0)
+m = send("e", PointStamped, Where, PointStamped(point=Point(1, 2, 3)))
+print(m.name, m.sum())
+m = send("f", Array, Array, Array(data=numpy.array([1, 2], dtype=numpy.float32)))
+print(m.data.tolist())
 """
 
 
@@ -202,6 +253,10 @@ def test_callbacks_wait_for_others(launcher: Master) -> None:
 
 def test_numpy(launcher: Master) -> None:
     assert "float32" in same(launcher, HEAD + NUMPY)
+
+
+def test_classes_that_programs_derive(launcher: Master) -> None:
+    assert "somewhere 3.0" in same(launcher, HEAD + DERIVED)
 
 
 @pytest.mark.parametrize(("publisher", "subscriber"), PAIRS)

@@ -54,6 +54,12 @@ def test_a_wrong_address_of_the_master_is_an_error_of_init_node(environ: dict[st
     )
 
 
+def test_a_message_for_the_first_of_several_fields_is_not_enough(environ: dict[str, str]) -> None:
+    program = "from rospy.msg import args_kwds_to_message\nfrom geometry_msgs.msg import Twist, Vector3\n"
+    program += "try: args_kwds_to_message(Twist, (Vector3(),), {})\nexcept TypeError as error: print(error)"
+    assert "Invalid number of arguments, args should be ['linear', 'angular']" in run(program, environ)
+
+
 def test_before_a_node_warnings_are_seen_as_those_of_pythons_loggers(environ: dict[str, str]) -> None:
     text = 'import rospy\nrospy.loginfo("information")\nrospy.logwarn("a %s", "warning")\nrospy.logerr("an error")\n'
     assert run(text, environ).splitlines() == ["a warning", "an error"]

@@ -25,6 +25,7 @@ OWN_MODULES = frozenset(
         "copier",
         "decoder",
         "definitions",
+        "derived",
         "digest",
         "dynamic",
         "encoder",

@@ -41,3 +41,17 @@ def numpy_view(numpy: Any) -> View:
         return from_buffer(buffer, types[code], count, position)
 
     return view
+
+
+def genpy_view(numpy: Any) -> View:
+    """Return the function that makes numpy arrays as genpy does: those of uint8 and char stay bytes.
+
+    Args:
+        numpy: the numpy module.
+    """
+    array = numpy_view(numpy)
+
+    def view(buffer: bytes, position: int, count: int, code: str) -> Any:
+        return bytes(buffer[position : position + count]) if code == "B" else array(buffer, position, count, code)
+
+    return view

@@ -69,6 +69,11 @@ class Writable(Protocol):
 class MessageType(type):
     """Type of message classes: generates a codec function when it is first looked up on the class."""
 
+    def __init__(cls, name: str, bases: tuple[type, ...], members: dict[str, Any]) -> None:
+        super().__init__(name, bases, members)
+        if any("_slot_types" in vars(base) for base in cls.__mro__[1:]):
+            _module("derived").derive(cls)
+
     def __getattr__(cls, name: str) -> Any:
         if name not in _DERIVED and name not in _MAKERS:
             raise AttributeError(f"type object '{cls.__name__}' has no attribute '{name}'")
@@ -183,11 +188,11 @@ class Message(metaclass=MessageType):
 
     def serialize_numpy(self, buff: Writable, numpy: object) -> None:
         """Write the encoded body like :meth:`serialize`, which accepts numpy arrays."""
-        self.serialize(buff)
+        Message.serialize(self, buff)  # not the one of a derived class, which may call this
 
     def deserialize_numpy(self: _M, data: Buffer, numpy: Any) -> _M:
         """Set the fields like :meth:`deserialize`, with numpy arrays of shape (n,) in place of tuples of numbers."""
-        view = _module("array_views").numpy_view(numpy)
+        view = _module("array_views").genpy_view(numpy)
         return self._deserialize(bytes(data), lambda cls, body: cls._read_arrays(body, 0, len(body), view))
 
     def _check_types(self, exc: Exception | None = None) -> None:

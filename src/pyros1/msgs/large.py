@@ -64,11 +64,13 @@ def layout(cls: type[Any]) -> Layout | None:
     """Return the layout of a message class with a large byte array.
 
     Returns:
-        The layout; None if it has no uint8[] field at its top level, or several, or fields of variable size after it.
+        The layout; None if it has no uint8[] field at its top level, or several, or fields of variable size after it;
+        or if a program has derived it, whose decoder wants whole messages.
     """
     if issubclass(cls, AnyMsg):
         return Layout("_buff", 0, counted=False)
-    cls = message_class(cls)
+    if message_class(cls) is not cls:
+        return None
     arrays = [i for i, slot_type in enumerate(cls._slot_types) if slot_type in ("uint8[]", "char[]")]
     if len(arrays) != 1:
         return None

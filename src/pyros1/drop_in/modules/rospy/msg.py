@@ -36,8 +36,8 @@ def args_kwds_to_message(data_class: type[Any], args: tuple[Any, ...], kwds: dic
         return data_class(given)
     if md5sum == data_class._md5sum or isinstance(given, AnyMsg):
         return given
-    if len(data_class._slot_types) == 1 and given._type == data_class._slot_types[0]:
-        return data_class(given)
+    if data_class._slot_types[:1] == [given._type]:
+        return data_class(given)  # the only field; of several, its error names those that are missing
     raise TypeError(f"expected [{data_class._slot_types[0] if data_class._slot_types else ''}] but got [{given._type}]")
 
 

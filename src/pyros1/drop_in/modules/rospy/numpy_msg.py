@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy
 
-from pyros1.msgs.array_views import numpy_view
+from pyros1.msgs.array_views import genpy_view
 from pyros1.msgs.base import MessageType
 
 __all__ = ["numpy_msg"]
 
-_view = numpy_view(numpy)
+_view = genpy_view(numpy)
 
 
 @lru_cache(maxsize=1000)
@@ -20,7 +20,8 @@ def numpy_msg(msg_type: Any) -> Any:
     """Return a class of the same type whose messages have numpy arrays when they are received.
 
     Arrays have one dimension, shape (n,), and the field's number type; they are read-only, since they refer to the
-    bytes received. Such a class can be given to Publisher, too: fields take numpy arrays with any class.
+    bytes received. Those of uint8 and char are bytes, as in any message. Such a class can be given to Publisher, too:
+    fields take numpy arrays with any class.
     """
 
     def decode(buffer: bytes, start: int, end: int) -> Any:
