@@ -206,7 +206,8 @@ import io, socket, xmlrpc.client, threading, rosgraph
 from rosgraph import names, network, xmlrpc as node_xmlrpc
 from rosgraph.impl import graph
 assert names.resolve_name("~a", "/ns/node") == "/ns/node/a" and names.ns_join("/a", "b") == "/a/b"
-assert names.load_mappings(["a:=b", "_p:=1", "__name:=n"]) == {"a": "b", "__name": "n"}
+words = ["a:=b", "_p:=1", "__name:=n", "-o:=f", "a b:=c", "1:=d", "e:= "]
+assert names.load_mappings(words) == {"a": "b", "__name": "n"}
 assert rosgraph.myargv(["p", "a:=b", "c"]) == ["p", "c"]
 data = network.encode_ros_handshake_header({"a": "b"})
 assert network.decode_ros_handshake_header(data) == {"a": "b"}

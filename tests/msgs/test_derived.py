@@ -11,7 +11,6 @@ import pytest
 from pyros1.ground.errors import DeserializationError
 from pyros1.msgs import from_definition
 from pyros1.msgs.derived import encode, encode_frame, make_copy, make_decode
-from pyros1.msgs.large import layout
 
 
 def made(text: str) -> Any:
@@ -87,13 +86,3 @@ def test_its_errors_are_those_of_a_message_that_cannot_be_read() -> None:
 
     with pytest.raises(DeserializationError, match="KeyError in Own: 'k'"):
         decode(Own, codec.encode(base("a")))
-
-
-def test_large_messages_come_to_it_whole() -> None:
-    base = made("uint8[] data")
-
-    class Own(base):
-        pass
-
-    assert layout(base) is not None
-    assert layout(Own) is None

@@ -49,6 +49,33 @@ def test_all_messages_arrive_in_order(pair: Any, collect: Any) -> None:
     assert publisher.dropped == 0
 
 
+def test_large_messages_of_a_class_that_a_program_has_derived(pair: Any, collect: Any) -> None:
+    """Its own ``deserialize`` gets whole messages, whatever their size, and may make anything of the array."""
+    talker, listener = pair
+
+    class Summed(Image):  # type: ignore[misc]
+        def deserialize(self, data: Any) -> Any:
+            super().deserialize(data)
+            self.data = sum(self.data)
+            return self
+
+    class Later(Summed):
+        pass
+
+    class Plain(Image):  # type: ignore[misc]
+        pass
+
+    summed, plain = collect(), collect()
+    subscribers = [listener.subscribe("t", Later, summed), listener.subscribe("t", Plain, plain)]
+    publisher = talker.advertise("t", Image, queue_size=0)
+    assert publisher.wait_for_subscribers(timeout=5) and subscribers[0].wait_for_publishers(timeout=5)
+    for number in range(1, 6):
+        publisher.publish(Image(data=bytes([number]) * 200_000))
+    numbers = range(1, 6)
+    assert [(type(each), each.data) for each in summed.wait(5)] == [(Later, 200_000 * number) for number in numbers]
+    assert [(type(each), each.data) for each in plain.wait(5)] == [(Plain, bytes([n]) * 200_000) for n in numbers]
+
+
 @pytest.mark.parametrize("publisher_first", [True, False])
 def test_publisher_and_subscriber_may_start_in_any_order(pair: Any, collect: Any, publisher_first: bool) -> None:
     talker, listener = pair

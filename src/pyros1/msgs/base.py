@@ -114,6 +114,7 @@ class Message(metaclass=MessageType):
         _slot_types: type of each field, in the order of ``__slots__``.
         _has_header: whether the first field is a header whose ``seq`` publishers set.
         _fixed_size: size of the encoded body in bytes if it is always the same, else None.
+        _wants_whole: whether a program has derived the class, with a ``deserialize`` that gets all bytes.
 
     Args:
         *args: all fields in order, or nothing.
@@ -131,6 +132,7 @@ class Message(metaclass=MessageType):
     _full_text: ClassVar[str] = _FullText()  # type: ignore[assignment]  # a descriptor
     _text_source: ClassVar[tuple[Digests, MessageSpec]]
     _has_header: ClassVar[bool] = False
+    _wants_whole: ClassVar[bool] = False
     _slot_types: ClassVar[list[str]]
     _fixed_size: ClassVar[int | None]
     _min_size: ClassVar[int]

@@ -21,6 +21,7 @@ def derive(cls: Any) -> None:
         del cls._slot_types  # repeated, as rospy's numpy_msg does; the definition's class is the base
     if "_decode" not in members:
         cls._decode = staticmethod(make_decode(cls))
+        cls._wants_whole = cls.deserialize is not Message.deserialize
     if cls.serialize is not Message.serialize and message_class(cls) is not cls:
         cls._encode = staticmethod(encode)
         cls._encode_frame = staticmethod(encode_frame)

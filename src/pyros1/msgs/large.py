@@ -64,13 +64,11 @@ def layout(cls: type[Any]) -> Layout | None:
     """Return the layout of a message class with a large byte array.
 
     Returns:
-        The layout; None if it has no uint8[] field at its top level, or several, or fields of variable size after it;
-        or if a program has derived it, whose decoder wants whole messages.
+        The layout; None if it has no uint8[] field at its top level, or several, or fields of variable size after it.
     """
     if issubclass(cls, AnyMsg):
         return Layout("_buff", 0, counted=False)
-    if message_class(cls) is not cls:
-        return None
+    cls = message_class(cls)
     arrays = [i for i, slot_type in enumerate(cls._slot_types) if slot_type in ("uint8[]", "char[]")]
     if len(arrays) != 1:
         return None
@@ -100,7 +98,7 @@ def decode_split(cls: type[Any], where: Layout | None, body: SplitBody, view: Vi
 
     Args:
         cls: message class or AnyMsg.
-        where: its layout, or None.
+        where: its layout, or None, as also for a class that wants whole messages.
         body: the pieces.
         view: makes numeric arrays, see ``array_views.py``; None for bytes and tuples.
 

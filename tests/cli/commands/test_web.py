@@ -182,6 +182,10 @@ def test_rviz_alone_shows_its_usual_file(start: Start, tmp_path: Path) -> None:
         link = link_in(first_line(start(word, HOME=str(tmp_path))))
         fixed.append(link.endswith("#scene") or settings_in(link)["settings"]["fixed"])
     assert fixed == ["odom", True]
+    file.write_text("Visualization Manager: [")
+    process = start("rviz", HOME=str(tmp_path))
+    assert first_line(process).startswith(f"{file} is not YAML: ")
+    assert link_in(first_line(process)).endswith("#scene")  # it opens all the same
 
 
 @pytest.mark.parametrize(

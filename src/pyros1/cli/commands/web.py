@@ -219,27 +219,30 @@ def _plot(invocation: Invocation, options: Any, words: list[str]) -> dict[str, A
 
 
 def _scene(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:
-    """Return the settings of the scene: those of a file of rviz, if one is named."""
+    """Return the settings of the scene: those of a file of rviz, if one is named, or of rviz's usual one."""
     if len(words) > 1 or (words and options.display_config):
         raise UsageError("the panel scene takes one file of rviz")
-    file = words[0] if words else options.display_config
-    usual = os.path.expanduser(USUAL_FILE)
-    if not file and options.program == "rviz" and os.path.isfile(usual):
-        file = usual
+    named = words[0] if words else options.display_config
+    usual = os.path.expanduser(USUAL_FILE) if options.program == "rviz" else ""
     settings: dict[str, Any] = {}
-    if file:
+    if file := named or (usual if os.path.isfile(usual) else ""):
         from pyros1.web.scene.rviz.file import MOST_BYTES, RvizFileError, read_rviz  # noqa: PLC0415
 
         try:
             with open(file, "rb") as opened:
                 text = opened.read(MOST_BYTES + 1).decode(errors="replace")
             settings, notes = read_rviz(text, invocation.resolve)
+            lines = [f"{one_line(file)}: {note}" for note in notes]
         except OSError as error:
-            raise CommandError(f"cannot read {one_line(file)}: {error.strerror}") from None
+            lines = [f"cannot read {one_line(file)}: {error.strerror}"]
         except (RvizFileError, ValueError) as error:
-            raise CommandError(f"{one_line(file)} {error}") from None
-        for note in notes:
-            print(f"{one_line(file)}: {note}", file=sys.stderr)
+            lines = [f"{one_line(file)} {error}"]
+        else:
+            named = ""
+        if named:
+            raise CommandError(lines[0])
+        for line in lines:  # of the usual file only what is wrong is said: the scene begins without it
+            print(line, file=sys.stderr)
     if options.fixed_frame:
         settings["fixed"] = options.fixed_frame.lstrip("/")
     return settings

@@ -91,7 +91,8 @@ class Subscriber(Generic[_M]):
 
     @cached_property
     def _layout(self) -> Layout | None:
-        return layout(self.type)
+        whole = getattr(self.type, "_wants_whole", False)  # AnyMsg has none
+        return None if whole else layout(self.type)
 
     def take(self, item: Item) -> Any:
         """Return the message of an item.

@@ -7,7 +7,7 @@ connection per node. https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subs
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sized
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pyros1.ground.errors import MessageError, NodeError
@@ -385,6 +385,6 @@ def _learn(source: Source, message: Any, size: int) -> None:
     """Tell a link where the array of a large message was in its frame."""
     where = layout(type(message))
     if where is not None and isinstance(source, TcpSource):
-        array = len(getattr(message, where.field))
-        if array >= LARGE:
-            source.expect(size, array, where.tail, where.counted)
+        array = getattr(message, where.field, None)
+        if isinstance(array, Sized) and len(array) >= LARGE:  # a program's own class may hold anything there
+            source.expect(size, len(array), where.tail, where.counted)

@@ -137,7 +137,8 @@ def load_mappings(argv: list[str]) -> dict[str, str]:
     """Return the remappings of a command line: names, and special keys such as ``__name``."""
     found = {}
     for word in argv:
-        key, separator, value = word.partition(REMAP)
-        if separator and key and value and REMAP not in value and (key[0] != "_" or key[1:2] in ("", "_")):
-            found[key.strip()] = value.strip()
+        key, _, value = word.partition(REMAP)
+        value = value.strip()
+        if is_legal_remap(word) and value and REMAP not in value and (key[0] != "_" or key[1:2] in ("", "_")):
+            found[key] = value
     return found
