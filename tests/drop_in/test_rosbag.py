@@ -147,6 +147,34 @@ def test_threads_write_at_once(tmp_path: Path) -> None:
     assert run(BAG + THREADS, {}, str(tmp_path)) == "done\n"
 
 
+ASKED = """
+import threading
+with rosbag.Bag("a.bag", "w", chunk_threshold=50) as bag:
+    bag.write("/number", Int32(0), genpy.Time(1))
+    begun, over = threading.Event(), threading.Event()
+    def write():
+        while not over.is_set():
+            bag.write("/number", Int32(1), genpy.Time(1))
+            bag.get_message_count()
+            begun.set()
+    thread = threading.Thread(target=write)
+    thread.start()
+    begun.wait(30)
+    try:
+        for _ in range(200):
+            bag.get_type_and_topic_info()
+            bag.get_compression_info()
+    finally:
+        over.set()
+        thread.join(30)
+print("done")
+"""
+
+
+def test_it_is_asked_while_another_thread_writes(tmp_path: Path) -> None:
+    assert run(BAG + ASKED, {}, str(tmp_path)) == "done\n"
+
+
 def test_the_tool_and_migration(tmp_path: Path) -> None:
     said = run(BAG + TOOL, {}, str(tmp_path))
     assert said.endswith("done\n") and "\n1\n" in f"\n{said}" and "does not need any migrations" in said
