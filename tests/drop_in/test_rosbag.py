@@ -151,22 +151,15 @@ ASKED = """
 import threading
 with rosbag.Bag("a.bag", "w", chunk_threshold=50) as bag:
     bag.write("/number", Int32(0), genpy.Time(1))
-    begun, over = threading.Event(), threading.Event()
     def write():
-        while not over.is_set():
+        for _ in range(300):
             bag.write("/number", Int32(1), genpy.Time(1))
             bag.get_message_count()
-            begun.set()
     thread = threading.Thread(target=write)
     thread.start()
-    begun.wait(30)
-    try:
-        for _ in range(200):
-            bag.get_type_and_topic_info()
-            bag.get_compression_info()
-    finally:
-        over.set()
-        thread.join(30)
+    while thread.is_alive():
+        bag.get_type_and_topic_info()
+        bag.get_compression_info()
 print("done")
 """
 
