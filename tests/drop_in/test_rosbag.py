@@ -147,6 +147,27 @@ def test_threads_write_at_once(tmp_path: Path) -> None:
     assert run(BAG + THREADS, {}, str(tmp_path)) == "done\n"
 
 
+ASKED = """
+import threading
+with rosbag.Bag("a.bag", "w", chunk_threshold=50) as bag:
+    bag.write("/number", Int32(0), genpy.Time(1))
+    def write():
+        for _ in range(300):
+            bag.write("/number", Int32(1), genpy.Time(1))
+            bag.get_message_count()
+    thread = threading.Thread(target=write)
+    thread.start()
+    while thread.is_alive():
+        bag.get_type_and_topic_info()
+        bag.get_compression_info()
+print("done")
+"""
+
+
+def test_it_is_asked_while_another_thread_writes(tmp_path: Path) -> None:
+    assert run(BAG + ASKED, {}, str(tmp_path)) == "done\n"
+
+
 def test_the_tool_and_migration(tmp_path: Path) -> None:
     said = run(BAG + TOOL, {}, str(tmp_path))
     assert said.endswith("done\n") and "\n1\n" in f"\n{said}" and "does not need any migrations" in said

@@ -281,3 +281,27 @@ until(lambda: last and len(last[-1].transforms) == 30)
 def test_signal_handlers_do_what_they_interrupt(environ: dict[str, str]) -> None:
     """As programs do that save a pose, or send a last transform, when Ctrl-C ends them."""
     run(HEAD + ON_TOP, environ, timeout=40)
+
+
+BURST = """
+rospy.init_node("burst")
+got, inside, gate = [], threading.Event(), threading.Event()
+def callback(message):
+    got.append(message.data)
+    inside.set()
+    gate.wait(15)
+publisher = rospy.Publisher("t", Float64, queue_size=1)
+subscriber = rospy.Subscriber("t", Float64, callback)
+until(publisher.get_num_connections)
+publisher.publish(0)
+assert inside.wait(10)
+for number in range(1, 201):  # which wait in stock's sockets
+    publisher.publish(number)
+gate.set()
+until(lambda: got[-1] == 200)
+assert got == list(range(201)), len(got)
+"""
+
+
+def test_a_burst_within_the_process_waits_for_a_slow_callback(environ: dict[str, str]) -> None:
+    assert run(HEAD + BURST, environ) == ""

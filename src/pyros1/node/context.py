@@ -82,6 +82,7 @@ class Context:
         guests: decides who may connect to it; None: everybody may.
         local_key: what programs have in common that share memory with it; empty: it shares none.
         local_name: returns the name of the socket for these; empty if there is none.
+        local_room: bytes of messages that may wait within the process beyond the publisher's ``queue_size``.
         stopping: set when the node begins to shut down; every wait ends then.
         tells_late_publishers: whether a `publish` after the end of the node is still to be logged, once.
         publications: what it publishes, by topic; changed by whole replacement, so that readers need no lock.
@@ -109,6 +110,7 @@ class Context:
         self.address: LocalAddress | None = None
         self.guests: Guests | None = None
         self.local_key = ""
+        self.local_room = 0
         self.local_name: Callable[[], str] = str
         self.stopping = stopping
         self.tells_late_publishers = True

@@ -77,6 +77,8 @@ class Node(ServiceMethods, TimeMethods):
         wall_time: whether to ignore /use_sim_time.
         ports: of the slave API (XML-RPC) and of topics and services (TCPROS); 0: any.
         strict_names: whether names that break the rules are refused, and parameters of an earlier run are logged.
+        local_room: bytes of messages that wait for a slow subscriber within the process, if ``queue_size`` of the
+            publisher is less; the sockets between processes hold about a MB.
 
     Raises:
         InvalidNameError: the name is not legal.
@@ -105,6 +107,7 @@ class Node(ServiceMethods, TimeMethods):
         wall_time: bool = False,
         ports: _Ports = (0, 0),
         strict_names: bool = True,
+        local_room: int = 0,
     ) -> None:
         argv = checks.check_node(name, namespace, argv, master_uri, environ, wait_for_master)
         if callbacks not in ("inline", "spin"):
@@ -129,7 +132,7 @@ class Node(ServiceMethods, TimeMethods):
         self.log = Log(self._sink, level=level)
         self._callbacks = CallbackQueue() if callbacks == "spin" else None
         self._context = Context(self.name, loop, RpcCaller(loop), self.log, self._callbacks, environ, stopping=stopping)
-        self._context.local_key = shared
+        self._context.local_key, self._context.local_room = shared, local_room
         loop.thread.owner = self._context
         self._topics = Topics(self._context, lambda: self._registrar)
         self._services = Services(self._context, lambda: self._registrar, self._service_uri)

@@ -133,6 +133,27 @@ def test_the_publishers_queue_bounds_what_waits_within_the_process(make_node: An
     assert subscriber.dropped == 990
 
 
+@pytest.mark.parametrize(("size", "most"), [(10, 100), (100_000, 20), (2_000_000, 4)])
+@pytest.mark.parametrize("latch", [False, True])
+def test_within_the_process_room_may_be_left_as_in_sockets(
+    make_node: Any, gate: Gate, size: int, most: int, latch: bool
+) -> None:
+    """Seen in programs for rospy: a burst of goals to an action server in the same process did not arrive."""
+    node = make_node("node", local_room=1 << 20)
+    node.subscribe("t", String, gate)
+    publisher = node.advertise("t", String, queue_size=1, latch=latch)
+    assert publisher.wait_for_subscribers(timeout=5)
+    publisher.publish("begin")
+    assert gate.entered.acquire(timeout=5)
+    texts = [f"{number}".ljust(size) for number in range(100)]
+    for text in texts:
+        publisher.publish(text)
+    gate.open()
+    while gate.got[-1] != texts[-1]:
+        assert gate.entered.acquire(timeout=5)
+    assert gate.got[1:] == texts if most == 100 else len(gate.got[1:]) <= most
+
+
 def test_callbacks_of_different_topics_do_not_wait_for_each_other(
     make_node: Any, transport: str, gate: Gate, collect: Any
 ) -> None:

@@ -170,7 +170,8 @@ class Linking:
             self.context.log.warn("refused a connection of %s for %s: %s", header["callerid"], self.topic, refusal)
             raise
         _ = self.message_class._copy  # as in __init__
-        link = LocalLink(self.lane, receiver, uri, header, answer, self.queue_size, self._remove, on_closed)
+        room = self.context.local_room
+        link = LocalLink(self.lane, receiver, uri, header, answer, self.queue_size, room, self._remove, on_closed)
         self.lane.do(self._add, link)
         return link
 

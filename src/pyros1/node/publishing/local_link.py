@@ -8,16 +8,20 @@ subscribers of a process share one copy, as callbacks of one node do in rospy an
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pyros1.node.subscribing.inbox import Inbox
 from pyros1.node.subscribing.sources import UNBOUNDED_LIMIT
-from pyros1.wire.outqueue import Frame
+from pyros1.wire.outqueue import frame_size
 
 if TYPE_CHECKING:
     from pyros1.msgs import Message
     from pyros1.node.lane import Lane
     from pyros1.node.subscribing.sources import Item, Receiver, Source
+    from pyros1.wire.outqueue import Frame
+
+_SMALLEST = 256
+"""Bytes that count at least for a message."""
 
 
 class LocalLink:
@@ -30,7 +34,9 @@ class LocalLink:
         header: the subscriber's connection header.
         answer: the publisher's connection header.
         queue_size: the publisher's: most messages that wait here; None: publishers `wait` while the subscriber is
-            behind.
+            behind; 0: no limit.
+        room: bytes of messages that may wait here even if they are more than ``queue_size``, as in the sockets of other
+            links: for a subscriber without a limit.
         on_closed: two functions, for the publication and the subscription, each called once when the link has ended.
     """
 
@@ -44,6 +50,7 @@ class LocalLink:
         header: dict[str, str],
         answer: dict[str, str],
         queue_size: int | None,
+        room: int,
         *on_closed: Callable[[LocalLink], None],
     ) -> None:
         self.peer = header.get("callerid", "")
@@ -54,7 +61,10 @@ class LocalLink:
         self.address = "INTRAPROCESS connection on port 0 to [127.0.0.1:0 on socket 0]"
         self._lane = lane
         self._receiver = receiver
-        self._limit = queue_size
+        self._room = room
+        self._least = queue_size or 0
+        self._limit = max(queue_size, room // _SMALLEST) if queue_size else queue_size
+        self._roomy = self._limit != queue_size
         self._on_closed = on_closed
         self._open = [True]
         self._inbox: Inbox[Source, Item] = Inbox(self)
@@ -82,6 +92,9 @@ class LocalLink:
         """Hand over a copy of a message."""
         if self._open:
             self.messages += 1
+            if self._roomy and self._receiver.limit is None and self._inbox.full(self._least):
+                message_class: Any = message.__class__
+                self._look_at_size(frame_size(message_class._encode_frame(message)))
             self._receiver.push(self._inbox, message, self._limit)
 
     def send(self, frame: Frame) -> None:
@@ -91,7 +104,14 @@ class LocalLink:
         data = frame if isinstance(frame, bytes) else b"".join(frame)
         self.messages += 1
         self.bytes_sent += len(data)
+        self._look_at_size(len(data))
         self._receiver.push(self._inbox, data[4:], self._limit)
+
+    def _look_at_size(self, size: int) -> None:
+        """Let fewer messages wait if they are large. The limit only shrinks: each change begins a new queue."""
+        while self._roomy and self._limit is not None and self._limit * size > self._room:
+            self._limit = max(self._limit // 2, self._least)
+            self._roomy = self._limit > self._least
 
     def recover(self) -> None:
         """Announce waiting messages to the subscriber, in case that was interrupted."""

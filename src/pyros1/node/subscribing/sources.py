@@ -39,7 +39,13 @@ class HandingSource(Source, Protocol):
 
 
 class Receiver(Protocol):
-    """The part of a subscription's `Delivery` that a source with an inbox needs."""
+    """The part of a subscription's `Delivery` that a source with an inbox needs.
+
+    Attributes:
+        limit: most messages of each source that may wait; None for no limit of the subscribers'.
+    """
+
+    limit: int | None
 
     def open(self, inbox: Inbox[Source, Item]) -> None:
         """Begin to take messages out of an inbox."""

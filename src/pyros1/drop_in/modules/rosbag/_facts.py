@@ -14,6 +14,7 @@ import yaml
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import NS
 from pyros1.bag.info import Summary, info_text, info_values, summarize, yaml_text
+from rosbag._lending import Lending
 from rosbag._parts import (
     Compression,
     CompressionTuple,
@@ -37,6 +38,7 @@ class Facts:
 
     _file: Any
     _compression: str
+    _readers: Lending
 
     @property
     def _target(self) -> Any:
@@ -90,7 +92,8 @@ class Facts:
         """Give the reader; that of a closed bag opens it again."""
         with stock_errors():
             if self._file:
-                yield self._reader
+                with self._readers.lend(lambda: self._reader) as reader:  # which another thread may replace
+                    yield reader
             else:
                 with BagReader(self._target) as reader:
                     yield reader
@@ -151,9 +154,10 @@ class Facts:
 
     def _get_indexes(self, connections: Any) -> list[list[_IndexEntry200]]:
         found: dict[int, list[Any]] = {number: [] for number in self._reader.connections}
-        for entry in self._reader.entries():
-            if entry.conn in found:
-                found[entry.conn].append(entry)
+        with self._readers.lend(lambda: self._reader) as reader:
+            for entry in reader.entries():
+                if entry.conn in found:
+                    found[entry.conn].append(entry)
         ids = list(found) if connections is None else [each.id for each in connections]
         return [[entry_of(entry) for entry in sorted(found[number], key=lambda entry: entry.time)] for number in ids]
 

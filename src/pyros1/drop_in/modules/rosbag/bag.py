@@ -278,8 +278,8 @@ class Bag(Writing, Facts):
 
     def _read_message(self, position: Any, raw: bool = False, return_connection_header: bool = False) -> Any:
         self.flush()
-        with stock_errors():
-            stored = self._reader.at(position)
+        with self._readers.lend(lambda: self._reader) as reader, stock_errors():
+            stored = reader.at(position)
             info = info_of(stored.connection)
             cls = _get_message_type(info)
             message: Any = (info.datatype, stored.data, info.md5sum, position, cls)

@@ -30,6 +30,8 @@ from rospy.names import as_text, get_caller_id, resolve_name
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
 TIMEOUT_READY = 15.0
+_SOCKETS = 1 << 20
+"""Bytes that stock's sockets hold, also within a process: bursts beyond `queue_size` arrive."""
 
 
 class _Unspecified:
@@ -141,6 +143,7 @@ def init_node(
                 wall_time=disable_rostime,
                 ports=(xmlrpc_port or 0, tcpros_port or 0),
                 strict_names=False,
+                local_room=_SOCKETS,
             )
             try:
                 for key, value in private.items():
