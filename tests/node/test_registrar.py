@@ -6,6 +6,7 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -15,6 +16,7 @@ from pyros1.master.server import Master
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.msgs.std_srvs.srv import Empty
 from pyros1.net.master_client import MasterClient
+from pyros1.node.registrar import Registrar
 
 
 @pytest.fixture
@@ -309,6 +311,22 @@ def test_a_clean_end_leaves_nothing_registered_t55(make_node: Any, late_master: 
     assert not [name for part in state for name, nodes in part if "/node" in nodes]
     with pytest.raises(MasterError):
         observer.master.lookup_node("/node")
+
+
+def test_unregistering_when_the_end_has_begun_is_no_error(make_node: Any, late_master: Any) -> None:
+    """A thread that was about to unregister when another one ended the node: the end does it."""
+    master, observer = late_master(), make_node("observer")
+    context: Any = SimpleNamespace(name="/node", log=observer.log, stopping=threading.Event())
+    registrar = Registrar(context, master.uri, lambda *_: None, lambda: None)
+    registrar.start()
+    registration = ("registerPublisher", "/t", "std_msgs/Float64", "http://localhost:1/")
+    registrar.register(*registration)
+    assert "/t" in published(observer.master)
+    registrar.close()
+    registrar.unregister(*registration)
+    assert "/t" not in published(observer.master)
+    with pytest.raises(NodeShutdownError):
+        registrar.register(*registration)
 
 
 def test_a_second_node_of_the_same_name_ends_the_first_m34_o01(

@@ -39,10 +39,16 @@ _T = TypeVar("_T")
 
 
 class _Job:
-    """A call of the master for which a thread waits."""
+    """A call of the master for which a thread waits.
 
-    def __init__(self, entry: Entry) -> None:
+    Args:
+        entry: the call.
+        undoes: the registration that it undoes; None for a registration.
+    """
+
+    def __init__(self, entry: Entry, undoes: Entry | None = None) -> None:
         self.entry = entry
+        self.undoes = undoes
         self.done = Event()
         self.value: Any = None
         self.error: Exception | None = None
@@ -107,17 +113,18 @@ class Registrar:
     def unregister(self, method: str, *args: str) -> None:
         """Undo `register` with the same arguments.
 
-        It is not an error if the master does not answer, since it has then lost the node anyway, or has no such method.
+        It is not an error if the master does not answer, since it has then lost the node anyway, or has no such method;
+        nor if the node is shutting down, which unregisters everything.
         """
         self.begin_unregister(method, *args)()
 
     def begin_unregister(self, method: str, *args: str) -> Callable[[], Any]:
         """Begin to `unregister`; return a function that waits for it."""
-        self._entries.pop((method, *args), None)
-        return self._begin(_Job(_inverse((method, *args))))
+        entry = (method, *args)
+        return self._begin(_Job(_inverse(entry), undoes=entry))
 
     def _begin(self, job: _Job) -> Callable[[], Any]:
-        if self._closed:
+        if self._closed and job.undoes is None:
             raise NodeShutdownError(f"{self._context.name} is shutting down")
         self._jobs.append(job)
         self._changed.ring()
@@ -126,6 +133,8 @@ class Registrar:
     def _wait(self, job: _Job) -> Any:
         while not job.done.wait(0.5):
             if self._closed and not self._thread.is_alive():
+                if job.undoes is not None:
+                    return 0  # `close` does it
                 raise NodeShutdownError(f"{self._context.name} is shutting down")
         if job.error is not None:
             raise job.error
@@ -165,6 +174,8 @@ class Registrar:
                 except Exception as error:  # noqa: BLE001 - of a malformed answer: the thread must go on
                     self._context.log.internal(error)
                 continue
+            if job.undoes is not None:
+                self._entries.pop(job.undoes, None)
             try:
                 job.value = self._call(job.entry)
                 if job.entry[0] in _INVERSE:
