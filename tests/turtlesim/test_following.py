@@ -66,7 +66,7 @@ def test_mimic(make_node: Make, transport: str) -> None:
     user = make_node("user")
     Mimic(make_node("mimic", argv=["input/pose:=/a/turtle1/pose", "output/cmd_vel:=/b/turtle1/cmd_vel"]))
     came: Queue[Any] = Queue()
-    user.subscribe("/b/turtle1/cmd_vel", Twist, came.put)
+    assert user.subscribe("/b/turtle1/cmd_vel", Twist, came.put).wait_for_publishers(timeout=PATIENCE)
     user.advertise("/a/turtle1/pose", Pose, latch=True).publish(1.0, 2.0, 3.0, 0.5, -0.25)
     twist = came.get(timeout=PATIENCE)
     assert (twist.linear.x, twist.angular.z) == (0.5, -0.25)
