@@ -55,13 +55,15 @@ def test_callbacks_of_the_same_topic_may_wait_without_stopping_the_loop(
 ) -> None:
     """The topic moves to the node's threads; streams go on, and those that come later join."""
     publisher = make_node("talker").advertise("t", Float64, queue_size=0)
-    waits, goes_on, got = threading.Event(), threading.Event(), []
+    waits, goes_on, done, got = threading.Event(), threading.Event(), threading.Event(), []
 
     def callback(message: Float64) -> None:
         if message.data == 10:
             waits.set()
             assert goes_on.wait(10)
         got.append(message.data)
+        if message.data == 299:
+            done.set()
 
     async def work() -> None:
         async with pyros1.aio.Node("listener", argv=[], environ=environ) as node:
@@ -78,6 +80,7 @@ def test_callbacks_of_the_same_topic_may_wait_without_stopping_the_loop(
             goes_on.set()
             both = await asyncio.gather(take(stream, 290), take(other, 290))
             assert both == [list(range(10, 300))] * 2
+            assert await asyncio.to_thread(done.wait, 10)
             await asyncio.to_thread(subscriber.unregister)
             publisher.publish(300)
             assert await take(stream, 1) == [300]
