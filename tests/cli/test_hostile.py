@@ -145,9 +145,7 @@ def test_message_data_does_not_steer_a_terminal_either(
     assert "FORGED" in run(robot.uri, f"topic echo -n 1 {how}/topic/data")[1]
 
 
-@pytest.mark.parametrize(
-    "command", ["topic hz /topic", "topic bw /topic", "topic delay /topic", "dynparam get -t 0.1 /node"]
-)
+@pytest.mark.parametrize("command", ["topic hz /topic", "topic bw /topic", "topic delay /topic"])
 def test_nor_do_those_that_run_until_they_are_interrupted(
     run: Any, make_robot: Any, monkeypatch: pytest.MonkeyPatch, command: str
 ) -> None:
@@ -158,6 +156,10 @@ def test_nor_do_those_that_run_until_they_are_interrupted(
 
     monkeypatch.setattr(Invocation, "pause", pause)
     assert "".join(run(make_robot("answer").uri, command)[1:])
+
+
+def test_nor_do_parameters_that_are_asked_for_within_a_time(run: Any, make_robot: Any) -> None:
+    assert "".join(run(make_robot("answer").uri, "dynparam get -t 0.1 /node")[1:])
 
 
 def test_nor_does_recording_and_an_illegal_name_ends_it_not(run: Any, make_robot: Any, tmp_path: Path) -> None:

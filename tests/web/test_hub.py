@@ -170,8 +170,10 @@ def test_nobody_waits_while_the_master_is_away() -> None:
 
 
 def test_of_latched_messages_the_newest_is_the_last_and_those_of_the_dead_are_forgotten(
-    hub: Hub, subscriptions: Subscriptions
+    hub: Hub, subscriptions: Subscriptions, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    at = 100.0
+    monkeypatch.setattr("pyros1.web.hub.monotonic", lambda: at)
     hub.listen("/a", lambda arrival: None)
     for number, caller in [(1.0, "/one"), (2.0, "/two"), (3.0, "/one")]:
         subscriptions.send("/a", number, latching=True, caller=caller)
@@ -179,9 +181,19 @@ def test_of_latched_messages_the_newest_is_the_last_and_those_of_the_dead_are_fo
     hub.listen("/a", numbers(later))
     assert later == [2.0, 3.0]
     subscriptions.links[:] = [link for link in subscriptions.links if link.header["callerid"] != "/one"]
+    at += 5
     after: list[float] = []
     hub.listen("/a", numbers(after))
     assert after == [2.0]
+
+
+def test_a_latched_message_may_come_before_its_link_is_listed(hub: Hub, subscriptions: Subscriptions) -> None:
+    hub.listen("/a", lambda arrival: None)
+    subscriptions.send("/a", 1.0, latching=True)
+    subscriptions.links.clear()
+    later: list[float] = []
+    hub.listen("/a", numbers(later))
+    assert later == [1.0]
 
 
 def test_who_wants_to_know_is_told_when_the_topic_is_subscribed_to(subscriptions: Subscriptions) -> None:

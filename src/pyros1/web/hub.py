@@ -20,6 +20,8 @@ _MOST_LATCHED = 100
 MOST_BYTES = 32 << 20
 """Most bytes of a publisher's messages that wait for slow listeners, and of a topic's latched messages that are kept;
 but one always is."""
+_JUST_COME = 1.0
+"""Seconds after a message within which its link may not be listed yet: within a process it brings the message first."""
 _AT_ONCE = 16
 """Most topics that are subscribed to at the same time; more wait."""
 Listener = Callable[["Arrival"], object]
@@ -209,7 +211,8 @@ class _Feed:
             self._called = None
             if self._latched and self._subscriber is not None:
                 here = {link.header.get("callerid", "") for link in self._subscriber.links if link.header}
-                self._latched = {name: each for name, each in self._latched.items() if name in here}
+                new = monotonic() - _JUST_COME
+                self._latched = {name: each for name, each in self._latched.items() if name in here or each.at > new}
             return place, list(self._latched.values())
 
     def leave(self, place: object) -> bool:
