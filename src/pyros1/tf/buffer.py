@@ -15,6 +15,7 @@ from pyros1.msgs import load_message
 from pyros1.tf.description import as_dot, as_string, as_yaml
 from pyros1.tf.errors import ConnectivityException, ExtrapolationException, LookupException
 from pyros1.tf.frame import to_sec
+from pyros1.tf.received import Row
 from pyros1.tf.rotation import Transform
 from pyros1.tf.tree import Tree
 
@@ -105,27 +106,23 @@ class Buffer:
 
     def set_transforms(self, transforms: Iterable[Any], authority: str, *, static: bool = False) -> None:
         """Take several transforms; waiting lookups are woken once."""
-        problems: list[str] = []
-        insert = self._tree.insert
-        transforms = list(transforms)  # it is iterated twice
+        rows: list[Row] = []
         for item in transforms:
             if not hasattr(item, "child_frame_id"):
                 raise TypeError(f"a transform must be a geometry_msgs/TransformStamped, not {item!r:.80}")
+            header = item.header
+            stamp = header.stamp
+            transform = item.transform
+            v = transform.translation
+            q = transform.rotation
+            numbers = (v.x, v.y, v.z, q.x, q.y, q.z, q.w)
+            rows.append((header.frame_id, item.child_frame_id, stamp.secs * _NS + stamp.nsecs, numbers))
+        self.set_rows(rows, authority, static=static)
+
+    def set_rows(self, rows: Iterable[Row], authority: str, *, static: bool = False) -> None:
+        """Take several transforms as `received.Row`; waiting lookups are woken once."""
         with self._lock:
-            for item in transforms:
-                header = item.header
-                stamp = header.stamp
-                transform = item.transform
-                v = transform.translation
-                q = transform.rotation
-                problems += insert(
-                    header.frame_id,
-                    item.child_frame_id,
-                    stamp.secs * _NS + stamp.nsecs,
-                    (v.x, v.y, v.z, q.x, q.y, q.z, q.w),
-                    static,
-                    authority,
-                )
+            problems = self._tree.insert_rows(rows, static, authority)
             if self._waiting:
                 self._changed.notify_all()
         for problem in problems:

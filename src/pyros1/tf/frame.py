@@ -50,31 +50,37 @@ class Frame:
             self.stamps = [0]
             self.entries = [entry]
             return None
-        self._asked = None
         stamps = self.stamps
         if not stamps or time > stamps[-1]:
-            stamps.append(time)
-            self.entries.append(entry)
-        else:
-            if stamps[-1] > time + keep:
-                return (
-                    "TF_OLD_DATA ignoring data from the past (Possible reasons are listed at "
-                    "http://wiki.ros.org/tf/Errors%20explained)"
-                )
-            place = bisect_right(stamps, time, self._head)
-            if place > self._head and stamps[place - 1] == time:
-                return "TF_REPEATED_DATA ignoring data with redundant timestamp"
-            stamps.insert(place, time)
-            self.entries.insert(place, entry)
-        oldest = stamps[-1] - keep
-        head = self._head
-        while stamps[head] < oldest:
-            head += 1
-        if head > _COMPACT:
-            del stamps[:head], self.entries[:head]
-            head = 0
-        self._head = head
+            self.append(time, entry, time - keep)
+            return None
+        self._asked = None
+        if stamps[-1] > time + keep:
+            return (
+                "TF_OLD_DATA ignoring data from the past (Possible reasons are listed at "
+                "http://wiki.ros.org/tf/Errors%20explained)"
+            )
+        place = bisect_right(stamps, time, self._head)
+        if place > self._head and stamps[place - 1] == time:
+            return "TF_REPEATED_DATA ignoring data with redundant timestamp"
+        stamps.insert(place, time)
+        self.entries.insert(place, entry)
         return None
+
+    def append(self, time: int, entry: Entry, oldest: int) -> None:
+        """Take a transform that is newer than all others, and forget those from before ``oldest``."""
+        self._asked = None
+        stamps = self.stamps
+        stamps.append(time)
+        self.entries.append(entry)
+        head = self._head
+        if stamps[head] < oldest:
+            while stamps[head] < oldest:
+                head += 1
+            if head > _COMPACT:
+                del stamps[:head], self.entries[:head]
+                head = 0
+            self._head = head
 
     def at(self, time: int) -> Entry | None:  # noqa: PLR0911 - it is called for each frame of each lookup
         """Return parent and transform at a time, 0 for the newest; None if there are none, see `why_not`.

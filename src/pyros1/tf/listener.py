@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import NodeError
 from pyros1.msgs import load_message
+from pyros1.tf.received import Received, received_class
 
 if TYPE_CHECKING:
     from pyros1.node import Node
@@ -36,14 +37,14 @@ class TransformListener:
         self._subscribers: list[Any] = []
         if buffer.warn is None:
             buffer.warn = lambda text: node.log.warn("%s", text)
-        tf_message = load_message("tf2_msgs/TFMessage")
+        transforms = received_class(load_message("tf2_msgs/TFMessage"))
         if node.params.get("/use_sim_time", False) is True:
             buffer.use_time(lambda: node.now().to_sec())
             # never undone: lookups that wait in the buffer need the ticks even after `close`
             self._subscribe("/clock", load_message("rosgraph_msgs/Clock"), self._ticked, 1)
         self._subscribers = [
-            self._subscribe("/tf", tf_message, self._received, _QUEUE),
-            self._subscribe("/tf_static", tf_message, self._received_static, None),
+            self._subscribe("/tf", transforms, self._received, _QUEUE),
+            self._subscribe("/tf_static", transforms, self._received_static, None),
         ]
         node.on_shutdown(self._end)
         with suppress(NodeError):  # the node has another listener already
@@ -57,11 +58,11 @@ class TransformListener:
 
     def _received(self, message: Any) -> None:
         self._look_at_time()
-        self.buffer.set_transforms(message.transforms, _sender(message))
+        fill(self.buffer, message, _sender(message), static=False)
 
     def _received_static(self, message: Any) -> None:
         self._look_at_time()
-        self.buffer.set_transforms(message.transforms, _sender(message), static=True)
+        fill(self.buffer, message, _sender(message), static=True)
 
     def _ticked(self, _: Any) -> None:
         self._look_at_time()
@@ -92,6 +93,14 @@ class TransformListener:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def fill(buffer: Any, message: Any, sender: str, *, static: bool) -> None:
+    """Put a message into a buffer: a TFMessage, or what is received in its place."""
+    if message.__class__ is Received:
+        buffer.set_rows(message.rows, sender, static=static)
+    else:
+        buffer.set_transforms(message.transforms, sender, static=static)
 
 
 def _sender(message: Any) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from math import isnan
 
 from pyros1.tf.description import as_string
@@ -14,6 +14,7 @@ from pyros1.tf.errors import (
     TransformException,
 )
 from pyros1.tf.frame import Entry, Frame, to_sec
+from pyros1.tf.received import Row
 from pyros1.tf.rotation import IDENTITY, Transform, chain, chain_normalized, invert, product
 
 _MAX_DEPTH = 1000
@@ -33,8 +34,38 @@ class Tree:
     def __init__(self, keep: int) -> None:
         self.keep = keep
         self.frames: dict[str, Frame] = {}
+        self._odd_names = False  # whether a name still begins with a slash after one has been removed
 
     # Filling ----------------------------------------------------------------------------------------------------------
+
+    def insert_rows(self, rows: Iterable[Row], static: bool, authority: str) -> list[str]:
+        """Take several transforms.
+
+        Returns:
+            The reasons why some were ignored, as tf2's texts.
+        """
+        problems: list[str] = []
+        frames, keep = self.frames, self.keep
+        for parent, child, time, transform in rows:
+            frame = frames.get(child)
+            above = frames.get(parent)
+            if frame is not None and above is not None and frame is not above and frame.static is False:
+                # The usual case, here for speed: the frames are known, and the transform is their newest.
+                x, y, z, qx, qy, qz, qw = transform
+                length = qx * qx + qy * qy + qz * qz + qw * qw
+                stamps = frame.stamps
+                if (
+                    -_TOLERANCE < length - 1.0 < _TOLERANCE
+                    and not isnan(x + y + z)
+                    and stamps
+                    and time > stamps[-1]
+                    and not self._odd_names
+                ):
+                    frame.append(time, (above, transform, length), time - keep)
+                    frame.authority = authority
+                    continue
+            problems += self.insert(parent, child, time, transform, static, authority)
+        return problems
 
     def insert(
         self, parent: str, child: str, time: int, transform: Transform, static: bool, authority: str
@@ -42,33 +73,40 @@ class Tree:
         """Take a transform.
 
         Returns:
-            The reason why it was ignored, as tf2's text; empty if it was not ignored.
+            The reasons why it was ignored, as tf2's texts; empty if it was not ignored.
         """
-        if parent[:1] == "/":
-            parent = parent[1:]
-        if child[:1] == "/":
-            child = child[1:]
-        x, y, z, qx, qy, qz, qw = transform
-        total = x + y + z + qx + qy + qz + qw
-        length = qx * qx + qy * qy + qz * qz + qw * qw
-        if child == parent or not child or not parent or isnan(total) or not abs(length - 1.0) < _TOLERANCE:
+        frames = self.frames
+        frame = frames.get(child)
+        above = frames.get(parent)
+        if frame is None or above is None or frame is above or self._odd_names:
+            if parent[:1] == "/":
+                parent = parent[1:]
+            if child[:1] == "/":
+                child = child[1:]
             problems = _problems(parent, child, transform, authority)
             if problems:
                 return problems
-        frames = self.frames
-        frame = frames.get(child)
-        if frame is None:
-            frame = frames[child] = Frame(child)
+            frame, above = self._known(child), self._known(parent)
+        x, y, z, qx, qy, qz, qw = transform
+        length = qx * qx + qy * qy + qz * qz + qw * qw
+        if isnan(x + y + z) or not -_TOLERANCE < length - 1.0 < _TOLERANCE:
+            problems = _problems(parent, child, transform, authority)
+            if problems:
+                return problems
         if frame.static is None:
             frame.static = static
-        above = frames.get(parent)
-        if above is None:
-            above = frames[parent] = Frame(parent)
         problem = frame.insert(time, (above, transform, length), self.keep)
         if problem is None:
             frame.authority = authority
             return []
         return [f"{problem} for frame {child} at time {to_sec(time):.6f} according to authority {authority}"]
+
+    def _known(self, name: str) -> Frame:
+        frame = self.frames.get(name)
+        if frame is None:
+            frame = self.frames[name] = Frame(name)
+            self._odd_names = self._odd_names or name[0] == "/"
+        return frame
 
     def clear(self) -> None:
         """Remove all transforms that are not static. The frames stay known."""

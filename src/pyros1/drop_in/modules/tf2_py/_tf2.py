@@ -9,6 +9,7 @@ from rospy.rostime import Duration, Time
 
 from pyros1.ground.timing import TVal
 from pyros1.tf.buffer import Buffer
+from pyros1.tf.received import Row
 
 _TEN_SECONDS = Duration(10)
 _NO_TIME = "time must have a to_sec method, e.g. rospy.Time or rospy.Duration"
@@ -38,6 +39,10 @@ class BufferCore:
     def set_transforms(self, transforms: Iterable[Any], authority: str, static: bool) -> None:
         """Take several transforms (pyros1's own: waiting lookups are woken once)."""
         self._core.set_transforms(transforms, authority, static=static)
+
+    def set_rows(self, rows: Iterable[Row], authority: str, static: bool) -> None:
+        """Take several transforms as a listener receives them (pyros1's own)."""
+        self._core.set_rows(rows, authority, static=static)
 
     def clear(self, *_: Any) -> None:
         """Remove all transforms except static ones."""

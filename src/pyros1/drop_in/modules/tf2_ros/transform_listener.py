@@ -9,6 +9,8 @@ import rospy
 from tf2_py import BufferCore
 
 from pyros1.msgs.tf2_msgs.msg import TFMessage
+from pyros1.tf.listener import fill
+from pyros1.tf.received import received_class
 
 
 class TransformListener:
@@ -41,8 +43,14 @@ class TransformListener:
             BufferCore.set_transform_static,
         )
         options: dict[str, Any] = {"queue_size": queue_size, "buff_size": buff_size, "tcp_nodelay": tcp_nodelay}
-        self.tf_sub = rospy.Subscriber("/tf", TFMessage, self.callback, **options)
-        self.tf_static_sub = rospy.Subscriber("/tf_static", TFMessage, self.static_callback, **options)
+        # A program's own callback gets messages.
+        own = self._whole and (type(self).callback, type(self).static_callback) == (
+            TransformListener.callback,
+            TransformListener.static_callback,
+        )
+        transforms = received_class(TFMessage) if own else TFMessage
+        self.tf_sub = rospy.Subscriber("/tf", transforms, self.callback, **options)
+        self.tf_static_sub = rospy.Subscriber("/tf_static", transforms, self.static_callback, **options)
 
     def __del__(self) -> None:
         self.unregister()
@@ -75,7 +83,7 @@ class TransformListener:
         self.check_for_reset()
         sender = (data._connection_header or {}).get("callerid", "default_authority")
         if self._whole:
-            self.buffer.set_transforms(data.transforms, sender, static)
+            fill(self.buffer, data, sender, static=static)
             return
         take = self.buffer.set_transform_static if static else self.buffer.set_transform
         for transform in data.transforms:

@@ -1,0 +1,136 @@
+"""What a listener receives equals the messages that the usual decoder makes, for any bytes."""
+
+from __future__ import annotations
+
+import struct
+import tracemalloc
+from random import Random
+from typing import Any
+
+import pytest
+
+from pyros1.ground.errors import MessageError
+from pyros1.msgs import load_message
+from pyros1.tf import Buffer
+from pyros1.tf.listener import fill
+from pyros1.tf.received import Received, received_class
+
+MESSAGE: Any = load_message("tf2_msgs/TFMessage")
+STAMPED: Any = load_message("geometry_msgs/TransformStamped")
+DECODE: Any = received_class(MESSAGE)._decode
+NAMES = ["", "/", "//a", "/a", "a", "b", "wörld", "链", "map", "a" * 300]
+
+
+def message(random: Random) -> Any:
+    made = MESSAGE()
+    for _ in range(random.choice((0, 1, 1, 2, 20))):
+        one = STAMPED()
+        one.header.seq = random.getrandbits(32)
+        one.header.stamp.secs, one.header.stamp.nsecs = random.getrandbits(32), random.getrandbits(32)
+        one.header.frame_id, one.child_frame_id = random.choices(NAMES, k=2)
+        for part in (one.transform.translation, one.transform.rotation):
+            for name in part.__slots__:
+                setattr(part, name, random.choice((0.0, 1.0, float("inf"), random.gauss(0, 1))))
+        made.transforms.append(one)
+    return made
+
+
+def rows(made: Any) -> list[Any]:
+    return [
+        (
+            one.header.frame_id,
+            one.child_frame_id,
+            one.header.stamp.secs * 10**9 + one.header.stamp.nsecs,
+            tuple(
+                getattr(part, name)
+                for part in (one.transform.translation, one.transform.rotation)
+                for name in part.__slots__
+            ),
+        )
+        for one in made.transforms
+    ]
+
+
+def outcome(decode: Any, buffer: bytes, start: int, end: int) -> Any:
+    try:
+        made = decode(buffer, start, end)
+    except MessageError as error:
+        return type(error), str(error)
+    return made.rows if isinstance(made, Received) else rows(made)
+
+
+def test_random_messages() -> None:
+    random = Random(1)
+    for _ in range(300):
+        body = MESSAGE._encode(message(random))
+        before, behind = random.randbytes(random.randrange(9)), MESSAGE._encode(message(random))
+        buffer = before + body + behind
+        made = DECODE(buffer, len(before), len(before) + len(body))
+        assert isinstance(made, Received)
+        assert made.rows == rows(MESSAGE._decode(buffer, len(before), len(before) + len(body)))
+
+
+@pytest.mark.filterwarnings("ignore::UnicodeWarning")
+def test_bodies_that_are_cut_longer_or_changed() -> None:
+    """The same error as usual, also if what follows in the buffer could be read on as a transform."""
+    random = Random(2)
+    for _ in range(60):
+        body = bytearray(MESSAGE._encode(message(random)))
+        for _ in range(30):
+            changed = bytearray(body)
+            if random.random() < 0.8:
+                place = random.randrange(len(changed))
+                if random.random() < 0.5:
+                    changed[place] = random.getrandbits(8)
+                else:
+                    changed[place : place + 4] = struct.pack("<I", random.choice((0, 1, 2, 3, 21, 2**31, 2**32 - 1)))
+            end = len(changed) + random.choice((0, 0, -1, 1, random.randrange(-len(changed), 200)))
+            buffer = bytes(changed) + MESSAGE._encode(message(random)) + random.randbytes(300)
+            assert repr(outcome(DECODE, buffer, 0, end)) == repr(outcome(MESSAGE._decode, buffer, 0, end))
+
+
+def test_names_that_are_no_text_are_replaced_as_usual() -> None:
+    made = MESSAGE([STAMPED()])
+    made.transforms[0].child_frame_id = "tool"
+    body = MESSAGE._encode(made).replace(b"tool", b"t\xf6ol")
+    with pytest.warns(UnicodeWarning):
+        said = DECODE(body, 0, len(body))
+    assert said.transforms[0].child_frame_id == "t�ol"
+
+
+def test_the_memory_for_names_is_bounded() -> None:
+    decode: Any = received_class(MESSAGE)._decode
+    made = MESSAGE([STAMPED()])
+    tracemalloc.start()
+    try:
+        for number in range(40_000):
+            made.transforms[0].child_frame_id = name = f"{number:0200}"
+            body = MESSAGE._encode(made)
+            assert decode(body, 0, len(body)).rows[0][:2] == ("", name)
+        assert tracemalloc.get_traced_memory()[0] < 8e6  # 10,000 names as bytes and as texts take 5 MB
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_buffer_is_filled_in_the_same_way() -> None:
+    """Buffers that got messages and what is received in their place answer, and complain, in the same words."""
+    random = Random(3)
+    told: tuple[list[str], list[str]] = ([], [])
+    buffers = [Buffer(warn=words.append) for words in told]
+    for _ in range(400):
+        made = message(random)
+        for one in made.transforms:
+            one.header.stamp.secs, one.header.stamp.nsecs = random.choice(((5, 0), (6, 0), (random.randrange(40), 7)))
+            if random.random() < 0.8:
+                one.transform.rotation.x = one.transform.rotation.y = one.transform.rotation.z = 0.0
+                one.transform.rotation.w = 1.0
+            if random.random() < 0.05:
+                one.transform.translation.x = float("nan")
+        body = MESSAGE._encode(made)
+        static = random.random() < 0.1
+        fill(buffers[0], made, "/sender", static=static)
+        fill(buffers[1], DECODE(body, 0, len(body)), "/sender", static=static)
+    assert told[0] == told[1]
+    assert len(told[0]) > 20
+    assert buffers[0].states() == buffers[1].states()
+    assert buffers[0].all_frames_as_yaml(7.0) == buffers[1].all_frames_as_yaml(7.0)
