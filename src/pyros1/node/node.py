@@ -260,6 +260,7 @@ class Node(ServiceMethods, TimeMethods):
         low_latency: bool = False,
         deadline: float | None = None,
         on_missed: Callable[[Missed], object] | None = None,
+        in_publisher: bool = False,
     ) -> Subscriber[_M]:
         """Subscribe to a topic.
 
@@ -286,6 +287,9 @@ class Node(ServiceMethods, TimeMethods):
                 to a publisher on; a message counts when the callback gets it. None: no limit.
             on_missed: called with a Missed, where all callbacks run, when no message has come within ``deadline``: once
                 for each gap, whether a publisher is connected or not.
+            in_publisher: run the callback within `publish` of a publisher of this process, in its thread, before it
+                returns; no thread must wake up for that. Not for a message that comes while a callback of the topic
+                runs, and only if all subscribers of the topic in this node whose callbacks run at once want it.
 
         Raises:
             ValueError: an unknown transport, an impossible size, or only one of ``deadline`` and ``on_missed``.
@@ -300,7 +304,10 @@ class Node(ServiceMethods, TimeMethods):
         hints = Hints(tcp_nodelay, tuple(wanted), max_datagram_size, bool(low_latency))
         hints.check()
         name, limit = self.resolve(topic), self._deadline(callback, deadline, on_missed)
-        return self._topics.subscribe(name, cls, callback, queue_size, hints, arrays=arrays, deadline=limit)
+        topics = self._topics
+        return topics.subscribe(
+            name, cls, callback, queue_size, hints, arrays=arrays, deadline=limit, in_publisher=bool(in_publisher)
+        )
 
     def _deadline(self, callback: _Call, seconds: float | None, on_missed: _Call | None) -> Deadline | None:
         if seconds is None and on_missed is None:

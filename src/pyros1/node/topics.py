@@ -143,6 +143,7 @@ class Topics:
         stream: Stream | None = None,
         driver: Driver | None = None,
         deadline: Deadline | None = None,
+        in_publisher: bool = False,
     ) -> Subscriber[Any]:
         """Subscribe to a topic; see ``Node.subscribe``.
 
@@ -153,6 +154,7 @@ class Topics:
             stream: gets the messages undecoded, in place of the callback.
             driver: what receives for topics that have only streams that drop nothing; None for the node's threads.
             deadline: takes the place of the callback.
+            in_publisher: whether to call from the thread of a publisher of this process.
         """
         context = self._context
         view = array_view(arrays)
@@ -165,8 +167,9 @@ class Topics:
                 subscription = Subscription(context, name, message_class, hints, driver)
                 self._subscribe_to({**self.subscriptions, name: subscription})
             call = callback if deadline is None else deadline.take
+            leave = self._unsubscribe
             subscriber = Subscriber(
-                subscription, message_class, call, queue_size, self._unsubscribe, direct, view, stream, deadline
+                subscription, message_class, call, queue_size, leave, direct, view, stream, deadline, in_publisher
             )
             try:
                 subscription.add(subscriber)

@@ -44,12 +44,16 @@ def received_class(tf_message: type[Any]) -> type[Message]:
     Args:
         tf_message: tf2_msgs/TFMessage.
     """
-    members = {"__slots__": (), "_decode": staticmethod(_decoder(tf_message._decode))}
+    members = {"__slots__": (), "_decode": staticmethod(decoder(tf_message._decode))}
     return cast(type[Message], MessageType(tf_message.__name__, (tf_message,), members))
 
 
-def _decoder(decode_message: Callable[[bytes, int, int], Any]) -> Callable[[bytes, int, int], Any]:
-    """Return the decoder. What is not a whole message with names in UTF-8 is for the usual one, which says why."""
+def decoder(decode_message: Callable[[bytes, int, int], Any]) -> Callable[[bytes, int, int], Any]:
+    """Return a decoder of messages, called with a buffer and where in it one begins and ends.
+
+    Args:
+        decode_message: the usual decoder; what is not a whole message with names in UTF-8 is for it, which says why.
+    """
     names: dict[bytes, str] = {}
 
     def decode(buffer: bytes, start: int, end: int) -> Any:

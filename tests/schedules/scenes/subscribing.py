@@ -54,9 +54,12 @@ class Callback:
         self._inside = False
 
 
-def subscribe(subscription: Subscription, callback: Any, queue_size: int | None) -> Subscriber[Any]:
+def subscribe(
+    subscription: Subscription, callback: Any, queue_size: int | None, in_publisher: bool = False
+) -> Subscriber[Any]:
     """Add a subscriber."""
-    subscriber = Subscriber(subscription, UInt64, callback, queue_size, subscription.remove)  # type: ignore[arg-type]
+    remove: Any = subscription.remove
+    subscriber = Subscriber(subscription, UInt64, callback, queue_size, remove, in_publisher=in_publisher)
     subscription.add(subscriber)
     return subscriber
 
@@ -98,13 +101,7 @@ class Subscribing(Scenario):
             subscription.limit_changed()
             subscriber.unregister()
 
-        def spin() -> None:
-            callbacks = context.callbacks
-            while callbacks is not None and not context.stopping.is_set():
-                callbacks.wait(0.01)
-                callbacks.run_available()
-
-        spinning = stage.spawn(spin)
+        spinning = self.spin_on(stage, context)
         stage.together(visit, *(source(thread) for thread in range(SOURCES)))
         self.settle(stage, subscription, callback)
         self.spin_no_more(context, spinning)
@@ -125,6 +122,17 @@ class Subscribing(Scenario):
         assert len(numbers) + dropped == sent, f"{numbers} came, {dropped} of {sent} are counted as dropped"
         assert gaps or not dropped
         check_orders(numbers, MESSAGES, gaps, tail)
+
+    def spin_on(self, stage: Stage, context: Context) -> list[Any]:
+        """Begin a thread that spins, in a node that does."""
+
+        def spin() -> None:
+            callbacks = context.callbacks
+            while callbacks is not None and not context.stopping.is_set():
+                callbacks.wait(0.01)
+                callbacks.run_available()
+
+        return stage.spawn(spin)
 
     def spin_no_more(self, context: Context, spinning: list[Any]) -> None:
         """End the thread that spins; run what is left."""
@@ -166,6 +174,7 @@ class Within(Subscribing):
 
     modules = (*PUBLISHING, "pyros1.node.publishing.local_link", *SUBSCRIBING)
     publisher_queue: int | None = 0
+    in_publisher = False
     limits = (
         *Subscribing.limits,
         ("pyros1.node.lane", "TURN", 2),
@@ -180,7 +189,7 @@ class Within(Subscribing):
         publication = make_publication(talker, self.publisher_queue)
         subscription = make_subscription(context)
         callback = Callback(stage, self.seconds)
-        subscribe(subscription, callback, self.queue_size)
+        subscribe(subscription, callback, self.queue_size, self.in_publisher)
         context.loop.run(subscription.link_local, talker.uri, publication)
         stage.until(lambda: publication.links)
 
@@ -194,12 +203,33 @@ class Within(Subscribing):
         def visit() -> None:
             subscribe(subscription, lambda _: None, self.queue_size).unregister()
 
+        spinning = self.spin_on(stage, context)
         stage.together(visit, *(publisher(thread) for thread in range(SOURCES)))
         publication.close()
         self.settle(stage, subscription, callback)
+        self.spin_no_more(context, spinning)
         self.end(context, subscription)
         end_context(talker)
         self.check(subscription, callback.numbers, SOURCES * MESSAGES, tail=self.queue_size is None)
+
+
+class WithinSpinning(Within):
+    """The same in a node that spins, in whose queues there is room for all."""
+
+    spin = True
+    limits = tuple(limit for limit in Within.limits if limit[1] != "UNBOUNDED_LIMIT")
+
+
+class WithinPublisher(Within):
+    """The same, with callbacks in the publishers' threads while no visitor is there, who does not want that."""
+
+    in_publisher = True
+
+
+class WithinPublisherSpinning(WithinSpinning):
+    """The same in a node that spins; the visitor's messages wait."""
+
+    in_publisher = True
 
 
 class WithinDropping(Within):

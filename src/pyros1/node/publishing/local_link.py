@@ -95,7 +95,9 @@ class LocalLink:
             if self._roomy and self._receiver.limit is None and self._inbox.full(self._least):
                 message_class: Any = message.__class__
                 self._look_at_size(frame_size(message_class._encode_frame(message)))
-            self._receiver.push(self._inbox, message, self._limit)
+            receiver, inbox = self._receiver, self._inbox
+            if not (receiver.in_publisher and not inbox.in_line and receiver.deliver_now(self, message)):
+                receiver.push(inbox, message, self._limit)
 
     def send(self, frame: Frame) -> None:
         """Hand over an encoded message."""
@@ -105,7 +107,9 @@ class LocalLink:
         self.messages += 1
         self.bytes_sent += len(data)
         self._look_at_size(len(data))
-        self._receiver.push(self._inbox, data[4:], self._limit)
+        receiver, inbox = self._receiver, self._inbox
+        if not (receiver.in_publisher and not inbox.in_line and receiver.deliver_now(self, data[4:])):
+            receiver.push(inbox, data[4:], self._limit)
 
     def _look_at_size(self, size: int) -> None:
         """Let fewer messages wait if they are large. The limit only shrinks: each change begins a new queue."""

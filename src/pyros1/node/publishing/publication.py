@@ -73,6 +73,13 @@ class Publication(Linking):
             try:
                 if lane.jobs and not lane.catch_up():  # some of them may be this thread's: this one comes after them
                     lane.jobs.append((self._send, _safe(*self._prepare(message))))
+                elif self._local and not (self._remote or self.latch):
+                    try:
+                        copy = message.__class__._copy(message)
+                    except SerializationError as error:
+                        raise self._named(error) from None
+                    for taker in self._local:
+                        taker.hand_over(copy)
                 elif self._local or self.latch or message.__class__ is not self.message_class:
                     self._send(*self._prepare(message))
                 else:

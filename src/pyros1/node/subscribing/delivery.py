@@ -14,6 +14,8 @@ puts it into a queue and becomes the owner; or goes on if there is one already, 
 * While messages flow on a subscription's only link, the owner waits in its receive, and other work with it.
 * While a subscriber with its own queue (`Holding`) has too many messages, nothing is received: TCP holds all back.
 * A driver runs all this: threads of the node, or an asyncio loop, which gets its thread back after each round of turns.
+* If all subscribers want it (`in_publisher`), a message of this process is delivered in its publisher's thread, which
+  becomes the owner for that long; unless there is an owner, or earlier messages wait.
 * A message that cannot be decoded, or a callback that raises, is logged; delivery goes on with the next message.
 """
 
@@ -36,6 +38,9 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.drivers import Driver
 
 
+_AT_ONCE = (False,)
+
+
 class Delivery(Taking):
     """Receives and delivers for one subscription.
 
@@ -50,6 +55,7 @@ class Delivery(Taking):
     Attributes:
         limit: most messages of each publisher that may wait for slow callbacks; None for no limit.
         holding: the subscribers that may hold publishers back; replaced as a whole on changes.
+        in_publisher: whether callbacks run in the threads of publishers of this process.
         links: its TCP links, with their driver.
     """
 
@@ -63,6 +69,7 @@ class Delivery(Taking):
         callbacks: CallbackQueue | None,
     ) -> None:
         super().__init__(deliver, deliver_item, on_arrival, callbacks)
+        self.in_publisher = False
         self.links = Links(self, driver, self._spinning.forget, on_lost)
         self._ownership = threading.Lock()
         self._owner = 0  # the owner's thread
@@ -122,6 +129,29 @@ class Delivery(Taking):
             self.handover.line_up(inbox)
         if not self._woken and not self._ownership.locked():
             self.wake()
+
+    def deliver_now(self, source: Source, item: Item) -> bool:
+        """Deliver a message in the calling thread, its publisher's; return False if another thread must do it."""
+        got = False
+        try:
+            (got,) = map(self._ownership.acquire, _AT_ONCE)  # no signal handler can run between this and the next
+            if not got or self._closed or not self.in_publisher:
+                return False
+            self._owner = threading.get_ident()
+            if self._jobs:
+                self._run_jobs()  # who subscribed before the message was sent gets it
+            if self._callbacks is None:
+                self._deliver_item(source, item)
+            else:
+                self._queue_for_spin(source, item)
+            return True
+        finally:
+            if got:
+                self._owner = 0
+                self._ownership.release()
+                # Nobody was woken for it meanwhile. `_something` would take as long as the rest.
+                if self._local or self._readable or self._new or self._jobs or self._begun or self._closed:
+                    self.links.driver.wake(self)
 
     def _make_room(self) -> None:
         """Give the streams what waits in inboxes, in place of the driver's loop, which may be busy for long."""

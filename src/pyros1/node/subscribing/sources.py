@@ -43,9 +43,14 @@ class Receiver(Protocol):
 
     Attributes:
         limit: most messages of each source that may wait; None for no limit of the subscribers'.
+        in_publisher: whether messages are to be delivered by `deliver_now`, if no others of the source wait.
     """
 
     limit: int | None
+    in_publisher: bool
+
+    def deliver_now(self, source: Source, item: Item) -> bool:
+        """Deliver a message in the calling thread, or return False; see `Delivery.deliver_now`."""
 
     def open(self, inbox: Inbox[Source, Item]) -> None:
         """Begin to take messages out of an inbox."""

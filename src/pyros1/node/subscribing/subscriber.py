@@ -76,13 +76,16 @@ class Subscriber(Generic[_M]):
         view: View | None = None,
         stream: Stream | None = None,
         deadline: Deadline | None = None,
+        in_publisher: bool = False,
     ) -> None:
-        self.direct = direct  # called in the thread that receives, even in a node that spins
+        self.direct = direct or in_publisher
+        self.in_publisher = in_publisher
         self.name = subscription.topic
         self.type = message_class
         self.queue_size = queue_size
         self.decode: Decode = message_class._decode if view is None else _viewing(message_class, view)  # type: ignore[attr-defined]  # Message or AnyMsg
         self.stream = stream
+        self.made = message_class if view is None else None
         self._view = view
         self._subscription = subscription
         self._callback = callback
@@ -100,7 +103,7 @@ class Subscriber(Generic[_M]):
         Raises:
             MessageError: it cannot be decoded.
         """
-        if item.__class__ is self.type and self._view is None:
+        if item.__class__ is self.made:
             return item
         if isinstance(item, SplitBody):
             return decode_split(self.type, self._layout, item, self._view)

@@ -39,12 +39,17 @@ class Taker(Protocol):
     """The part of a subscriber that a subscription needs; see `subscriber.Subscriber`.
 
     Attributes:
+        direct: whether the callback runs in the thread that receives, even in a node that spins.
+        in_publisher: whether it runs in the thread of a publisher of this process.
         stream: gets the messages undecoded, in place of a callback.
+        made: class of messages that need not be changed for the callback; None: each must be.
     """
 
+    made: type[Any] | None
     type: type[Any]
     queue_size: int | None
     direct: bool
+    in_publisher: bool
     stream: Stream | None
     decode: Callable[[Any, int, int], Any]
 
@@ -159,11 +164,13 @@ class Subscription:
     def _set_limit(self) -> None:
         """Set how many messages may wait: the links are shared, so the largest limit of the subscribers counts.
 
-        Streams limit themselves.
+        Streams limit themselves. Messages come in the publisher's thread if all callbacks that would run want that.
         """
         sizes = [subscriber.queue_size for subscriber in self.subscribers]
         no_limit = None in sizes or all(subscriber.stream is not None for subscriber in self.subscribers)
         self.delivery.limit = None if no_limit else max(size for size in sizes if size is not None)
+        run = self._direct if self.context.callbacks is not None else self.subscribers
+        self.delivery.in_publisher = bool(run) and all(subscriber.in_publisher for subscriber in run)
 
     # Publishers -------------------------------------------------------------------------------------------------------
 
@@ -292,11 +299,16 @@ class Subscription:
         self._call(active, source, data, start, end)
 
     def _deliver_item(self, source: Source, item: Item) -> None:
-        active = self._active
-        if source.header.get("latching") == "1":
+        active, header = self._active, source.header
+        if header.get("latching") == "1":
             active = self._keep(source, item)
         if self._streams:
             self._put(source, item)
+        if len(active) == 1 and item.__class__ is active[0].made:  # most often, within a process
+            message: Any = item
+            message._connection_header = header
+            active[0].call(message)
+            return
         self._call(active, source, item)
 
     def _put(self, source: Source, item: Item) -> None:
