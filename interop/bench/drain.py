@@ -26,15 +26,15 @@ SETTLE, FILL = 0.3, 1.0  # seconds from the first message to counting: without, 
 BUFFER = 1 << 20
 
 
-def publisher_address() -> tuple[str, int]:
-    """Where the topic's publisher serves it."""
+def publisher_address(topic: str = TOPIC) -> tuple[str, int]:
+    """Where a topic's publisher serves it."""
     with xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"]) as proxy:
         master: Any = proxy
-        node = dict(master.getSystemState("/drain")[2][0])[TOPIC][-1]
+        node = dict(master.getSystemState("/drain")[2][0])[topic][-1]
         uri = master.lookupNode("/drain", node)[2]
     with xmlrpc.client.ServerProxy(uri) as proxy:
         slave: Any = proxy
-        _, host, port = slave.requestTopic("/drain", TOPIC, [["TCPROS"]])[2]
+        _, host, port = slave.requestTopic("/drain", topic, [["TCPROS"]])[2]
     return host, port
 
 

@@ -43,7 +43,7 @@ class Bench:
     def __init__(self, master: Master, folder: Path, seconds: float) -> None:
         self.master = master
         self.seconds = seconds
-        self._path = _import_path(folder)
+        self._path = import_path(folder)
 
     def start(self, program: Program, seconds: float) -> Process:
         """Start one of the benchmark programs."""
@@ -71,7 +71,7 @@ class Bench:
         return {"PYTHONPATH": self._path if kind == OURS else None}
 
 
-def _import_path(folder: Path) -> str:
+def import_path(folder: Path) -> str:
     """What the stock interpreter needs on PYTHONPATH for pyros1: its source, and defusedxml from this environment."""
     spec = importlib.util.find_spec("defusedxml")
     if spec is None or spec.origin is None:

@@ -181,3 +181,20 @@ def test_updates_carry_the_value_of_their_time() -> None:
     parameters.set("/p/q", 2)
     assert notice.value == ({"q": 1},)
     assert updates({}, "/p", 1, None) == []
+
+
+def test_a_change_of_one_value_costs_no_look_at_each_subscribed_key() -> None:
+    class Asked(dict[str, dict[str, str]]):
+        def __iter__(self) -> Any:
+            raise AssertionError("all keys were looked at")
+
+        keys = values = items = __iter__
+
+    (notice,) = updates(Asked({f"/n{i}/p": {f"/n{i}": f"API{i}"} for i in range(1000)}), "/n7/p/q", 1, "/x")
+    assert (notice.api, notice.subject) == ("API7", "/n7/p/q/")
+
+
+def test_a_key_is_found_from_the_root_down() -> None:
+    subscribers = {"/p": {"/a": "A"}, "/": {"/root": "R"}, "/p/q": {"/b": "B"}}
+    assert [notice.api for notice in updates(subscribers, "/p/q", 1, None)] == ["R", "A", "B"]
+    assert [notice.api for notice in updates(subscribers, "/", {"p": 1}, None)] == ["R", "A", "B"]

@@ -5,11 +5,12 @@ from __future__ import annotations
 import errno
 import socket
 from contextlib import ExitStack
+from pathlib import Path
 
 import pytest
 
 from pyros1.ground.errors import SettingError
-from pyros1.net.ports import PortRange, datagram_socket, listening_socket, parse_ports
+from pyros1.net.ports import BACKLOG, PortRange, datagram_socket, listening_socket, parse_ports
 
 
 @pytest.mark.parametrize(
@@ -64,3 +65,13 @@ def test_all_addresses_of_ipv6_take_ipv4_too() -> None:
         guest, address = sock.accept()
         guest.close()
         assert address[0] == "::ffff:127.0.0.1"
+
+
+def test_many_connections_may_come_at_once() -> None:
+    """What finds no place is asked for again by the system, after a second: a topic may have a thousand subscribers."""
+    with listening_socket("127.0.0.1") as listener, ExitStack() as stack:
+        most = min(BACKLOG, int(Path("/proc/sys/net/core/somaxconn").read_text(encoding="ascii")))
+        for _ in range(min(most, 400)):
+            sock = stack.enter_context(socket.socket())
+            sock.settimeout(0.5)
+            sock.connect(listener.getsockname())

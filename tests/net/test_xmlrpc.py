@@ -269,6 +269,37 @@ def test_too_many_connections_make_room_for_new_ones(server: XmlRpcServer, clien
         sock.close()
 
 
+def test_the_connection_that_has_been_quiet_longest_makes_room(server: XmlRpcServer) -> None:
+    def ask(sock: socket.socket) -> bytes:
+        sock.sendall(build_request("h", "/", dumps_call("echo", [])))
+        return sock.recv(4096)
+
+    def connected() -> socket.socket:
+        return socket.create_connection(("127.0.0.1", server.port), timeout=5)
+
+    kept = [connected() for _ in range(LIMITS.max_connections)]
+    assert all(map(ask, [*kept, *kept[:2]]))
+    newest = connected()
+    assert ask(newest)
+    assert kept[2].recv(1) == b"", "closed: the first two have asked again since"
+    assert all(map(ask, (kept[0], kept[1], kept[3])))
+    for sock in (*kept, newest):
+        sock.close()
+
+
+def test_half_of_the_files_are_left_for_other_things(loop: Loop, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("os.sysconf", {"SC_OPEN_MAX": 6}.__getitem__)
+    server = XmlRpcServer(loop, dispatch, bind_host="127.0.0.1", advertised_host="localhost")
+    monkeypatch.undo()
+    clients = [XmlRpcClient(server.uri, timeout=5) for _ in range(5)]
+    for client in clients:
+        client.call("echo")
+    assert server.num_connections == 3
+    for client in clients:
+        client.close()
+    server.close()
+
+
 def test_incomplete_requests_together_are_bounded(server: XmlRpcServer, client: XmlRpcClient) -> None:
     head = b"POST / HTTP/1.1\r\nContent-Length: 1900000\r\n\r\n"
     assert raw(server, head + b"x" * 1_899_999) == b""

@@ -10,8 +10,9 @@ import pytest
 
 from pyros1.ground.errors import XmlRpcFault
 from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.node import slave
 
-from ..parts import tcpros_port
+from ..parts import context_of, subscription_of, tcpros_port
 
 
 @pytest.fixture
@@ -60,6 +61,35 @@ def test_publisher_update_s10(node: Any, call_node: Any) -> None:
         code, text, _ = call_node(node, "publisherUpdate", "/master", "/t", wrong)
         assert code == -1 and "publishers" in text
     assert call_node(node, "publisherUpdate", "/master", 5, [])[0] == -1
+
+
+def test_publishers_that_are_known_are_not_looked_at_again(
+    node: Any, call_node: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each new one of a thousand comes with a list of all: /rosout has them."""
+    node.subscribe("t", Float64, print)
+    uris = [f"http://localhost:{number}/" for number in range(1, 5)]
+    looked_at: list[str] = []
+    parse = slave.parse_uri
+    monkeypatch.setattr(slave, "parse_uri", lambda uri: (looked_at.append(uri), parse(uri)))
+    for count in range(1, 5):
+        assert call_node(node, "publisherUpdate", "/master", "/t", uris[:count]) == [1, "", 0]
+    assert looked_at == uris
+    assert call_node(node, "publisherUpdate", "/master", "/t", []) == [1, "", 0]
+
+
+def test_a_long_list_of_publishers_is_not_searched_for_each_of_them(node: Any) -> None:
+    class List(list[str]):
+        def __contains__(self, item: object) -> bool:
+            raise AssertionError("the list was searched")
+
+    node.subscribe("t", Float64, print)
+    subscription = subscription_of(node)
+    run = context_of(node).loop.run
+    run(subscription.update_publishers, List(["http://localhost:1/"]))
+    assert run(subscription.knows, "http://localhost:1/")
+    run(subscription.update_publishers, List())
+    assert not run(subscription.knows, "http://localhost:1/")
 
 
 def test_param_update_s09(node: Any, call_node: Any) -> None:

@@ -197,18 +197,29 @@ def updates(subscribers: Members, key: str, value: Any, caller: str | None) -> l
         return []
     changed = _with_slash(key)
     notices: list[Notice] = []
-    for subscribed, nodes in subscribers.items():
-        mine = _with_slash(subscribed)
+    for subscribed in _concerned(subscribers, changed, value):
+        nodes, mine = subscribers[subscribed], _with_slash(subscribed)
         if changed.startswith(mine):
             subject, news = changed, value
-        elif isinstance(value, dict) and mine.startswith(changed):
-            subject, news = mine, _below(value, mine[len(changed) :].split(SEP))
         else:
-            continue
+            subject, news = mine, _below(value, mine[len(changed) :].split(SEP))
         news = copy.deepcopy(news)  # a copy: it is sent later, when the tree may have changed again
         knows = caller if subject == changed else None
         notices += [Notice(api, node, "paramUpdate", subject, (news,)) for node, api in nodes.items() if node != knows]
     return notices
+
+
+def _concerned(subscribers: Members, changed: str, value: Any) -> list[str]:
+    """Return the keys at and above a change, and those below it if it has set a branch.
+
+    Only for a branch is each key looked at: a thousand nodes may have subscribed to keys of their own.
+    """
+    parts = changed.split(SEP)
+    above = [SEP.join(parts[:count]) or SEP for count in range(1, len(parts))]
+    found = [key for key in above if key in subscribers]
+    if isinstance(value, dict):
+        found += [key for key in subscribers if key.startswith(changed) and key != SEP]
+    return found
 
 
 def _below(value: Any, path: Iterable[str]) -> Any:

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 from pyros1.ground.errors import SettingError
 
-BACKLOG = 128
+BACKLOG = 1024
+"""Connections that may wait to be taken. If more come at once, the system lets each of the others wait for a second."""
 
 
 class PortRange(NamedTuple):

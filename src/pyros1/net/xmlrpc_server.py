@@ -10,7 +10,9 @@ Each answer carries the time of this machine's clock, so others can find out if 
 
 from __future__ import annotations
 
+import os
 import socket
+from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from time import gmtime, monotonic, time
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -42,7 +44,8 @@ class ServerLimits(NamedTuple):
 
     Attributes:
         http: largest sizes of one request.
-        max_connections: connections open at the same time.
+        max_connections: connections open at the same time; never more than half of the files that this process may
+            open.
         max_buffered: bytes of incomplete requests, of all connections together.
         request_timeout_s: longest pause, in seconds, in a request that has begun, or of a peer that must read on. A
             request may take longer in all if it is not slower than SLOWEST.
@@ -50,7 +53,7 @@ class ServerLimits(NamedTuple):
     """
 
     http: HttpLimits = HttpLimits()
-    max_connections: int = 512
+    max_connections: int = 4096
     max_buffered: int = 256 * 1024 * 1024
     request_timeout_s: float = 30.0
     idle_timeout_s: float = 300.0
@@ -92,6 +95,12 @@ def multicall(dispatch: Dispatch, params: Sequence[Any]) -> list[Any]:
     return results
 
 
+def _half_of_files() -> int:
+    """Return half of the number of files that this process may open; what is usual if the system does not say."""
+    files = os.sysconf("SC_OPEN_MAX") if hasattr(os, "sysconf") else 1024
+    return files // 2 if files > 0 else 1 << 20  # -1: as many as it likes
+
+
 class _Connection:
     """One peer."""
 
@@ -131,6 +140,7 @@ class _Connection:
             self.close()
             return
         self.active = monotonic()
+        self.server.moved(self)
         if not self.parser.in_message:
             self.began = self.active
         self.parser.feed(self.server.scratch[:count])
@@ -180,6 +190,7 @@ class _Connection:
             return
         self.out = self.out[sent:]
         self.active = monotonic()
+        self.server.moved(self)
         if self.out:
             return
         if self.closing:
@@ -231,7 +242,8 @@ class XmlRpcServer:
         self.limits = limits
         self._dispatch = dispatch
         self.caller: socket.socket | None = None
-        self._connections: dict[_Connection, None] = {}
+        self._connections: OrderedDict[_Connection, None] = OrderedDict()  # the one that has been quiet longest first
+        self._most = min(limits.max_connections, _half_of_files())
         self._buffered = 0
         self._sweeper: TimerHandle | None = None
         self._dated = -1
@@ -307,6 +319,10 @@ class XmlRpcServer:
         self._buffered -= connection.buffered
         connection.buffered = 0
 
+    def moved(self, connection: _Connection) -> None:
+        """Note that bytes have come or gone."""
+        self._connections.move_to_end(connection)
+
     def account(self, connection: _Connection, buffered: int) -> bool:
         """Note the bytes of an incomplete request; return False if all connections together have too many."""
         if buffered != connection.buffered and connection in self._connections:
@@ -316,7 +332,7 @@ class XmlRpcServer:
 
     def _accepted(self, sock: socket.socket) -> None:
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        if len(self._connections) >= self.limits.max_connections:
+        if len(self._connections) >= self._most:
             self.make_room()
         self._connections[_Connection(self, sock)] = None
         if self._sweeper is None:
@@ -326,11 +342,11 @@ class XmlRpcServer:
         """Close a connection: an idle one if possible, else the one with the oldest request. On the loop."""
         if not self._connections:
             return
-        idle = [peer for peer in self._connections if not peer.parser.in_message and not peer.out]
-        if idle:
-            min(idle, key=lambda peer: peer.active).close()
-        else:
-            min(self._connections, key=lambda peer: peer.began).close()
+        for peer in self._connections:
+            if not peer.parser.in_message and not peer.out:
+                peer.close()
+                return
+        min(self._connections, key=lambda peer: peer.began).close()
 
     def _schedule_sweep(self) -> None:
         period = min(self.limits.request_timeout_s, self.limits.idle_timeout_s) / 4

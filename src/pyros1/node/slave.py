@@ -145,14 +145,16 @@ class SlaveApi:
             raise _BadArgumentError("parameter [topic] must be a string")
         if not isinstance(publishers, list):
             raise _BadArgumentError("parameter [publishers] must be a list")
+        subscription = self._context.subscriptions.get(topic)
         for uri in publishers:
             if not isinstance(uri, str):
                 raise _BadArgumentError("publishers must be a list of strings")
+            if subscription is not None and subscription.knows(uri):
+                continue  # it has been looked at: there may be a thousand, and one that is new
             try:
                 parse_uri(uri)
             except Error as error:
                 raise _BadArgumentError(f"publishers: {error}") from None
-        subscription = self._context.subscriptions.get(topic)
         if subscription is not None:
             subscription.update_publishers(publishers)
         return [1, "", 0]

@@ -193,8 +193,13 @@ class Subscription:
                 self._connectors[uri] = Connector(self, uri)
             self._connectors[uri].announced()
         if complete:
-            for uri in [uri for uri in self._connectors if uri not in uris]:
+            listed = set(uris)  # there may be a thousand
+            for uri in [uri for uri in self._connectors if uri not in listed]:
                 self._connectors[uri].vanished()
+
+    def knows(self, uri: str) -> bool:
+        """Whether this is a publisher that the master has listed. On the loop."""
+        return uri in self._connectors
 
     def forget(self, uri: str) -> None:
         """Drop the connector of a publisher, as it has nothing left to do. On the loop."""
