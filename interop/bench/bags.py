@@ -5,9 +5,9 @@
 
 Record: a publisher sends std_msgs/Float64 at a rate, or as fast as it can, or images at 30 Hz; said is how many of the
 messages are in the bag (of a flood, how many per second), and what the recorder took of a processor and of
-memory. Play: a bag with a message every millisecond is played to a subscriber of ours, whose arrival times are compared
-with the bag's. Info and reading: see bag_reading.py. Needs two processors and a quiet machine. Exit code: 0; 1 if ours
-loses where stock loses none, or plays with a p99 error of 1 ms or more; 3 without stock ROS.
+memory. Play: a bag with a message every millisecond, or 20, is played to a subscriber of ours, whose arrival times are
+compared with the bag's. Info and reading: see bag_reading.py. Needs two processors and a quiet machine. Exit code: 0; 1
+if ours loses where stock loses none, or plays with a p99 error of 1 ms or more at 1 kHz; 3 without stock ROS.
 """
 
 from __future__ import annotations
@@ -43,9 +43,11 @@ LOADS = {
     "6.2 MB at 30 Hz": (30.0, 1920 * 1080 * 3),
 }
 """What is recorded: messages per second, and bytes of an image; 0 for Float64."""
-PLAY, INFO = "play", "info of 10 GB"
+PLAYS = {"play": 1e3, "play at 20 kHz": 2e4}
+"""What is played: messages per second."""
+INFO = "info of 10 GB"
 READ = {"read Float64": "std_msgs/Float64", "read Imu": "sensor_msgs/Imu"}
-WORKS = (*LOADS, PLAY, INFO, *READ)
+WORKS = (*LOADS, *PLAYS, INFO, *READ)
 SIDES = ("ours", "stock", "rosbags")
 """rosbags only reads."""
 RATE, KEPT, CPU, MEMORY = "recorded", "in the bag", "CPU", "memory"
@@ -198,7 +200,7 @@ def messages_of(bag: Path) -> int:
         return reader.count()
 
 
-def make_regular_bag(path: Path, seconds: float, rate: float = 1000.0) -> int:
+def make_regular_bag(path: Path, seconds: float, rate: float) -> int:
     """Write a bag with a Float64 every 1/rate seconds; return their number."""
     from pyros1.bag.format.writer import BagWriter
     from pyros1.msgs import load_message
@@ -219,7 +221,7 @@ def play(command: list[str], env: dict[str, str], bag: Path, count: int) -> dict
         assert ear.stdout is not None
         ear.stdout.readline()
         subprocess.run(
-            [*command, "-d", "1", str(bag)],
+            [*command, "-d", "1", "--queue", "20000", str(bag)],  # stock's queue of 100 overflows at 20 kHz
             env=env, check=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, timeout=DEADLINE,
         )  # fmt: skip
         lines = ear.communicate(timeout=DEADLINE)[0].split("\n")
@@ -247,7 +249,7 @@ def measure(side: str, work: str, seconds: float, env: dict[str, str], folder: P
         return {READING: reading_rate(side, READ[work], env, folder)}
     if work == INFO:
         return {TIME: info_time(side, env, folder)}
-    count = make_regular_bag(folder / "regular.bag", seconds)
+    count = make_regular_bag(folder / "regular.bag", seconds, PLAYS[work])
     return play(COMMANDS[side]["play"], env, folder / "regular.bag", count)
 
 
@@ -292,7 +294,8 @@ def table(works: list[str], seconds: float, env: dict[str, str], folder: Path) -
         for what, unit in UNITS.items():
             if what in ours:
                 print(f"{work + ': ' + what:36} {ours[what]:10.3f} {stock[what]:10.3f} {unit}", flush=True)
-        failed = failed or (stock.get(KEPT) == 100 and ours[KEPT] < 100) or ours.get(P99, 0.0) >= 1.0
+        failed = failed or (stock.get(KEPT) == 100 and ours[KEPT] < 100)
+        failed = failed or (PLAYS.get(work) == 1e3 and ours[P99] >= 1.0)
     return int(failed)
 
 

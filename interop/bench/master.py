@@ -29,6 +29,7 @@ API = "http://127.0.0.1:9/"
 TREE = {f"k{i}": {f"j{j}": j * 0.5 for j in range(20)} for i in range(50)}
 TOPICS = 1000
 SUBSCRIBERS = 50
+APART = 0.002
 CALLERS = 16
 FIGURES = {
     "setParam": "calls/s",
@@ -40,6 +41,10 @@ FIGURES = {
     "lookupNode": "calls/s",
     "unregisterPublisher": "calls/s",
     f"getParam, {CALLERS} callers": "calls/s",
+    "getParam: CPU of a call": "us",
+    "getParam, calls 2 ms apart: median": "us",
+    "getParam, calls 2 ms apart: CPU of a call": "us",
+    "registerPublisher, calls 2 ms apart: CPU of a call": "us",
     f"publisherUpdate to {SUBSCRIBERS} nodes": "ms",
     f"publisherUpdate to {SUBSCRIBERS} on one node": "ms",
 }
@@ -82,6 +87,34 @@ def rate(caller: Caller, requests: list[bytes]) -> float:
     for one in requests:
         caller.exchange(one)
     return len(requests) / (time.perf_counter() - began)
+
+
+def cpu_seconds(pid: int) -> float:
+    """What a process has used of the processor so far, user and system."""
+    return time.clock_gettime((~pid << 3) | 2)  # as clock_getcpuclockid
+
+
+def costs(caller: Caller, pid: int) -> list[float]:
+    """Microseconds of small calls: the processor's and, for calls with a pause between them, until the answer."""
+    kind = "std_msgs/Float64"
+    asking = [request("getParam", "/b", f"/bench/p{i % 100}") for i in range(2000)]
+    registering = [request("registerPublisher", f"/cn{i}", f"/ct{i}", kind, API) for i in range(200)]
+    for i in range(100):
+        caller.call("setParam", "/b", f"/bench/p{i}", i)
+    used = cpu_seconds(pid)
+    for one in asking:
+        caller.exchange(one)
+    found = [(cpu_seconds(pid) - used) / len(asking)]
+    for requests in (asking[:200], registering):
+        used, times = cpu_seconds(pid), []
+        for one in requests:
+            time.sleep(APART)
+            began = time.perf_counter()
+            caller.exchange(one)
+            times.append(time.perf_counter() - began)
+        time.sleep(APART)
+        found += [statistics.median(times), (cpu_seconds(pid) - used) / len(requests)]
+    return [seconds * 1e6 for seconds in found[:3] + found[4:]]
 
 
 def fan_out(caller: Caller, one_node: bool) -> float:
@@ -135,8 +168,8 @@ def many_callers(port: int) -> float:
     return CALLERS * rounds / (time.perf_counter() - began)
 
 
-def measure(port: int) -> dict[str, float]:
-    """The figures of one master, in the order of FIGURES."""
+def measure(port: int, pid: int) -> dict[str, float]:
+    """The figures of one master, by its port and its process, in the order of FIGURES."""
     caller = Caller(port)
     kind = "std_msgs/Float64"
     rates = [
@@ -149,6 +182,7 @@ def measure(port: int) -> dict[str, float]:
         rate(caller, [request("lookupNode", "/b", f"/bn{i}") for i in range(TOPICS)]),
         rate(caller, [request("unregisterPublisher", f"/bn{i}", f"/bt{i}", API) for i in range(TOPICS)]),
         many_callers(port),
+        *costs(caller, pid),
         fan_out(caller, one_node=False),
         fan_out(caller, one_node=True),
     ]
@@ -171,7 +205,8 @@ master.stop()
 
 
 @contextmanager
-def running(command: Callable[[int], list[str]]) -> Iterator[int]:
+def running(command: Callable[[int], list[str]]) -> Iterator[tuple[int, int]]:
+    """A master; yields its port and its process id."""
     port = free_port()
     with tempfile.TemporaryDirectory() as home:
         environ = dict(os.environ, ROS_HOME=home, ROS_HOSTNAME="localhost")
@@ -188,7 +223,7 @@ def running(command: Callable[[int], list[str]]) -> Iterator[int]:
                     if time.monotonic() > limit:
                         raise
                     time.sleep(0.05)
-            yield port
+            yield port, process.pid
         finally:
             process.terminate()
             process.communicate()
@@ -206,18 +241,18 @@ def main() -> int:
     parser.add_argument("--side", choices=MASTERS, help="measure only this one, once")
     options = parser.parse_args()
     if options.side:
-        with running(MASTERS[options.side]) as port:
-            print(json.dumps(measure(port)))
+        with running(MASTERS[options.side]) as master:
+            print(json.dumps(measure(*master)))
         return 0
     found: dict[str, list[dict[str, float]]] = {name: [] for name in MASTERS}
     for _ in range(options.rounds):
         for name, command in MASTERS.items():
-            with running(command) as port:
-                found[name].append(measure(port))
+            with running(command) as master:
+                found[name].append(measure(*master))
     print(f"{'':36}{'unit':>10}{'stock':>12}{'ours':>12}{'ratio':>8}")
     for what, unit in FIGURES.items():
         stock, ours = (statistics.median(one[what] for one in found[name]) for name in MASTERS)
-        ratio = stock / ours if unit == "ms" else ours / stock
+        ratio = stock / ours if unit in ("ms", "us") else ours / stock
         print(f"{what:36}{unit:>10}{stock:12.1f}{ours:12.1f}{ratio:8.2f}")
     return 0
 

@@ -55,6 +55,12 @@ class Goal:
         return f"{'<=' if self.most else '>='} {self.bound:g} {f'x {self.called or self.than}' if self.than else unit}"
 
 
+def at_least(roscpp: float | None = None, rospy: float | None = None) -> tuple[Goal, ...]:
+    """So many times better than roscpp and rospy."""
+    bounds = {ROSCPP: roscpp, ROSPY: rospy}
+    return tuple(Goal(bound, column) for column, bound in bounds.items() if bound is not None)
+
+
 @dataclass(frozen=True)
 class Row:
     """One line of the table.

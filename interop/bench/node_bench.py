@@ -40,6 +40,12 @@ class Pyros1:
     def connections(self, handle: Any) -> int:
         return int(handle.num_connections)
 
+    def transforms(self) -> Any:
+        from pyros1.tf import Buffer, TransformListener
+
+        self.listener = TransformListener(self.node, Buffer())
+        return self.listener.buffer
+
     def serve(self, name: str, service_class: Any, handler: Callable[[Any], Any]) -> Any:
         return self.node.advertise_service(name, service_class, handler)
 

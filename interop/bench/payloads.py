@@ -12,6 +12,9 @@ from typing import Any
 
 JOINTS = 7
 TRANSFORMS = 20
+RANGES = 720
+POSES = MARKERS = 100
+STATUSES, VALUES = 20, 5
 TEXT_LENGTH = 100
 
 
@@ -80,6 +83,45 @@ def fill_transforms(message: Any, load: Callable[[str], Any], size: int) -> None
         transform.transform.rotation.w = 1.0
 
 
+def fill_imu(message: Any, load: Callable[[str], Any], size: int) -> None:
+    message.header.frame_id = "imu"
+    message.orientation.w, message.linear_acceleration.z = 1.0, 9.81
+
+
+def fill_scan(message: Any, load: Callable[[str], Any], size: int) -> None:
+    message.header.frame_id = "laser"
+    message.angle_min, message.angle_max, message.range_max = -1.5, 1.5, 10.0
+    message.ranges = [0.01 * i for i in range(RANGES)]
+
+
+def fill_poses(message: Any, load: Callable[[str], Any], size: int) -> None:
+    message.header.frame_id = "map"
+    message.poses = [load("geometry_msgs/Pose")() for _ in range(POSES)]
+    for i, pose in enumerate(message.poses):
+        pose.position.x, pose.orientation.w = 0.1 * i, 1.0
+
+
+def fill_markers(message: Any, load: Callable[[str], Any], size: int) -> None:
+    marker_class = load("visualization_msgs/Marker")
+    message.markers = [marker_class() for _ in range(MARKERS)]
+    for i, marker in enumerate(message.markers):
+        marker.header.frame_id, marker.ns, marker.id, marker.type = "map", "bench", i, marker_class.SPHERE
+        marker.pose.position.x, marker.pose.orientation.w = 0.1 * i, 1.0
+        marker.scale.x = marker.scale.y = marker.scale.z = 0.1
+        marker.color.a = 1.0
+
+
+def fill_diagnostics(message: Any, load: Callable[[str], Any], size: int) -> None:
+    message.status = [load("diagnostic_msgs/DiagnosticStatus")() for _ in range(STATUSES)]
+    for i, status in enumerate(message.status):
+        status.name, status.message, status.hardware_id = f"bench: device {i}", "OK", f"device {i}"
+        status.values = [load("diagnostic_msgs/KeyValue")(f"value {j}", str(10 * i + j)) for j in range(VALUES)]
+
+
+def stamp_marker(message: Any, count: int, clock: Callable[[], Any]) -> None:
+    message.markers[0].header.stamp = clock()
+
+
 def fill_image(message: Any, load: Callable[[str], Any], size: int) -> None:
     message.height, message.width, message.step, message.encoding = 1, size, size, "mono8"
     message.data = bytes(size)
@@ -99,10 +141,27 @@ def read_transforms(message: Any) -> int:
     return len(message.transforms)
 
 
+def read_range(message: Any) -> float:
+    return float(message.ranges[-1])
+
+
+def read_pose(message: Any) -> float:
+    return float(message.poses[-1].position.x)
+
+
+def read_marker(message: Any) -> float:
+    return float(message.markers[-1].pose.position.x)
+
+
+def read_status(message: Any) -> str:
+    return str(message.status[-1].values[-1].value)
+
+
 def read_data(message: Any) -> int:
     """The last byte of an image too, and how many there are."""
     data = message.data
-    return len(data) + 0 * data[-1]
+    size: int = len(data) + 0 * data[-1]
+    return size
 
 
 PAYLOADS = {
@@ -112,6 +171,11 @@ PAYLOADS = {
     "JointState": Payload("sensor_msgs/JointState", fill_joints, stamp, read_position),
     "Odometry": Payload("nav_msgs/Odometry", fill_odometry, stamp, attrgetter("pose.pose.position.x")),
     "TFMessage": Payload("tf2_msgs/TFMessage", fill_transforms, stamp_transform, read_transforms),
+    "Imu": Payload("sensor_msgs/Imu", fill_imu, stamp, attrgetter("linear_acceleration.z")),
+    "LaserScan": Payload("sensor_msgs/LaserScan", fill_scan, stamp, read_range),
+    "PoseArray": Payload("geometry_msgs/PoseArray", fill_poses, stamp, read_pose),
+    "MarkerArray": Payload("visualization_msgs/MarkerArray", fill_markers, stamp_marker, read_marker),
+    "DiagnosticArray": Payload("diagnostic_msgs/DiagnosticArray", fill_diagnostics, stamp, read_status),
     "Image": Payload("sensor_msgs/Image", fill_image, stamp, read_data),
     "PointCloud2": Payload("sensor_msgs/PointCloud2", fill_cloud, stamp, read_data),
 }

@@ -1,111 +1,17 @@
 // The roscpp side of the benchmarks: roscpp_bench ROLE KEY=VALUE ...; roles, keys and figures are those of roles.py.
-#include <ros/callback_queue.h>
-#include <ros/ros.h>
 #include <std_srvs/Empty.h>
 #include <std_srvs/SetBool.h>
-#include <sys/resource.h>
-#include <time.h>
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/transform_listener.h>
 
-#include <algorithm>
 #include <atomic>
-#include <cmath>
-#include <fstream>
-#include <map>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "roscpp_payloads.hpp"
+#include "roscpp_measuring.hpp"
 
 using std_msgs::Float64;
-
-static const double kSettle = 0.3;  // seconds after the first message before counting begins
-static const int kBurst = 50;       // small messages between two looks at the clock
-static const double kPause = 50e-6; // after each image: without it the publisher replaces what waits before it can be sent
-static const double kIdle = 5;
-
-struct Options {
-  std::map<std::string, std::string> given;
-  std::string text(const std::string& key, const std::string& otherwise = "") const {
-    auto found = given.find(key);
-    return found == given.end() ? otherwise : found->second;
-  }
-  double number(const std::string& key, double otherwise) const {
-    return given.count(key) ? std::stod(given.at(key)) : otherwise;
-  }
-  int queue() const { return number("queue", 1000); }
-  double seconds() const { return number("seconds", 5); }
-  size_t size() const { return number("size", 0); }
-  int count() const { return number("count", 0); }
-};
-
-static double now() {
-  timespec t;
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return t.tv_sec + t.tv_nsec * 1e-9;
-}
-
-static void wait(double seconds) { ros::WallDuration(seconds).sleep(); }
-
-static double cpuSeconds() {
-  rusage usage;
-  getrusage(RUSAGE_SELF, &usage);
-  return usage.ru_utime.tv_sec + usage.ru_stime.tv_sec + (usage.ru_utime.tv_usec + usage.ru_stime.tv_usec) * 1e-6;
-}
-
-// A number of /proc/self/status; sizes are in kB.
-static double status(const std::string& key) {
-  std::ifstream file("/proc/self/status");
-  for (std::string line; std::getline(file, line);)
-    if (line.compare(0, key.size() + 1, key + ":") == 0) return std::stod(line.substr(key.size() + 1));
-  return 0;
-}
-
-// The value in microseconds that this part of the times does not exceed.
-static double share(std::vector<double>& times, double part) {
-  if (times.empty()) return NAN;
-  std::sort(times.begin(), times.end());
-  return times[times.size() * part] * 1e6;
-}
-
-static void ready() {
-  std::puts("ready");
-  std::fflush(stdout);
-}
-
-static void handleCallbacks(double seconds) {
-  ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(seconds));
-}
-
-static void awaitSubscribers(const ros::Publisher& publisher, uint32_t count) {
-  while (ros::ok() && publisher.getNumSubscribers() < count) wait(0.01);
-}
-
-static void awaitPublisher(const ros::Subscriber& subscriber) {
-  while (ros::ok() && subscriber.getNumPublishers() == 0) wait(0.01);
-}
-
-template <class M, class F> ros::Subscriber subscribe(ros::NodeHandle& node, const std::string& topic, int queue, F heard) {
-  return node.subscribe<M>(topic, queue, boost::function<void(const boost::shared_ptr<M const>&)>(heard), ros::VoidConstPtr(),
-                           ros::TransportHints().tcpNoDelay());
-}
-
-template <class M> M filled(size_t size) {
-  M message;
-  fill(message, size);
-  return message;
-}
-
-// Calls publish(count) for so long, as fast as it goes; returns calls per second.
-template <class F> double tightLoop(double seconds, bool large, F publish) {
-  long count = 0;
-  const double start = now();
-  while (ros::ok() && now() - start < seconds) {
-    for (int i = 0; i < (large ? 1 : kBurst); ++i) publish(count++);
-    if (large) wait(kPause);
-  }
-  return count / (now() - start);
-}
 
 struct Counter {
   std::atomic<long> count{0};
@@ -140,11 +46,10 @@ template <class M> void sub(ros::NodeHandle& node, const Options& options) {
   ros::Subscriber subscriber =
       subscribe<M>(node, "bench", options.queue(), [&](const boost::shared_ptr<M const>& m) { counter.heard<M>(m); });
   ready();
-  while (ros::ok() && counter.count == 0) handleCallbacks(0.05);
-  for (const double start = now(); ros::ok() && now() - start < kSettle;) handleCallbacks(0.05);
+  handleFirst([&] { return counter.count.load(); });
   const double start = now();
   const long first = counter.count;
-  while (ros::ok() && now() - start < options.seconds()) handleCallbacks(0.05);
+  handleFor(options.seconds());
   counter.print((counter.count - first) / (now() - start), options.size());
 }
 
@@ -240,6 +145,107 @@ static void rate(ros::NodeHandle& node, const Options& options) {
   std::printf("figures jitter50=%.2f jitter99=%.2f cpu=%.2f\n", share(late, 0.5), share(late, 0.99), cpu);
 }
 
+// Three processes: a sensor at 1 kHz, a controller and an actuator. A message is the time at which it was measured.
+static void sense(ros::NodeHandle& node, const Options& options) {
+  ros::Publisher publisher = node.advertise<Float64>("sensed", options.queue());
+  awaitSubscribers(publisher, 1);
+  Float64 message;
+  const double cpu = steadyLoop(1000, options.seconds(), [&] {
+    message.data = now();
+    publisher.publish(message);
+  });
+  std::printf("figures cpu=%.2f\n", cpu);
+}
+
+static void control(ros::NodeHandle& node, const Options& options) {
+  ros::Publisher publisher = node.advertise<Float64>("commanded", options.queue());
+  awaitSubscribers(publisher, 1);
+  long count = 0;
+  ros::Subscriber subscriber = subscribe<Float64>(node, "sensed", options.queue(), [&](const Float64::ConstPtr& m) {
+    publisher.publish(*m);
+    ++count;
+  });
+  ready();
+  handleFirst([&] { return count; });
+  const Cpu cpu;
+  handleFor(options.seconds());
+  std::printf("figures cpu=%.2f\n", cpu.percent());
+  std::fflush(stdout);
+  ros::spin();
+}
+
+static void act(ros::NodeHandle& node, const Options& options) {
+  std::vector<double> times;
+  ros::Subscriber subscriber = subscribe<Float64>(
+      node, "commanded", options.queue(), [&](const Float64::ConstPtr& m) { times.push_back(now() - m->data); });
+  ready();
+  handleFirst([&] { return times.size(); });
+  times.clear();
+  const Cpu cpu;
+  handleFor(options.seconds());
+  const double percent = cpu.percent();
+  std::printf("figures p50=%.2f p99=%.2f cpu=%.2f n=%zu\n", share(times, 0.5), share(times, 0.99), percent, times.size());
+}
+
+static void beats(ros::NodeHandle& node, const Options& options) {
+  std::vector<ros::Publisher> publishers;
+  for (int i = 0; i < options.count(); ++i)
+    publishers.push_back(node.advertise<Float64>("beat" + std::to_string(i), options.queue()));
+  ready();
+  for (const auto& one : publishers) awaitSubscribers(one, 1);
+  Float64 message;
+  size_t next = 0;
+  const bool apart = options.number("apart", 0) != 0;
+  const double cpu = steadyLoop(apart ? 100 * options.count() : 100, options.seconds(), [&] {
+    if (apart) publishers[next++ % publishers.size()].publish(message);
+    else for (const auto& one : publishers) one.publish(message);
+  });
+  std::printf("figures cpu=%.2f\n", cpu);
+}
+
+static void hears(ros::NodeHandle& node, const Options& options) {
+  long count = 0;
+  double last = 0;
+  std::vector<ros::Subscriber> subscribers;
+  for (int i = 0; i < options.count(); ++i)
+    subscribers.push_back(subscribe<Float64>(node, "beat" + std::to_string(i), options.queue(),
+                                             [&](const Float64::ConstPtr& m) { last = read(*m), ++count; }));
+  ready();
+  handleFirst([&] { return count; });
+  const long first = count;
+  const Cpu cpu;
+  handleFor(options.seconds());
+  std::printf("figures cpu=%.2f rate=%.2f\n", cpu.percent(), (count - first) / (now() - cpu.start));
+}
+
+// x of each transform is the number of its message.
+static void tfSends(ros::NodeHandle& node, const Options& options) {
+  ros::Publisher publisher = node.advertise<tf2_msgs::TFMessage>("/tf", 100);
+  tf2_msgs::TFMessage message = filled<tf2_msgs::TFMessage>(0);
+  awaitSubscribers(publisher, 1);
+  long count = 0;
+  steadyLoop(1000, options.seconds(), [&] {
+    ++count;
+    for (auto& one : message.transforms) {
+      one.header.stamp = ros::Time::now();
+      one.transform.translation.x = count;
+    }
+    publisher.publish(message);
+  });
+}
+
+static void tfHears(const Options& options) {
+  tf2_ros::Buffer buffer;
+  tf2_ros::TransformListener listener(buffer, true, ros::TransportHints().tcpNoDelay());
+  ready();
+  const auto newest = [&] { return buffer.lookupTransform("base_link", "link_19", ros::Time(0)).transform.translation.x; };
+  while (ros::ok() && !buffer.canTransform("base_link", "link_19", ros::Time(0))) wait(0.01);
+  wait(kSettle);
+  const double first = newest(), used = cpuSeconds();
+  wait(options.seconds());
+  std::printf("figures cpu=%.2f\n", (cpuSeconds() - used) * 1e6 / (newest() - first));
+}
+
 template <class S> void call(ros::NodeHandle& node, const Options& options, S exchange) {
   ros::service::waitForService("bench_srv");
   ros::ServiceClient client = node.serviceClient<S>("bench_srv", options.number("persistent", 0) != 0);
@@ -325,6 +331,11 @@ static bool playTyped(const std::string& role, ros::NodeHandle& node, const Opti
   if (type == "JointState") return play<sensor_msgs::JointState>(role, node, options);
   if (type == "Odometry") return play<nav_msgs::Odometry>(role, node, options);
   if (type == "TFMessage") return play<tf2_msgs::TFMessage>(role, node, options);
+  if (type == "Imu") return play<sensor_msgs::Imu>(role, node, options);
+  if (type == "LaserScan") return play<sensor_msgs::LaserScan>(role, node, options);
+  if (type == "PoseArray") return play<geometry_msgs::PoseArray>(role, node, options);
+  if (type == "MarkerArray") return play<visualization_msgs::MarkerArray>(role, node, options);
+  if (type == "DiagnosticArray") return play<diagnostic_msgs::DiagnosticArray>(role, node, options);
   if (type == "Image") return play<sensor_msgs::Image>(role, node, options);
   if (type == "PointCloud2") return play<sensor_msgs::PointCloud2>(role, node, options);
   return false;
@@ -346,6 +357,13 @@ int main(int argc, char** argv) {
   if (role == "echo") echo(node, options);
   else if (role == "ping") ping(node, options);
   else if (role == "rate") rate(node, options);
+  else if (role == "sense") sense(node, options);
+  else if (role == "control") control(node, options);
+  else if (role == "act") act(node, options);
+  else if (role == "beats") beats(node, options);
+  else if (role == "hears") hears(node, options);
+  else if (role == "tf_sends") tfSends(node, options);
+  else if (role == "tf_hears") tfHears(options);
   else if (role == "srv") srv(node, options);
   else if (role == "call" && options.text("type") == "SetBool") call(node, options, std_srvs::SetBool());
   else if (role == "call") call(node, options, std_srvs::Empty());

@@ -1,15 +1,20 @@
 // The messages of the benchmarks: how they are filled, what changes from message to message, what a subscriber reads.
 // The same as in payloads.py.
 #pragma once
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <geometry_msgs/PoseArray.h>
 #include <geometry_msgs/Twist.h>
 #include <nav_msgs/Odometry.h>
 #include <ros/time.h>
 #include <sensor_msgs/Image.h>
+#include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
+#include <sensor_msgs/LaserScan.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <std_msgs/Float64.h>
 #include <std_msgs/String.h>
 #include <tf2_msgs/TFMessage.h>
+#include <visualization_msgs/MarkerArray.h>
 
 #include <string>
 
@@ -61,6 +66,70 @@ inline void fill(tf2_msgs::TFMessage& m, size_t) {
 }
 inline void change(tf2_msgs::TFMessage& m, long) { m.transforms[0].header.stamp = ros::Time::now(); }
 inline double read(const tf2_msgs::TFMessage& m) { return m.transforms.size(); }
+
+inline void fill(sensor_msgs::Imu& m, size_t) {
+  m.header.frame_id = "imu";
+  m.orientation.w = 1;
+  m.linear_acceleration.z = 9.81;
+}
+inline void change(sensor_msgs::Imu& m, long) { m.header.stamp = ros::Time::now(); }
+inline double read(const sensor_msgs::Imu& m) { return m.linear_acceleration.z; }
+
+inline void fill(sensor_msgs::LaserScan& m, size_t) {
+  m.header.frame_id = "laser";
+  m.angle_min = -1.5;
+  m.angle_max = 1.5;
+  m.range_max = 10;
+  for (int i = 0; i < 720; ++i) m.ranges.push_back(0.01 * i);
+}
+inline void change(sensor_msgs::LaserScan& m, long) { m.header.stamp = ros::Time::now(); }
+inline double read(const sensor_msgs::LaserScan& m) { return m.ranges.back(); }
+
+inline void fill(geometry_msgs::PoseArray& m, size_t) {
+  m.header.frame_id = "map";
+  m.poses.resize(100);
+  for (size_t i = 0; i < m.poses.size(); ++i) {
+    m.poses[i].position.x = 0.1 * i;
+    m.poses[i].orientation.w = 1;
+  }
+}
+inline void change(geometry_msgs::PoseArray& m, long) { m.header.stamp = ros::Time::now(); }
+inline double read(const geometry_msgs::PoseArray& m) { return m.poses.back().position.x; }
+
+inline void fill(visualization_msgs::MarkerArray& m, size_t) {
+  m.markers.resize(100);
+  for (size_t i = 0; i < m.markers.size(); ++i) {
+    visualization_msgs::Marker& marker = m.markers[i];
+    marker.header.frame_id = "map";
+    marker.ns = "bench";
+    marker.id = i;
+    marker.type = visualization_msgs::Marker::SPHERE;
+    marker.pose.position.x = 0.1 * i;
+    marker.pose.orientation.w = 1;
+    marker.scale.x = marker.scale.y = marker.scale.z = 0.1;
+    marker.color.a = 1;
+  }
+}
+inline void change(visualization_msgs::MarkerArray& m, long) { m.markers[0].header.stamp = ros::Time::now(); }
+inline double read(const visualization_msgs::MarkerArray& m) { return m.markers.back().pose.position.x; }
+
+inline void fill(diagnostic_msgs::DiagnosticArray& m, size_t) {
+  for (int i = 0; i < 20; ++i) {
+    diagnostic_msgs::DiagnosticStatus status;
+    status.name = "bench: device " + std::to_string(i);
+    status.message = "OK";
+    status.hardware_id = "device " + std::to_string(i);
+    for (int j = 0; j < 5; ++j) {
+      diagnostic_msgs::KeyValue value;
+      value.key = "value " + std::to_string(j);
+      value.value = std::to_string(10 * i + j);
+      status.values.push_back(value);
+    }
+    m.status.push_back(status);
+  }
+}
+inline void change(diagnostic_msgs::DiagnosticArray& m, long) { m.header.stamp = ros::Time::now(); }
+inline double read(const diagnostic_msgs::DiagnosticArray& m) { return m.status.back().values.back().value.size(); }
 
 inline void fill(sensor_msgs::Image& m, size_t size) {
   m.height = 1;

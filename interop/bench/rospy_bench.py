@@ -46,6 +46,12 @@ class Rospy:
     def connections(self, handle: Any) -> int:
         return int(handle.get_num_connections())
 
+    def transforms(self) -> Any:
+        tf2_ros = importlib.import_module("tf2_ros")
+        buffer = tf2_ros.Buffer()
+        self.listener = tf2_ros.TransformListener(buffer, tcp_nodelay=True)
+        return buffer
+
     def serve(self, name: str, service_class: Any, handler: Callable[[Any], Any]) -> Any:
         return rospy.Service(name, service_class, handler)
 

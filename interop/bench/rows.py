@@ -9,23 +9,11 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import sys
 from collections.abc import Iterator
 
-from bag_steps import BagWork
-from bags import CPU, INFO, KEPT, MEDIAN, MEMORY, P99, PLAY, RATE, READ, READING, TIME
-from codec import LABELS
-from harness import INTEROP, STOCK_PYTHON
-from launch import ALONE, DOWN, KINDS, UP
-from master import FIGURES
-from model import COLUMNS, FACE, OURS, ROSCPP, ROSPY, Goal, Row, Step
-from steps import LOCAL, Command, Crowd, FanOut, Import, Program, Script, Together
-
-
-def at_least(roscpp: float | None = None, rospy: float | None = None) -> tuple[Goal, ...]:
-    """So many times better than roscpp and rospy."""
-    bounds = {ROSCPP: roscpp, ROSPY: rospy}
-    return tuple(Goal(bound, column) for column, bound in bounds.items() if bound is not None)
+from model import COLUMNS, FACE, OURS, ROSCPP, ROSPY, Goal, Row, Step, at_least
+from program_rows import bags, codec, launch, master, start
+from steps import LOCAL, ControlLoop, Crowd, FanOut, Import, Program, Together
 
 
 def topic(subscriber: str, publisher: str, what: str, queue: str, publisher_queue: str = "") -> Together:
@@ -46,6 +34,8 @@ def messages() -> Iterator[Row]:
     steps = {OURS: ours, ROSCPP: roscpp, ROSPY: queued}
     yield Row("messages", "Float64", *rate, steps, at_least(4, 50))
     yield Row("messages", "Float64, rospy without queue", *rate, {OURS: ours, ROSCPP: roscpp, ROSPY: direct})
+    steps = {OURS: topic(OURS, OURS, floats, "None"), ROSPY: direct}
+    yield Row("messages", "Float64, both without queue", *rate, steps, at_least(rospy=1.2))
     steps = {kind: topic(kind, ROSCPP, floats, "1000") for kind in COLUMNS}
     yield Row("messages", "Float64 from roscpp", *rate, steps, at_least(rospy=1.5))
     steps = {kind: topic(ROSCPP, kind, floats, "1000", best(kind)) for kind in COLUMNS}
@@ -55,10 +45,19 @@ def messages() -> Iterator[Row]:
         ("JointState, 7 joints", "type=JointState"),
         ("Odometry", "type=Odometry"),
         ("String, 100 B", "type=String"),
+        ("Imu", "type=Imu"),
+        ("LaserScan, 720 ranges", "type=LaserScan"),
+        ("PoseArray, 100 poses", "type=PoseArray"),
+        ("MarkerArray, 100 markers", "type=MarkerArray"),
+        ("DiagnosticArray, 20 statuses of 5 values", "type=DiagnosticArray"),
         ("TFMessage, 20 transforms", "type=TFMessage"),
     ):
         steps = {kind: topic(kind, kind, what, best(kind)) for kind in COLUMNS}
-        yield Row("messages", name, *rate, steps, at_least(1, 2))
+        yield Row("messages", name, *rate, steps, at_least(0.7 if "TFMessage" in name else 1, 2))
+    sender = Program(ROSCPP, "tf_sends")
+    steps = {kind: Together((Program(kind, "tf_hears"), sender), talking=0) for kind in COLUMNS}
+    listener = "tf listener at 1 kHz: TFMessage of 20 transforms: CPU of a message"
+    yield Row("messages", listener, "us", "cpu", steps, at_least(1, 1), less=True)
 
 
 def images() -> Iterator[Row]:
@@ -93,6 +92,7 @@ def latency() -> Iterator[Row]:
 
 def local() -> Iterator[Row]:
     """Nodes of one machine: our local transport beside TCP of the others. Subscribers read images in place."""
+    steps: dict[str, Step]
     for name, what in (
         ("Image 6.2 MB", "type=Image size=6220800"),
         ("PointCloud2 10 MB", "type=PointCloud2 size=10000000"),
@@ -121,6 +121,22 @@ def local() -> Iterator[Row]:
     yield Row("local", "Float64", "messages/s", "rate", steps, at_least(4, 50))
 
 
+def control() -> Iterator[Row]:
+    """A loop of three processes, from the sensor's clock to the actuator's callback."""
+    others = {kind: ControlLoop(kind, f"queue={best(kind)}") for kind in (ROSCPP, ROSPY)}
+    limit = (Goal(500, most=True),)
+    for name, options, goals in (
+        ("", "", ()),
+        (", low latency", " low=1", limit),
+        (", low latency, local", f" low=1 {LOCAL}", limit),
+    ):
+        steps: dict[str, Step] = {OURS: ControlLoop(OURS, f"queue={best(OURS)}{options}"), **others}
+        loop = f"sensor, controller, actuator at 1 kHz{name}"
+        yield Row("loop", f"{loop}: median", "us", "p50", steps, less=True)
+        yield Row("loop", f"{loop}: 99 %", "us", "p99", steps, goals, less=True)
+        yield Row("loop", f"{loop}: CPU of the three", "% of a core", "cpu", steps, less=True)
+
+
 def fan_out() -> Iterator[Row]:
     for name, options, links in (
         ("Float64 to 1 + 1", "type=Float64 queue=100", 1),
@@ -143,12 +159,12 @@ def services() -> Iterator[Row]:
             steps = {
                 kind: Together((Program(kind, "srv", options), Program(kind, "call", options))) for kind in COLUMNS
             }
-            yield Row("services", f"{kind_of_service}, {name}", "calls/s", "rate", steps, at_least(1, 1))
+            yield Row("services", f"{kind_of_service}, {name}", "calls/s", "rate", steps, at_least(1.3, 1.3))
 
 
 def process() -> Iterator[Row]:
     steps = {kind: Together((Program(kind, "within", "type=Float64 queue=1000"),)) for kind in COLUMNS}
-    yield Row("process", "Float64 within one process", "messages/s", "rate", steps, at_least(rospy=1))
+    yield Row("process", "Float64 within one process", "messages/s", "rate", steps, at_least(1, 1))
     steps = {kind: Together((Program(kind, "within", "type=Image size=1000000 queue=10"),)) for kind in COLUMNS}
     yield Row("process", "Image 1 MB within one process", "messages/s", "rate", steps, at_least(rospy=1))
     many = Program(ROSCPP, "many", "count=200")
@@ -157,6 +173,19 @@ def process() -> Iterator[Row]:
     yield Row("process", "200 idle links: threads", "threads", "threads", steps, at_least(rospy=4), less=True)
     limit = (Goal(50, most=True),)
     yield Row("process", "200 idle links: CPU in 5 s", "ms", "cpu", steps, limit, less=True)
+    roles = ("hears", "beats")  # the one that is not measured is roscpp's
+    for name, role, options in (
+        ("publisher", "beats", "count=20"),
+        ("subscriber", "hears", "count=20"),
+        ("subscriber, each topic at its own time", "hears", "count=20 apart=1"),
+    ):
+        steps = {}
+        for kind in COLUMNS:
+            mine, other = Program(kind, role, f"{options} queue={best(kind)}"), f"{options} queue=1000"
+            pair = tuple(mine if one == role else Program(ROSCPP, one, other) for one in roles)
+            steps[kind] = Together(pair, roles.index(role))
+        topics = f"20 topics at 100 Hz: CPU of the {name}"
+        yield Row("process", topics, "% of a core", "cpu", steps, at_least(rospy=1), less=True)
 
 
 def faces() -> Iterator[Row]:
@@ -184,118 +213,15 @@ def as_face(step: Step) -> Step:
     return step
 
 
-def both(script: str) -> dict[str, Step]:
-    """A script's figures of our side and of stock's."""
-    return {OURS: Script(script, "ours"), ROSPY: Script(script, "stock")}
-
-
-def master() -> Iterator[Row]:
-    for name, unit in FIGURES.items():
-        yield Row("master", name, unit, name, both("master.py"), at_least(rospy=2), less=unit == "ms")
-
-
-LAUNCH_FILE = INTEROP / "launch_corpus" / "namespaces.launch"
-ANSWERS = {
-    "topic list": "rostopic list",
-    "topic info /rosout": "rostopic info /rosout",
-    "topic type /rosout": "rostopic type /rosout",
-    "topic find rosgraph_msgs/Log": "rostopic find rosgraph_msgs/Log",
-    "node list": "rosnode list",
-    "node info -q /rosout": "rosnode info -q /rosout",
-    "node ping -c 1 /rosout": "rosnode ping -c 1 /rosout",
-    "service list": "rosservice list",
-    "service type /rosout/get_loggers": "rosservice type /rosout/get_loggers",
-    "param list": "rosparam list",
-    "param get /": "rosparam get /",
-    "param set /bench 1": "rosparam set /bench 1",
-    "msg show sensor_msgs/PointCloud2": "rosmsg show sensor_msgs/PointCloud2",
-    "msg md5 nav_msgs/Odometry": "rosmsg md5 nav_msgs/Odometry",
-    "msg list": "rosmsg list",
-    "srv show nav_msgs/GetPlan": "rossrv show nav_msgs/GetPlan",
-    "version roscpp": "rosversion roscpp",
-    "pkg find roscpp": "rospack find roscpp",
-    "pkg list": "rospack list",
-    f"launch --nodes {LAUNCH_FILE}": f"roslaunch --nodes {LAUNCH_FILE}",
-    "wtf": "roswtf",
-    "clean check": "rosclean check",
-}
-"""Commands that answer and end, and stock's."""
-
-
-def start() -> Iterator[Row]:
-    goal = at_least(rospy=3)
-    steps: dict[str, Step] = {
-        OURS: Import("from pyros1 import Node", OURS),
-        ROSPY: Import("import rospy", ROSPY),
-    }
-    yield Row("start", "import of the library", "ms", "ms", steps, goal, less=True)
-    publisher = Program(ROSPY, "latched")
-    steps = {kind: Together((publisher, Program(kind, "first"))) for kind in COLUMNS}
-    yield Row("start", "node's start to its first message", "ms", "first", steps, goal, less=True)
-    del steps[ROSCPP]
-    yield Row("start", "program's start to its node's first message", "ms", "whole", steps, goal, less=True)
-    for ours, stock in ANSWERS.items():
-        steps = {
-            OURS: Command((STOCK_PYTHON, "-m", "pyros1", *ours.split()), ours=True),
-            ROSPY: Command(tuple(stock.split()), ours=False),
-        }
-        name = ours.replace(f"{INTEROP.parent}/", "")
-        yield Row("start", name, "ms", "ms", steps, goal if ours == "topic list" else (), less=True)
-
-
-def launch() -> Iterator[Row]:
-    about = {
-        "light": "nodes that only register",
-        "roscpp": "roscpp relays",
-        "python": "Python nodes of ours",
-        "own": "Python nodes, ours and rospy's",
-    }
-    for kind in KINDS:
-        name, steps = f"50 {about[kind]}", both("launch.py")
-        goal = at_least(rospy=3) if kind != "python" else ()  # those take most of the time themselves, both times
-        yield Row("launch", f"{name}: {UP}", "s", f"{kind} {UP}", steps, goal, less=True)
-        yield Row("launch", f"{name}: {DOWN}", "s", f"{kind} {DOWN}", steps, less=True)
-        if kind != "light":
-            yield Row("launch", f"{name}: their own work on all processors", "s", f"{kind} {ALONE}", steps, less=True)
-
-
-def bags() -> Iterator[Row]:
-    def row(name: str, unit: str, work: str, figure: str, goals: tuple[Goal, ...] = (), less: bool = True) -> Row:
-        steps: dict[str, Step] = {OURS: BagWork("ours", work), ROSCPP: BagWork("stock", work)}
-        return Row("bags", name, unit, f"{work}: {figure}", steps, goals, less)
-
-    flood, images = "Float64 in a flood", "6.2 MB at 30 Hz"
-    yield row("record Float64 in a flood", "messages/s", flood, RATE, at_least(roscpp=1), less=False)
-    yield row("record Float64 in a flood: memory", "MB", flood, MEMORY)
-    yield row("record Float64 at 50 kHz: in the bag", "%", "Float64 at 50 kHz", KEPT, at_least(roscpp=1), less=False)
-    yield row("record images of 6.2 MB at 30 Hz: in the bag", "%", images, KEPT, (Goal(100),), less=False)
-    yield row("record images of 6.2 MB at 30 Hz: CPU", "% of a core", images, CPU)
-    yield row("play at 1 kHz: error, median", "ms", PLAY, MEDIAN)
-    yield row("play at 1 kHz: error, 99 %", "ms", PLAY, P99, (Goal(1, most=True),))
-    steps: dict[str, Step] = {OURS: BagWork("ours", INFO), ROSPY: BagWork("stock", INFO)}
-    yield Row("bags", "info of 10 GB", "s", f"{INFO}: {TIME}", steps, (Goal(1, most=True),), less=True)
-    for work, type_name in READ.items():
-        for side, name, python in (
-            ("stock", f"read {type_name}", STOCK_PYTHON),
-            ("rosbags", f"read {type_name}, beside rosbags", sys.executable),
-        ):
-            steps = {OURS: BagWork("ours", work, python), ROSPY: BagWork(side, work, python)}
-            yield Row("bags", name, "messages/s", f"{work}: {READING}", steps, at_least(rospy=1))
-
-
-def codec() -> Iterator[Row]:
-    for label in LABELS:
-        for work in ("encode", "decode"):
-            yield Row("codec", f"{work} {label}", "ns", f"{work} {label}", both("codec.py"), less=True)
-
-
 QUICK = {
     "messages: Float64",
     "messages: Float64 from roscpp",
+    "messages: tf listener at 1 kHz: TFMessage of 20 transforms: CPU of a message",
     "images: Image 1 MB",
     "local: Image 6.2 MB to 5, each a process: in all",
     "latency: round trip, median",
     "latency: round trip, 99 %",
+    "loop: sensor, controller, actuator at 1 kHz, low latency: 99 %",
     "fan-out: Float64 to 1 + 1",
     "services: Empty, persistent",
     "rospy: messages: Float64",
@@ -310,5 +236,20 @@ QUICK = {
 
 def all_rows() -> list[Row]:
     """The whole table."""
-    groups = (messages, images, latency, local, fan_out, services, faces, process, master, start, launch, bags, codec)
+    groups = (
+        messages,
+        images,
+        latency,
+        local,
+        control,
+        fan_out,
+        services,
+        faces,
+        process,
+        master,
+        start,
+        launch,
+        bags,
+        codec,
+    )
     return [row for group in groups for row in group()]

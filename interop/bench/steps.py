@@ -123,7 +123,8 @@ class Together:
         return ", ".join(f"{one.label} {one.options}" for one in self.programs)
 
     def run(self, bench: Bench) -> dict[str, float]:
-        mark, running = len(bench.master.processes), []
+        mark = len(bench.master.processes)
+        running: list[Process] = []
         talking = self.programs[self.talking]
         try:
             for program in self.programs:
@@ -163,6 +164,37 @@ class Crowd:
             bench.start(Program(self.kind, "pub", f"{self.options} wait={self.count}"), LONG)
             each = [figures_of(process, START + bench.seconds) for process in heard]
             return {name: sum(figures[name] for figures in each) for name in each[0]}
+        finally:
+            bench.master.close_since(mark)
+
+
+@dataclass(frozen=True)
+class ControlLoop:
+    """A sensor, a controller and an actuator, each a process.
+
+    Attributes:
+        kind: whose programs.
+        options: their arguments.
+    """
+
+    kind: str
+    options: str
+
+    @property
+    def label(self) -> str:
+        return f"{self.kind} sense, control, act {self.options}"
+
+    def run(self, bench: Bench) -> dict[str, float]:
+        """Return the times from the sensor to the actuator, and what the three take of the processor together."""
+        mark = len(bench.master.processes)
+        running: list[Process] = []
+        try:
+            for role in ("act", "control", "sense"):
+                if running:
+                    running[-1].wait_line("^ready", START)
+                running.append(bench.start(Program(self.kind, role, self.options), bench.seconds))
+            found = [figures_of(process, START + bench.seconds) for process in running]
+            return {**found[0], "cpu": sum(figures["cpu"] for figures in found)}
         finally:
             bench.master.close_since(mark)
 
