@@ -33,6 +33,8 @@ ALLOWED = {
     "bag/edit/migration.py: compile": "rule files that the user names: Python, as stock's",
     "bag/edit/migration.py: exec": "the same",
     "launch/remote/agent.py: exec": "a part of pyros1 that the launcher sends over its own SSH connection",
+    "launch/running/fork_server.py: compile": "a launch's own nodes, in place of their interpreter",
+    "launch/running/fork_server.py: __import__": "modules named in the source",
     "drop_in/configs.py: compile": "a package's .cfg files: Python, as stock's",
     "drop_in/configs.py: exec": "the same",
     "drop_in/modules/rosparam/__init__.py: yaml.Loader": "gets a constructor for angles",

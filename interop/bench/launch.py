@@ -5,7 +5,8 @@
 Needs pyros1 and defusedxml on PYTHONPATH. The launcher starts its own master and the nodes; the master is asked every
 10 ms who is registered. Nodes of the kind "light" are shell scripts that only register: that measures the launcher
 and its master. Those of the kind "roscpp" are stock relays, those of the kind "python" are pyros1's, whoever launches
-them; those of the kind "own" are pyros1's or rospy's, as the launcher is. Prints a JSON object: seconds by figure.
+them, and "preloaded" are the same, which our launcher forks (``--preload``); those of the kind "own" are pyros1's or
+rospy's, as the launcher is. Prints a JSON object: seconds by figure.
 ``... nodes alone`` is what the nodes' own processor time comes to if it is spread over all processors: no launcher can
 be faster than that.
 """
@@ -26,7 +27,7 @@ import xmlrpc.client
 from pathlib import Path
 
 STOCK_PYTHON = "/usr/bin/python3"
-KINDS = ("light", "roscpp", "python", "own")
+KINDS = ("light", "roscpp", "python", "preloaded", "own")
 DEADLINE = 120.0
 UP, DOWN, ALONE = "start until all are registered", "Ctrl-C until all have ended", "nodes alone"
 
@@ -82,7 +83,12 @@ def make_package(folder: Path, side: str) -> None:
     (folder / "package.xml").write_text(PACKAGE, encoding="utf-8")
     path = [part for part in os.environ.get("PYTHONPATH", "").split(os.pathsep) if part]
     python = PYTHON.format(python=STOCK_PYTHON, path=path)
-    for name, text in (("light", LIGHT), ("python", python), ("own", python if side == "ours" else ROSPY)):
+    for name, text in (
+        ("light", LIGHT),
+        ("python", python),
+        ("preloaded", python),
+        ("own", python if side == "ours" else ROSPY),
+    ):
         (folder / name).write_text(text, encoding="utf-8")
         (folder / name).chmod(0o755)
 
@@ -98,12 +104,16 @@ def registered(uri: str) -> int:
 
 
 def processor_time(mark: str) -> float:
-    """Seconds of processor time of the nodes of a launch, which have its folder on their command lines."""
+    """Seconds of processor time of the nodes of a launch, which have its folder on their command lines.
+
+    Those that are forked have their server's command line and environment; the server counts as well.
+    """
     total = 0
     for folder in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):
             words = (folder / "cmdline").read_bytes().decode(errors="replace")
-            if mark in words and "__name:=r" in words and "__name:=rosout" not in words:
+            node = mark in words and "__name:=r" in words and "__name:=rosout" not in words
+            if node or ("fork_server" in words and mark in (folder / "environ").read_bytes().decode(errors="replace")):
                 # Threads in nanoseconds: many a node does not even last for one tick of the usual account.
                 total += sum(int((task / "schedstat").read_text().split()[0]) for task in folder.glob("task/*"))
     return total / 1e9
@@ -129,6 +139,8 @@ def measure(side: str, kind: str, nodes: int, folder: Path) -> dict[str, float]:
     env.pop("PYTHONDONTWRITEBYTECODE", None)  # stock's modules are compiled once and for all, too
     env.pop("ROS_LOG_DIR", None)  # what the nodes' command lines name is to be below ``folder``
     command = [STOCK_PYTHON, "-m", "pyros1", "launch"] if side == "ours" else ["roslaunch"]
+    if side == "ours" and kind == "preloaded":
+        command.append("--preload")
     if side != "ours":
         env.pop("PYTHONPATH", None)
     began = time.monotonic()

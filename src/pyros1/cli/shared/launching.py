@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pyros1.cli.failures import UsageError
 from pyros1.cli.shared.integers import PORT_RANGE
 from pyros1.ground.errors import Error, LaunchError
 
@@ -35,6 +36,8 @@ def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
 
     _check_numbers(values)
     check_machines(plan)
+    if getattr(values, "preload", False) and not hasattr(os, "fork"):
+        raise UsageError("--preload: this system has no fork")
     if values.local_only:
         print("local only launch specified, will not launch remote nodes")
         plan = replace(plan, nodes=[node for node in plan.nodes if not is_remote(plan, node)])
@@ -60,6 +63,7 @@ def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
         notify_timeout=values.timeout,
         prefix=values.prefix,
         master_log_level=level,
+        preload=getattr(values, "preload", False),
         journal=values.core and not getattr(values, "no_journal", False),
     )
     console = Console(title=options.show_title)

@@ -26,6 +26,7 @@ class Options:
         prefix: write the node's name before each line on the screen.
         master_log_level: lowest level in the log of a master started here: debug, info, warn, error or fatal.
         keep_running: continue when no process is left, as a core always does.
+        preload: start Python nodes as forks of a process that has imported pyros1.
         journal: a core keeps a journal, and continues a core that was killed.
     """
 
@@ -45,4 +46,5 @@ class Options:
     prefix: bool = False
     master_log_level: str = "info"
     keep_running: bool = False
+    preload: bool = False
     journal: bool = False

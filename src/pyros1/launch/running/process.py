@@ -17,6 +17,7 @@ from pyros1.launch.running.usage import UNKNOWN, Usage
 from pyros1.launch.running.warden import GROUPS, group_exists, leaderless
 
 if TYPE_CHECKING:
+    from pyros1.launch.running.preloading import Forked, Preloader
     from pyros1.launch.running.screen import Screen
     from pyros1.launch.running.warden import Warden
 
@@ -33,6 +34,7 @@ class Process:
         on_exit: called with this object by the watching thread when it has ended.
         warden: ends it if this process is killed.
         screen: writes its output to the screen with its name; None lets it write directly.
+        preloader: starts it if it is a Python program that can be forked.
 
     Attributes:
         spawn_count: how often it was started.
@@ -49,6 +51,7 @@ class Process:
     on_exit: Callable[[Process], object]
     warden: Warden | None = None
     screen: Screen | None = None
+    preloader: Preloader | None = None
     spawn_count: int = 0
     exit_code: int | None = None
     started: float = 0.0
@@ -57,7 +60,7 @@ class Process:
     machine: str = ""
     stranded: bool = False
     due: bool = False
-    _popen: subprocess.Popen[bytes] | None = None
+    _popen: subprocess.Popen[bytes] | Forked | None = None
     _ended: threading.Event = field(default_factory=threading.Event)
     _watcher: threading.Thread | None = None
     _remains: set[int] = field(default_factory=set)
@@ -100,7 +103,7 @@ class Process:
         if self.warden is not None:
             self.warden.expect(spec.words[-1])
         with self._outputs() as (out, err):
-            self._popen = _popen(spec, out, err)
+            self._popen = self._begin(out, err)
             if self.warden is not None:  # first, since whoever is notified may kill us at once
                 self.warden.watch(self._popen.pid)
             announce(self)
@@ -133,7 +136,18 @@ class Process:
             else:
                 yield None, None
 
-    def _watch(self, popen: subprocess.Popen[bytes], ended: threading.Event) -> None:
+    def _begin(self, out: int | None, err: int | None) -> subprocess.Popen[bytes] | Forked:
+        spec = self.spec
+        if self.preloader is not None:
+            outputs = (1 if out is None else out, 2 if err is None else err)
+            forked = self.preloader.start(spec.words, spec.env, spec.cwd, *outputs)
+            if forked is not None:
+                return forked
+        return subprocess.Popen(
+            spec.words, env=spec.env, cwd=spec.cwd, stdout=out, stderr=err, start_new_session=True, close_fds=True
+        )
+
+    def _watch(self, popen: subprocess.Popen[bytes] | Forked, ended: threading.Event) -> None:
         self.exit_code = popen.wait()
         if group_exists(popen.pid):
             with self._lock:
@@ -183,9 +197,3 @@ class Process:
     def kill(self) -> None:
         """Kill it at once."""
         self.signal(KILL)
-
-
-def _popen(spec: ProcessSpec, out: int | None, err: int | None) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(
-        spec.words, env=spec.env, cwd=spec.cwd, stdout=out, stderr=err, start_new_session=True, close_fds=True
-    )

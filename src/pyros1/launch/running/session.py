@@ -37,6 +37,7 @@ from pyros1.launch.running.core import ROSVERSION, Core, write_pid_file
 from pyros1.launch.running.core_file import CoreFile, read_core_file
 from pyros1.launch.running.logs import make_run_folder, ros_home, run_log
 from pyros1.launch.running.options import Options
+from pyros1.launch.running.preloading import Preloader
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.screen import Screen
 from pyros1.launch.running.starting import Run, Starter
@@ -120,6 +121,7 @@ class Session:
             keep_running=self.options.core or self.options.keep_running,
             guarded=True,
             screen=self._screen,
+            preloader=Preloader(self.environ) if self.options.preload else None,
         )
 
     def _master_uri(self) -> str:

@@ -11,7 +11,7 @@ import queue
 import signal
 import time
 from collections.abc import Callable, Iterable
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from pyros1.ground.errors import LaunchError
 from pyros1.ground.interrupts import Insistence, catch
@@ -20,6 +20,9 @@ from pyros1.launch.running.process import KILL, Process
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.screen import Screen
 from pyros1.launch.running.warden import GROUPS, Warden
+
+if TYPE_CHECKING:
+    from pyros1.launch.running.preloading import Preloader
 
 _KILL_WAIT = 2.0
 _UNHEARD = 2.0  # seconds that processes have for ending by themselves where they cannot be sent SIGINT
@@ -46,6 +49,7 @@ class Supervisor:
         keep_running: continue when no process is left, as a core does.
         guarded: let a `Warden` end the processes if this process is killed.
         screen: writes the processes' output to the screen; None lets them write directly.
+        preloader: starts Python programs by forks; None starts all in the usual way.
 
     Attributes:
         required_failed: whether a required process ended with an error.
@@ -63,6 +67,7 @@ class Supervisor:
         keep_running: bool = False,
         guarded: bool = False,
         screen: Screen | None = None,
+        preloader: Preloader | None = None,
     ) -> None:
         self._console = console
         self._stages = [
@@ -73,6 +78,7 @@ class Supervisor:
         self._guarded = guarded and GROUPS
         self._warden: Warden | None = None
         self._screen = screen
+        self._preloader = preloader
         # A SimpleQueue is safe in signal handlers, whatever the main thread was doing.
         self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
         self._timers: dict[str, tuple[float, Callable[[], object]]] = {}
@@ -104,6 +110,7 @@ class Supervisor:
         if self._guarded and self._warden is None:
             self._warden = Warden(self._stages[0][1], self._stages[1][1])
         process = kind(spec, self._exited, self._warden, self._screen)
+        process.preloader = self._preloader
         self._processes[spec.label] = process
         if self._start(process):
             return True
@@ -347,6 +354,8 @@ class Supervisor:
         if self._warden is not None:
             self._warden.close()
             self._warden = None
+        if self._preloader is not None:
+            self._preloader.close()
 
     def _wait(self, running: list[Process], seconds: float) -> list[Process]:
         """Wait for the processes. Return those still running after `seconds`, or at once after a second signal."""

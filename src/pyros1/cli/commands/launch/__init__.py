@@ -140,6 +140,11 @@ _WAYS = (
     Flag("--screen", dest="force_screen", help="send the output of all nodes to the screen"),
     Flag("--log", dest="force_log", help="send the output of all nodes to log files"),
     Flag("--required", dest="force_required", help="end everything when any node ends"),
+    Flag(
+        "--preload",
+        help="start Python nodes as copies of a process that has imported pyros1 and rospy already: many nodes are "
+        "there sooner",
+    ),
     Flag("--prefix", help="begin each line on the screen with the node's name, in color on a terminal"),
     Option(
         "--pid",

@@ -1,0 +1,195 @@
+"""A process that has imported pyros1 once, and becomes a Python program for each request, by a fork.
+
+Fifty nodes import the same modules fifty times, which is most of what they do until they are registered. The launcher
+starts this program with ``--preload``; see `preloading`, its other side. It has one thread, and the modules that it
+imports begin none and keep nothing of the environment but what `preloading.KEPT` names, so a forked program is like
+one that was started: with its own session, folder, environment, arguments, output and ``__main__``.
+
+It must be the last frame below the program: `become` returns what the program's own top level is.
+"""
+
+from __future__ import annotations
+
+import builtins
+import contextlib
+import gc
+import json
+import os
+import select
+import signal
+import socket
+import struct
+import sys
+import time
+import types
+from importlib.util import find_spec
+from typing import Any
+
+LENGTH = struct.Struct("<I")
+NUMBER = struct.Struct("<i")
+"""A process id, then its exit status."""
+_ROOMS = ("pyros1.node", "pyros1.msgs.std_msgs.msg", "pyros1.msgs.geometry_msgs.msg", "pyros1.msgs.sensor_msgs.msg")
+_FACES = ("rospy", "std_msgs.msg", "std_srvs.srv", "geometry_msgs.msg", "sensor_msgs.msg", "nav_msgs.msg", "tf2_ros")
+_OUR_FACES = os.path.join("pyros1", "drop_in", "modules")
+
+
+class Request:
+    """What to become.
+
+    Args:
+        text: JSON of the script's path, its words, environment and folder.
+        outputs: descriptors of the standard output and the standard error.
+    """
+
+    def __init__(self, text: bytes, outputs: list[int]) -> None:
+        wanted = json.loads(text)
+        self.script: str = wanted["script"]
+        self.words: list[str] = wanted["words"]
+        self.environ: dict[str, str] = wanted["environ"]
+        self.folder: str = wanted["folder"]
+        self.outputs = outputs
+
+
+def preload() -> None:
+    """Import what most nodes import. Our rospy and its siblings only if they are this interpreter's."""
+    import pyros1.node.node  # noqa: F401, PLC0415
+    from pyros1.msgs import load_message  # noqa: PLC0415
+
+    for name in _ROOMS:
+        __import__(name)
+    for name in ("rosgraph_msgs/Log", "rosgraph_msgs/Clock", "std_msgs/Float64", "std_msgs/String"):
+        load_message(name)()
+    found = find_spec("rospy")
+    if found is None or _OUR_FACES not in str(found.origin):
+        return
+    for name in _FACES:
+        with contextlib.suppress(ImportError):
+            __import__(name)
+
+
+def serve(control: socket.socket) -> Request | None:
+    """Answer requests until the launcher has ended.
+
+    Returns:
+        In a forked process, what it is to become; None in this one.
+    """
+    children: dict[int, socket.socket] = {}
+    awake, wake = socket.socketpair()
+    for each in (awake, wake):
+        each.setblocking(False)
+    signal.signal(signal.SIGCHLD, lambda *_: None)
+    signal.set_wakeup_fd(wake.fileno(), warn_on_full_buffer=False)
+    while True:
+        readable, _, _ = select.select([control, awake], [], [])
+        if awake in readable:
+            awake.recv(4096)
+            bury(children)
+        if control not in readable:
+            continue
+        data, descriptors, _, _ = socket.recv_fds(control, 1, 3)
+        if not data:
+            return None
+        link = socket.socket(fileno=descriptors[0])
+        request = Request(read_text(link), descriptors[1:])
+        child = os.fork()
+        if not child:
+            signal.set_wakeup_fd(-1)
+            for each in (control, awake, wake, link, *children.values()):
+                each.close()
+            return request
+        for descriptor in request.outputs:
+            os.close(descriptor)
+        children[child] = link
+        tell(link, child)
+
+
+def read_text(link: socket.socket) -> bytes:
+    """Return a text that comes with its length in front.
+
+    Raises:
+        ConnectionError: the launcher ended in the middle.
+    """
+    data = b""
+    while len(data) < LENGTH.size or len(data) < LENGTH.size + LENGTH.unpack_from(data)[0]:
+        more = link.recv(1 << 16)
+        if not more:
+            raise ConnectionError("the request ends in the middle")
+        data += more
+    return data[LENGTH.size :]
+
+
+def bury(children: dict[int, socket.socket]) -> None:
+    """Take note of programs that have ended, and tell the launcher how."""
+    for child in list(children):
+        pid, status = os.waitpid(child, os.WNOHANG)
+        if pid:
+            link = children.pop(pid)
+            tell(link, os.waitstatus_to_exitcode(status))
+            link.close()
+
+
+def tell(link: socket.socket, number: int) -> None:
+    """Send a number, unless the launcher has ended."""
+    with contextlib.suppress(OSError):
+        link.sendall(NUMBER.pack(number))
+
+
+def become(request: Request) -> tuple[Any, dict[str, Any]]:
+    """Make this process what a new interpreter is that was told to run a script.
+
+    Returns:
+        The script's code, and the namespace of its ``__main__``.
+
+    Raises:
+        OSError, SyntaxError: it cannot be read.
+    """
+    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    os.setsid()
+    for place, descriptor in enumerate(request.outputs, 1):
+        os.dup2(descriptor, place)
+        os.close(descriptor)
+    os.environ.clear()
+    os.environ.update(request.environ)
+    os.chdir(request.folder)
+    time.tzset()
+    sys.argv = [request.script, *request.words]
+    sys.orig_argv = [sys.executable, *sys.argv]
+    sys.path[0] = os.path.dirname(os.path.realpath(request.script))
+    stdout: Any = sys.stdout
+    stdout.reconfigure(line_buffering=os.isatty(1))
+    main = types.ModuleType("__main__")
+    main.__dict__.update(__file__=request.script, __builtins__=builtins)
+    sys.modules["__main__"] = main
+    shown_from(request.script)
+    with open(request.script, "rb") as file:
+        return compile(file.read(), request.script, "exec", dont_inherit=True), main.__dict__
+
+
+def shown_from(script: str) -> None:
+    """Let tracebacks begin with the script, not with this module."""
+    show = sys.excepthook
+
+    def excepthook(kind: type[BaseException], error: BaseException, traceback: types.TracebackType | None) -> None:
+        first = traceback
+        while first is not None and first.tb_frame.f_code.co_filename != script:
+            first = first.tb_next
+        show(kind, error.with_traceback(first), first)
+
+    sys.excepthook = excepthook
+
+
+def main(descriptor: int) -> tuple[Any, dict[str, Any]]:
+    """Serve; return a program's code and namespace in a process that was forked for it.
+
+    Args:
+        descriptor: of the socket to the launcher.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    preload()
+    gc.collect()
+    gc.freeze()  # so that collections in the programs do not copy what all of them share
+    request = serve(socket.socket(fileno=descriptor))
+    if request is None:
+        sys.exit()
+    return become(request)

@@ -1,0 +1,212 @@
+"""Python nodes of a launch as forks of processes that have imported pyros1 already: ``pyros1 launch --preload``.
+
+A node can be one if its script's first line names the interpreter of this launcher, and nothing else starts it. Nodes
+share a server if their environments agree in all that an interpreter, or what the server imports, looks at when it
+starts (`KEPT`); a server is started with its first node. The program's code is in `fork_server`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from pyros1.launch.running.fork_server import LENGTH, NUMBER
+
+KEPT = (
+    "PYTHON",
+    "LD_",
+    "MALLOC_",
+    "LC_",
+    "LANG",
+    "PYROS1_ROSPY",
+    "CMAKE_PREFIX_PATH",
+    "ROS_PACKAGE_PATH",
+    "PATH",
+    "HOME",
+)
+"""Beginnings of the names of variables in which the environments of a server and its nodes must agree."""
+_START = "from pyros1.launch.running.fork_server import main; exec(*main({}))"
+_ANSWER = 30.0
+"""Seconds that a server has to start, and to fork."""
+_LONGEST_LINE = 200
+
+
+class Forked:
+    """A process that a server has forked, with what a launcher needs of `subprocess.Popen`.
+
+    Args:
+        pid: its process id.
+        link: the socket over which the server tells its exit code.
+    """
+
+    def __init__(self, pid: int, link: socket.socket) -> None:
+        self.pid = pid
+        self._link = link
+
+    def wait(self) -> int:
+        """Wait until it has ended; return its exit code, negative for a signal. One call only."""
+        with self._link as link:
+            data = b""
+            with contextlib.suppress(OSError):
+                data = link.recv(NUMBER.size)
+        if len(data) == NUMBER.size:
+            return int(NUMBER.unpack(data)[0])
+        while True:  # the server was killed: nobody else can wait for the process
+            try:
+                os.kill(self.pid, 0)
+            except OSError:
+                return -signal.SIGKILL
+            time.sleep(0.1)
+
+    def send_signal(self, number: int) -> None:
+        """Send it a signal, if it runs."""
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(self.pid, number)
+
+    def terminate(self) -> None:
+        """Send it SIGTERM."""
+        self.send_signal(signal.SIGTERM)
+
+
+class _Server:
+    """One server.
+
+    Args:
+        environ: its environment.
+    """
+
+    def __init__(self, environ: Mapping[str, str]) -> None:
+        self._lock = threading.Lock()
+        self._control, theirs = socket.socketpair()
+        with theirs:
+            descriptor = theirs.fileno()
+            self._process = subprocess.Popen(
+                [sys.executable, "-c", _START.format(descriptor)],
+                env=dict(environ),
+                pass_fds=[descriptor],
+                start_new_session=True,
+            )
+
+    def fork(
+        self, script: str, words: Sequence[str], environ: Mapping[str, str], folder: str, out: int, err: int
+    ) -> Forked:
+        """Fork a program.
+
+        Raises:
+            OSError: the server does not answer.
+        """
+        wanted = {"script": script, "words": list(words), "environ": dict(environ), "folder": folder}
+        text = json.dumps(wanted).encode()
+        link, theirs = socket.socketpair()
+        link.settimeout(_ANSWER)
+        try:
+            with theirs, self._lock:
+                socket.send_fds(self._control, [b"+"], [theirs.fileno(), out, err])
+            link.sendall(LENGTH.pack(len(text)) + text)
+            data = link.recv(NUMBER.size)
+            if len(data) < NUMBER.size:
+                raise ConnectionError("the process that forks nodes has ended")
+            link.settimeout(None)
+        except BaseException:
+            link.close()
+            raise
+        return Forked(NUMBER.unpack(data)[0], link)
+
+    def close(self) -> None:
+        """End the server."""
+        self._control.close()
+        try:
+            self._process.wait(5)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+
+class Preloader:
+    """Starts Python nodes by forks.
+
+    Args:
+        environ: the launcher's environment; servers have it, with the kept variables of their nodes.
+    """
+
+    def __init__(self, environ: Mapping[str, str]) -> None:
+        self._environ = dict(environ)
+        self._servers: dict[tuple[tuple[str, str], ...], _Server] = {}
+
+    def start(self, words: Sequence[str], environ: Mapping[str, str], folder: str, out: int, err: int) -> Forked | None:
+        """Start a program.
+
+        Args:
+            words: its command line.
+            environ: its whole environment.
+            folder: its working folder.
+            out, err: descriptors of its standard output and standard error.
+
+        Returns:
+            The process; None if it must be started in the usual way.
+        """
+        script = script_of(words, environ)
+        if script is None or not os.path.isdir(folder):
+            return None
+        kept = {name: value for name, value in environ.items() if name.startswith(KEPT)}
+        key = tuple(sorted(kept.items()))
+        try:
+            server = self._servers.get(key)
+            if server is None:
+                others = {name: value for name, value in self._environ.items() if not name.startswith(KEPT)}
+                server = self._servers[key] = _Server({**others, **kept})
+            return server.fork(script, words[words.index(script) + 1 :], environ, folder, out, err)
+        except (OSError, ValueError):  # ValueError: texts that JSON cannot hold
+            return None
+
+    def close(self) -> None:
+        """End the servers, when no process is left."""
+        for server in self._servers.values():
+            server.close()
+        self._servers.clear()
+
+
+def script_of(words: Sequence[str], environ: Mapping[str, str]) -> str | None:
+    """Return the script that a command line runs with the interpreter of this process, None if it does not.
+
+    Args:
+        words: the command line.
+        environ: its environment; only PATH is used.
+    """
+    if words[0] == sys.executable and len(words) > 1 and not words[1].startswith("-"):
+        return words[1]
+    interpreter = _interpreter(Path(words[0]), environ)
+    if interpreter is None or not _same_interpreter(interpreter):
+        return None
+    return words[0]
+
+
+def _interpreter(script: Path, environ: Mapping[str, str]) -> str | None:
+    try:
+        with script.open("rb") as stream:
+            line = stream.readline(_LONGEST_LINE)
+    except OSError:
+        return None
+    if not line.startswith(b"#!") or not line.endswith(b"\n"):
+        return None
+    named = line[2:].decode(errors="replace").split()
+    if len(named) == 2 and named[0] == "/usr/bin/env" and named[1].startswith("python"):
+        from shutil import which  # noqa: PLC0415 - it loads every kind of compression
+
+        return which(named[1], path=environ.get("PATH"))
+    return named[0] if len(named) == 1 and "python" in os.path.basename(named[0]) else None
+
+
+def _same_interpreter(path: str) -> bool:
+    """Return whether a file is this interpreter, of the same virtual environment."""
+    here = os.path.dirname(os.path.abspath(sys.executable))
+    return os.path.realpath(path) == os.path.realpath(sys.executable) and os.path.dirname(os.path.abspath(path)) == here

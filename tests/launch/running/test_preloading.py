@@ -1,0 +1,269 @@
+"""Python nodes as forks: they cannot tell that they were not started in the usual way, and end as all others."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pyros1.finding.python_modules import modules_environment
+from pyros1.launch.running.preloading import Forked, Preloader, script_of
+
+from .test_fifty import left
+
+SOURCE = Path(__file__).resolve().parents[3] / "src"
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+SELF = """\
+import atexit, json, os, pickle, random, signal, sys, threading
+
+class Thing:
+    pass
+
+atexit.register(print, "at the end")
+found = {
+    "argv": sys.argv, "orig": sys.orig_argv[1:], "name": __name__, "file": __file__, "path": sys.path[:1],
+    "folder": os.getcwd(), "mine": os.environ.get("MINE"), "leads": os.getsid(0) == os.getpid() == os.getpgrp(),
+    "interrupt": signal.getsignal(signal.SIGINT) is signal.default_int_handler,
+    "child": signal.getsignal(signal.SIGCHLD) == signal.SIG_DFL,
+    "pipe": signal.getsignal(signal.SIGPIPE) == signal.SIG_IGN,
+    "threads": threading.active_count(), "main": threading.current_thread() is threading.main_thread(),
+    "pickle": isinstance(pickle.loads(pickle.dumps(Thing())), Thing), "flags": list(sys.flags),
+    "names": sorted(set(globals()) - {"__annotations__", "__cached__"}),
+    "modules": sys.modules["__main__"].Thing is Thing,
+    "descriptors": sorted(int(n) for n in os.listdir("/proc/self/fd") if os.path.exists("/proc/self/fd/" + n)),
+    "outputs": [sys.stdout.encoding, sys.stdout.errors, sys.stdout.line_buffering, sys.stderr.line_buffering],
+    "environ": sorted(os.environ), "python": sys.executable, "prefix": sys.prefix,
+    "signals": [n for n in range(1, 32) if n in signal.pthread_sigmask(signal.SIG_BLOCK, [])],
+}
+print(json.dumps(found))
+print("to stderr", file=sys.stderr)
+"""
+
+
+@pytest.fixture
+def environ() -> dict[str, str]:
+    return {**os.environ, "MINE": "so"}
+
+
+@pytest.fixture
+def preloader(environ: dict[str, str]) -> Iterator[Preloader]:
+    made = Preloader(environ)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def script(tmp_path: Path) -> Callable[[str], str]:
+    def write(text: str) -> str:
+        file = tmp_path / "node"
+        file.write_text(f"#!{sys.executable}\n{text}")
+        file.chmod(0o755)
+        return str(file)
+
+    return write
+
+
+class Run:
+    """A program that was run to its end."""
+
+    def __init__(self, code: int, out: str, err: str) -> None:
+        self.code, self.out, self.err = code, out, err
+
+
+def begin(preloader: Preloader, words: list[str], environ: dict[str, str], folder: Path) -> tuple[Forked, Path, Path]:
+    out, err = folder / "out", folder / "err"
+    with out.open("wb") as first, err.open("wb") as second:
+        forked = preloader.start(words, environ, str(folder), first.fileno(), second.fileno())
+    assert forked is not None
+    return forked, out, err
+
+
+def run(preloader: Preloader, words: list[str], environ: dict[str, str], folder: Path) -> Run:
+    forked, out, err = begin(preloader, words, environ, folder)
+    return Run(forked.wait(), out.read_text(), err.read_text())
+
+
+def usual(words: list[str], environ: dict[str, str], folder: Path) -> Run:
+    with (folder / "out").open("w+") as out, (folder / "err").open("w+") as err:
+        code = subprocess.run(
+            words, env=environ, cwd=folder, stdout=out, stderr=err, start_new_session=True, timeout=60, check=False
+        ).returncode
+        return Run(code, (folder / "out").read_text(), (folder / "err").read_text())
+
+
+def test_a_program_sees_what_it_sees_in_the_usual_way(
+    preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path
+) -> None:
+    link = tmp_path / "links" / "talker"
+    link.parent.mkdir()
+    link.symlink_to(script(SELF))
+    for words in ([str(link), "a", "", "x:=1 2"], [sys.executable, script(SELF), "--flag"]):
+        here, there = run(preloader, words, environ, tmp_path), usual(words, environ, tmp_path)
+        ours, stock = (json.loads(each.out.splitlines()[0]) for each in (here, there))
+        assert ours == stock
+        assert (here.code, here.err, here.out.splitlines()[1:]) == (there.code, there.err, there.out.splitlines()[1:])
+        assert here.out.splitlines()[1] == "at the end"
+
+
+@pytest.mark.parametrize(
+    "end",
+    [
+        "",
+        "sys.exit(3)",
+        "sys.exit('with a text')",
+        "sys.exit()",
+        "def f():\n    1 / 0\nf()",
+        "raise KeyboardInterrupt",
+        "os._exit(7)",
+        "os.kill(os.getpid(), 9)",
+        "os.abort()",
+        "def f(:",
+        "import threading; threading.Thread(target=lambda: (time.sleep(0.1), print('later'))).start()",
+        "sys.excepthook = lambda *_: print('mine'); 1 / 0",
+        "print('\\N{SNOWMAN}'); print(repr('\\udc80'), file=sys.stderr)",
+        "import missing_for_sure",
+        "import Queue",
+    ],
+)
+def test_ends(preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path, end: str) -> None:
+    """The same exit code, output and traceback."""
+    words = [script(f"import os, sys, time\nprint('begins')\n{end}\n")]
+    here, there = run(preloader, words, environ, tmp_path), usual(words, environ, tmp_path)
+    assert (here.code, here.out, here.err) == (there.code, there.out, there.err)
+
+
+def test_programs_have_random_numbers_of_their_own(
+    preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path
+) -> None:
+    words = [script("import random, uuid\nprint(random.random(), uuid.uuid4())\n")]
+    assert len({run(preloader, words, environ, tmp_path).out for _ in range(5)}) == 5
+
+
+def test_a_node_of_rospy(
+    preloader: Preloader, script: Any, environ: dict[str, str], master: Any, tmp_path: Path
+) -> None:
+    environ |= {"ROS_MASTER_URI": master.uri, "ROS_NAMESPACE": "/here", "ROS_HOME": str(tmp_path / "ros")}
+    environ |= modules_environment(environ)
+    text = (
+        "import rospy\nfrom std_msgs.msg import Float64\nrospy.init_node('talker')\n"
+        "rospy.Publisher('t', Float64, queue_size=1).publish(1.0)\nprint(rospy.get_name(), rospy.resolve_name('x'))\n"
+    )
+    done = run(preloader, [script(text), "__name:=other", "x:=y"], environ, tmp_path)
+    assert (done.code, done.out) == (0, "/here/other /here/y\n"), done.err
+
+
+def test_signals(preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path) -> None:
+    words = [script("import time\nprint('begins', flush=True)\ntime.sleep(60)\n")]
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+        forked, out, _ = begin(preloader, words, environ, tmp_path)
+        for _ in range(1000):
+            if out.read_text():
+                break
+            os.sched_yield()
+            subprocess.run(["true"], check=True)
+        forked.send_signal(number)
+        assert forked.wait() == -number
+        forked.send_signal(number)  # nobody is there
+
+
+def test_many_at_once(preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path) -> None:
+    words = script("import sys\nsys.exit(int(sys.argv[1]))\n")
+    begun = [begin(preloader, [words, str(number)], environ, tmp_path)[0] for number in range(40)]
+    assert [forked.wait() for forked in begun] == list(range(40))
+
+
+def test_a_server_that_is_killed(preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path) -> None:
+    """Its programs run on, their ends are noticed, and others are started in the usual way."""
+    first = [script("import os, time\nprint(os.getppid(), flush=True)\ntime.sleep(60)\n")]
+    forked, out, err = begin(preloader, first, environ, tmp_path)
+    while not out.read_text():
+        subprocess.run(["true"], check=True)
+    os.kill(int(out.read_text()), signal.SIGKILL)
+    with out.open("wb") as file:
+        for _ in range(1000):
+            if preloader.start(first, environ, str(tmp_path), file.fileno(), file.fileno()) is None:
+                break
+    forked.send_signal(signal.SIGKILL)
+    assert forked.wait() == -signal.SIGKILL
+    assert err.read_text() == ""
+
+
+def test_what_cannot_be_forked(preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path) -> None:
+    other = tmp_path / "other"
+    for first in (b"#!/bin/sh\n", b"#!/usr/bin/python9\n", b"\x7fELF", b"", b"#!/usr/bin/env -S python3 -u\n", b"#!\n"):
+        other.write_bytes(first + b"pass\n")
+        assert script_of([str(other)], environ) is None
+    good = script("")
+    assert script_of([good], environ) == script_of([sys.executable, good], environ) == good
+    for words in (["gdb", good], [sys.executable, "-u", good], [sys.executable], [str(tmp_path / "missing")]):
+        assert script_of(words, environ) is None
+    other.write_text("#!/usr/bin/env python3\n")
+    assert script_of([str(other)], {"PATH": os.path.dirname(sys.executable)}) == str(other)
+    assert script_of([str(other)], {"PATH": str(tmp_path)}) is None
+    assert preloader.start([good], environ, str(tmp_path / "no folder"), 1, 2) is None
+
+
+def test_other_settings_of_python_get_another_server(
+    preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path
+) -> None:
+    words = [script("import sys, os\nprint(sys.flags.optimize, os.getppid())\n")]
+    first = run(preloader, words, environ, tmp_path).out.split()
+    second = run(preloader, words, {**environ, "PYTHONOPTIMIZE": "1"}, tmp_path).out.split()
+    third = run(preloader, words, {**environ, "OTHER": "1"}, tmp_path).out.split()
+    assert [first[0], second[0]] == ["0", "1"]
+    assert first[1] == third[1] != second[1]
+
+
+NODE = "import os, rospy\nrospy.init_node('x')\nprint('up', flush=True)\nrospy.spin()\n"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_nothing_is_left_of_a_launch(
+    script: Any, environ: dict[str, str], tmp_path: Path, free_port: int, number: int
+) -> None:
+    """Nodes and servers end with Ctrl-C, and when the launcher is killed; a node that dies is started again."""
+    script(NODE)
+    (tmp_path / "package.xml").write_text(
+        '<package format="2"><name>nodes</name><version>1.0.0</version><description>n</description>'
+        '<maintainer email="a@example.org">a</maintainer><license>BSD</license></package>'
+    )
+    nodes = "".join(f'<node pkg="nodes" type="node" name="n{each}" output="screen"/>' for each in range(4))
+    nodes += '<node pkg="nodes" type="node" name="again" output="screen" respawn="true"/>'
+    (tmp_path / "all.launch").write_text(f"<launch>{nodes}</launch>")
+    environ |= {
+        "PYTHONPATH": str(SOURCE),
+        "ROS_HOME": str(tmp_path / "ros"),
+        "ROS_HOSTNAME": "localhost",
+        "ROS_MASTER_URI": f"http://localhost:{free_port}",
+        "ROS_PACKAGE_PATH": str(tmp_path),
+        "PYROS1_TEST_MARK": str(tmp_path),
+    }
+    words = [sys.executable, "-m", "pyros1", "launch", "--preload", "--sigint-timeout=5", "all.launch"]
+    with subprocess.Popen(
+        words, cwd=tmp_path, env=environ, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    ) as launcher:
+        assert launcher.stdout is not None
+        text, pid = "", 0
+        while text.count("up\n") < 6:
+            line = launcher.stdout.readline()
+            assert line, text
+            text += line
+            if not pid and text.count("up\n") == 5:
+                pid = int(text.partition("process[again-")[2].partition("pid [")[2].partition("]")[0])
+                os.kill(pid, signal.SIGKILL)
+        assert "[again-" in text and "exit code -9" in text, text
+        launcher.send_signal(number)
+        launcher.wait(30)
+    mark = f"PYROS1_TEST_MARK={tmp_path}"
+    for _ in range(3000):
+        if not left(mark):
+            break
+        subprocess.run(["sleep", "0.01"], check=True)
+    assert left(mark) == []
