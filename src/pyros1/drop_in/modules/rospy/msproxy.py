@@ -6,11 +6,12 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
+from xmlrpc.client import Fault
 
 from pyros1.drop_in.binary import as_stock
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground import names
-from pyros1.ground.errors import MasterError, MasterUnreachableError, ParameterNotSetError
+from pyros1.ground.errors import MasterError, MasterMethodError, MasterUnreachableError, ParameterNotSetError
 from pyros1.net.hosts import master_uri
 from pyros1.net.master_client import MasterClient
 from rospy.exceptions import ROSException
@@ -92,12 +93,16 @@ class MasterProxy:
 
             Raises:
                 ConnectionRefusedError: the master does not answer.
+                Fault: it has no such method.
             """
             words = list(args)
             place = _RESOLVED.get(key)
             if place is not None and place < len(words) and key != "searchParam":
                 words[place] = resolve_name(words[place])
-            answer = self.do(lambda: self.client.ask(key, *words))
+            try:
+                answer = self.do(lambda: self.client.ask(key, *words))
+            except MasterMethodError as error:
+                raise Fault(1, str(error)) from error
             return as_stock(answer) if key == "getParam" else answer
 
         return call
