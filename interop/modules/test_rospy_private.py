@@ -41,6 +41,7 @@ try:
     rospy.get_master().nope()
 except Exception as error:
     print(type(error).__name__, error.faultCode)
+print(rospy.get_master().target.getUri("/private") == rospy.get_master().getUri())
 rospy.set_param("", "x")
 from io import BytesIO
 from std_msgs.msg import Float32, Float32MultiArray

@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
-from xmlrpc.client import Fault
 
 from pyros1.drop_in.binary import as_stock
 from pyros1.drop_in.process import PROCESS
@@ -46,7 +45,7 @@ class MasterProxy:
         uri: the master's address; None: of the node, or of the environment.
 
     Attributes:
-        target: the master's address. client: pyros1's client of it. parameters: the parameters.
+        client: pyros1's client of the master. parameters: the parameters.
     """
 
     def __init__(self, uri: str | None) -> None:
@@ -65,7 +64,13 @@ class MasterProxy:
             self.parameters = Parameters(
                 self.client, resolve_name, lambda: PROCESS.node.uri if PROCESS.node else "", get_mappings()
             )
-        self.target = self.client.uri
+
+    @property
+    def target(self) -> Any:
+        """A ServerProxy of the master, whose methods want the caller's name first."""
+        from xmlrpc.client import ServerProxy  # its import takes long
+
+        return ServerProxy(self.client.uri)
 
     def do(self, action: Callable[[], _T]) -> _T:
         """Return what a function returns that asks the master; it is called again if the node ends meanwhile.
@@ -80,7 +85,7 @@ class MasterProxy:
         except ConnectionRefusedError:
             if node is None or node.ok() or client is not node.master:
                 raise
-        self._reach(self.target)  # the node has closed its connection
+        self._reach(client.uri)  # the node has closed its connection
         with reaching():
             return action()
 
@@ -102,6 +107,8 @@ class MasterProxy:
             try:
                 answer = self.do(lambda: self.client.ask(key, *words))
             except MasterMethodError as error:
+                from xmlrpc.client import Fault  # its import takes long
+
                 raise Fault(1, str(error)) from error
             return as_stock(answer) if key == "getParam" else answer
 
