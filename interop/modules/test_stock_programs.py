@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import signal
 from pathlib import Path
 
@@ -91,16 +90,18 @@ rospy.spin()
         tools = link_modules(no_modules / face, ["rostopic", "topic_tools"])
         length = [f"/{face}/length", "std_msgs/Float64", "numpy.hypot(m.x, m.y)", "--import", "numpy"]
         begin(face, launcher, tools, ["/usr/lib/topic_tools/transform", "/posing/pose/position", *length])
-        fields = [f"/{face}/header", "std_msgs/Header", "{seq: 0, stamp: {secs: 0, nsecs: 0}, frame_id: m.position.x}"]
+        fields = [f"/{face}/point", "geometry_msgs/Point", "{x: m.position.y, y: m.position.x, z: m.position.z}"]
         begin(face, launcher, tools, ["/usr/lib/topic_tools/relay_field", "/posing/pose", *fields])
         program = f"""
 import rospy
-from std_msgs.msg import Float64, Header
+from geometry_msgs.msg import Point
+from std_msgs.msg import Float64
 rospy.init_node("asking", anonymous=True)
 print(rospy.wait_for_message("/{face}/length", Float64, 20).data)
-print(rospy.get_published_topics("/{face}"))
+point = rospy.wait_for_message("/{face}/point", Point, 20)
+print(point.x, point.y, point.z)
 """
-        assert run("stock", launcher, program).splitlines()[0] == "5.0"
+        assert run("stock", launcher, program) == "5.0\n4.0 3.0 0.0\n"
 
 
 def test_a_mux_is_selected(launcher: Master, no_modules: Path) -> None:
@@ -209,10 +210,26 @@ def test_stock_rostest_works_on_our_modules(launcher: Master, no_modules: Path, 
         assert "RESULT: SUCCESS" in out
 
 
-def test_dynparam_asks_a_reconfigure_server(launcher: Master, no_modules: Path) -> None:
-    if not shutil.which("/usr/lib/dynamic_reconfigure/dynparam"):
-        pytest.fail("interop/setup installs python3-dynamic-reconfigure")
+RECONFIGURE_SERVER = """
+import rospy
+from dynamic_reconfigure.cfg import TestConfig
+from dynamic_reconfigure.server import Server
+rospy.init_node("tuned")
+server = Server(TestConfig, lambda config, level: config)
+print("ready", flush=True)
+rospy.spin()
+"""
+
+
+def test_dynparam_asks_a_reconfigure_server(launcher: Master, no_modules: Path, tmp_path: Path) -> None:
+    start("stock", launcher, RECONFIGURE_SERVER).wait_line("^ready$")
     dynparam = "/usr/lib/dynamic_reconfigure/dynparam"
-    answers = [said(face, launcher, no_modules, [dynparam, "list"]) for face in ("stock", "ours")]
+    answers = []
+    for number, face in enumerate(("stock", "ours")):
+        verbs = ("list", "set /tuned int_ 7", "get /tuned", f"dump /tuned {face}.yaml")
+        set_back = said(face, launcher, no_modules, [dynparam, "set", "/tuned", "int_", str(number)])
+        each = [said(face, launcher, no_modules, [dynparam, *words.split()], cwd=tmp_path) for words in verbs]
+        answers.append((set_back, each, (tmp_path / f"{face}.yaml").read_text()))
     assert answers[0] == answers[1]
-    assert answers[0][0] == 0
+    assert "/tuned" in answers[0][1][0][1]
+    assert "int_: 7" in answers[0][2] or "'int_': 7" in answers[0][1][2][1]

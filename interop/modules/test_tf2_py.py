@@ -144,3 +144,25 @@ print(Mine(3)._frameExists("a"))
 def test_arguments_types_and_texts(master: Master) -> None:
     said = same(master, ARGUMENTS)
     assert "made" in said and "digraph G" in said
+
+
+INTEGERS = """
+import numpy, rospy, tf, tf2_ros
+from geometry_msgs.msg import Quaternion, TransformStamped
+
+message = TransformStamped()
+message.header.frame_id, message.child_frame_id, message.transform.rotation = "w", "r", Quaternion(0, 0, 0, 1)
+transformer = tf.Transformer()
+buffer = tf2_ros.Buffer(debug=False)
+for number in (3, True, numpy.float32(2), numpy.int64(-1)):
+    message.header.stamp += rospy.Duration(1)
+    message.transform.translation.x = number
+    transformer.setTransform(message)
+    print(transformer.lookupTransform("w", "r", rospy.Time(0)))
+    buffer.set_transform(message, "me")
+    print(buffer.lookup_transform("w", "r", rospy.Time(0)).transform)
+"""
+
+
+def test_integers_become_floats(master: Master) -> None:
+    assert "([3.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])" in same(master, INTEGERS)

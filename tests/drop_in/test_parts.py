@@ -5,7 +5,7 @@ from __future__ import annotations
 from programs import run
 
 GRAPH = """
-import rosgraph, rosgraph.impl.graph as graph, socket
+import rosgraph, rosgraph.impl.graph as graph, socket, sys
 with socket.socket() as listener:
     listener.bind(("127.0.0.1", 0))
     dead = f"http://127.0.0.1:{listener.getsockname()[1]}/"
@@ -16,7 +16,8 @@ assert {name: bad.type for name, bad in found.bad_nodes.items()} == {"/parts/dea
 assert not found.bad_update()  # it is still dead
 assert sorted(found.bad_nodes) == ["/parts/dead"]
 import rospy
-rospy.init_node("dead", argv=["x", "__ns:=/parts"])
+sys.argv.append("__ns:=/parts")
+rospy.init_node("dead")
 rospy.Publisher("/parts/topic", rospy.AnyMsg, queue_size=1)
 found.node_uri_map.clear()
 assert found.bad_update()

@@ -21,6 +21,13 @@ def test_a_program_finds_our_rospy_and_message_packages() -> None:
     assert out.startswith(MODULES)
 
 
+def test_rospy_imports_no_large_modules_of_python() -> None:
+    assert (
+        run("import sys, rospy; print({'xmlrpc.client', 'http.client', 'asyncio', 'numpy'} & {*sys.modules})", {})
+        == "set()\n"
+    )
+
+
 def test_a_real_rospy_wins_unless_ours_is_asked_for(tmp_path: Path) -> None:
     (tmp_path / "rospy").mkdir()
     (tmp_path / "rospy" / "__init__.py").touch()

@@ -81,6 +81,13 @@ def buffer(changed: Counted, monkeypatch: pytest.MonkeyPatch) -> Buffer:
     return result
 
 
+def test_numbers_in_answers_are_floats() -> None:
+    buffer = Buffer()
+    buffer.set_transform(stamped("map", "odom", 1, x=3))
+    transform = buffer.lookup_transform("map", "odom").transform
+    assert repr((transform.translation.x, transform.rotation.w)) == "(3.0, 1.0)"
+
+
 def test_the_latest_common_time_is_the_default(buffer: Buffer) -> None:
     found = buffer.lookup_transform("map", "lidar")
     assert (found.header.frame_id, found.child_frame_id) == ("map", "lidar")

@@ -18,6 +18,7 @@ from types import ModuleType
 from typing import Any
 
 from pyros1.drop_in import configs
+from pyros1.drop_in.left_out import word_on
 from pyros1.drop_in.sources import folder_of
 from pyros1.drop_in.unicode_errors import register
 from pyros1.finding.importing import installed
@@ -80,7 +81,9 @@ class Finder:
         spec = self._of_package(top, rest, name)
         if spec is None and below and not rest[-1].startswith("__"):
             # Another name than that of the module, else Python would forget this text in "from rospy import x".
-            raise ModuleNotFoundError(f"pyros1 has no {name}", name=top)
+            raise ModuleNotFoundError(f"pyros1 has no {name}{word_on(name)}", name=top)
+        if spec is None and not rest and word_on(name):
+            raise ModuleNotFoundError(f"No module named {name!r}: pyros1 has none{word_on(name)}", name=name)
         return spec
 
     def _of_package(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:  # noqa: PLR0911

@@ -9,7 +9,10 @@ from typing import Any
 
 
 def names(
-    module: str, late: Mapping[str, str] | None = None, why: Mapping[str, str] | None = None
+    module: str,
+    late: Mapping[str, str] | None = None,
+    why: Mapping[str, str] | None = None,
+    live: Mapping[str, Callable[[], Any]] | None = None,
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """Return the ``__getattr__`` and the ``__dir__`` of a module.
 
@@ -17,10 +20,14 @@ def names(
         module: its full name.
         late: name -> full name of the module that has it; the name of a module itself with a dot at its end.
         why: name -> why it is missing, or what to use instead.
+        live: name -> what returns its value; for variables of stock's modules that programs read.
     """
     homes = late or {}
+    values = live or {}
 
     def __getattr__(name: str) -> Any:
+        if name in values:
+            return values[name]()
         home = homes.get(name)
         if home is None:
             if name.startswith("__"):
@@ -33,6 +40,23 @@ def names(
         return sorted({*vars(sys.modules[module]), *homes})
 
     return __getattr__, __dir__
+
+
+def members(owner: str, reason: str, lacking: frozenset[str]) -> Callable[[Any, str], Any]:
+    """Return the ``__getattr__`` of a class.
+
+    Args:
+        owner: what programs call its objects, for example ``Publisher.impl``.
+        reason: why it does not have some members.
+        lacking: their names.
+    """
+
+    def __getattr__(self: Any, name: str) -> Any:
+        if name in lacking:
+            raise AttributeError(f"pyros1 has no {owner}.{name}: {reason}")
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+    return __getattr__
 
 
 def missing(module: str, **reasons: str) -> Callable[[str], Any]:

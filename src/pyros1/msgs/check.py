@@ -17,6 +17,10 @@ from pyros1.msgs.factory import MAX_EMPTY
 from pyros1.msgs.spec import BUILTINS, STRUCT_CODES
 
 
+class _TooLargeError(SerializationError, OverflowError):
+    """A float does not fit its field. Stock's programs know it as OverflowError."""
+
+
 def refusal(cls: type[Message], message: Any, error: Exception) -> SerializationError:
     """Return the error for a message that could not be encoded.
 
@@ -115,7 +119,7 @@ def _check_single(cls: Any, base: str, value: Any, name: str) -> None:
         try:
             struct.pack("<" + code, float(value) if isinstance(value, int) else value)
         except OverflowError:
-            raise SerializationError(f"field {name} exceeds specified width [{base}]") from None
+            raise _TooLargeError(f"field {name} exceeds specified width [{base}]") from None
         except (struct.error, TypeError, ValueError):
             raise SerializationError(f"field {name} must be float type, not {_show(value)}") from None
     else:

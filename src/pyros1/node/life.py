@@ -117,7 +117,7 @@ class Life:
     def _stop(self, reason: str) -> None:
         context = self._context
         context.stopping.set()
-        context.tells_late_publishers = not self.signalled  # a program cannot know when a signal comes
+        context.tells_late_publishers &= not self.signalled  # a program cannot know when a signal comes
         self._clock.wake()
         if context.callbacks is not None:
             context.callbacks.wake()

@@ -76,7 +76,8 @@ class Node(ServiceMethods, TimeMethods):
         wait_for_master: seconds to wait for a master that does not answer; None: no limit.
         wall_time: whether to ignore /use_sim_time.
         ports: of the slave API (XML-RPC) and of topics and services (TCPROS); 0: any.
-        strict_names: whether names that break the rules are refused, and parameters of an earlier run are logged.
+        strict_names: whether names that break the rules are refused, and parameters of an earlier run, and messages
+            that are published after the node's end, are logged.
         local_room: bytes of messages that wait for a slow subscriber within the process, if ``queue_size`` of the
             publisher is less; the sockets between processes hold about a MB.
 
@@ -133,6 +134,7 @@ class Node(ServiceMethods, TimeMethods):
         self._callbacks = CallbackQueue() if callbacks == "spin" else None
         self._context = Context(self.name, loop, RpcCaller(loop), self.log, self._callbacks, environ, stopping=stopping)
         self._context.local_key, self._context.local_room = shared, local_room
+        self._context.tells_late_publishers = strict_names
         loop.thread.owner = self._context
         self._topics = Topics(self._context, lambda: self._registrar)
         self._services = Services(self._context, lambda: self._registrar, self._service_uri)

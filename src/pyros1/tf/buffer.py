@@ -115,7 +115,8 @@ class Buffer:
             transform = item.transform
             v = transform.translation
             q = transform.rotation
-            numbers = (v.x, v.y, v.z, q.x, q.y, q.z, q.w)
+            # Answers have floats, as tf2's, whatever numbers a program has set.
+            numbers = (float(v.x), float(v.y), float(v.z), float(q.x), float(q.y), float(q.z), float(q.w))
             rows.append((header.frame_id, item.child_frame_id, stamp.secs * _NS + stamp.nsecs, numbers))
         self.set_rows(rows, authority, static=static)
 

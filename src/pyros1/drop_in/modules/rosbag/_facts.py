@@ -14,6 +14,7 @@ import yaml
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import NS
 from pyros1.bag.info import Summary, info_text, info_values, summarize, yaml_text
+from pyros1.drop_in.missing import members
 from rosbag._lending import Lending
 from rosbag._parts import (
     Compression,
@@ -32,9 +33,33 @@ from rosbag._parts import (
     stock_errors,
 )
 
+_UNLIKE = frozenset(
+    [
+        "_buffer",
+        "_chunk_count",
+        "_chunk_open",
+        "_chunk_threshold",
+        "_connection_count",
+        "_connection_indexes",
+        "_connection_indexes_read",
+        "_curr_chunk_connection_indexes",
+        "_curr_chunk_data_pos",
+        "_curr_chunk_info",
+        "_curr_compression",
+        "_encryptor",
+        "_file_header_pos",
+        "_index_data_pos",
+        "_mode",
+        "_read_version",
+        "_topic_connections",
+    ]
+)
+
 
 class Facts:
     """Base of `rosbag.bag.Bag`."""
+
+    __getattr__ = members("rosbag.Bag", "see get_type_and_topic_info, read_messages and pyros1.bag", _UNLIKE)
 
     _file: Any
     _compression: str

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from pyros1.bag.api import Bag
 from pyros1.bag.edit.migrate import Migrated, migrations
 from pyros1.bag.edit.migration import MessageUpdateRule as _MessageUpdateRule
-from pyros1.bag.edit.migration import Migrator
+from pyros1.bag.edit.migration import Migrator, rule_text
 from pyros1.drop_in.missing import missing
 from pyros1.msgs import load_message
 
@@ -28,6 +28,18 @@ _BUILTIN = frozenset([
 
 class BagMigrationException(Exception):
     """A bag cannot be converted."""
+
+
+class Step(NamedTuple):
+    """What is to be converted.
+
+    Attributes:
+        old_class: the class of the old definition.
+        new_class: this system's; None if it has none.
+    """
+
+    old_class: Any
+    new_class: Any
 
 
 class MessageMigrator(Migrator):
@@ -62,6 +74,23 @@ class MessageMigrator(Migrator):
     def add_update_rule(self, r: Any) -> None:
         """Add a rule."""
         self.rules[get_message_key(r.old_class)] = r
+
+    def filter_rules_unique(self, rules: Any) -> list[Any]:
+        """Return rules without repetitions."""
+        unique = {
+            (get_message_key(rule.old_class), rule.new_class and get_message_key(rule.new_class)): rule
+            for rule in rules
+        }
+        return list(unique.values())
+
+    def expand_rules(self, rules: Any) -> list[Any]:
+        """Return rules, each followed by those that it needs, without repetitions."""
+        return self.filter_rules_unique([each for rule in rules for each in (rule, *self.expand_rules(rule.sub_rules))])
+
+    def make_update_rule(self, old_class: Any, new_class: Any) -> type[MessageUpdateRule]:
+        """Return the class of a rule between two classes, which is to be completed by hand."""
+        name = f"update_{old_class._type.replace('/', '_')}_{old_class._md5sum}"
+        return type(name, (MessageUpdateRule,), {"old_class": old_class, "new_class": new_class})
 
     def find_target(self, old_class: Any) -> Any:
         """Return this system's class of a type, None without one."""
@@ -115,8 +144,27 @@ class MessageUpdateRule(_MessageUpdateRule):
     def __init__(self, migrator: Any, location: Any) -> None:
         self.migrator = migrator
         self.location = location
+        self.sub_rules: list[Any] = []
+        """Rules that this one needs."""
         if self.old_type or self.new_type:
             super().__init__(migrator, location)
+
+    def find_sub_paths(self) -> None:
+        """Find the rules that are missing for the messages within."""
+        self.sub_rules = []
+        old, new = self.old_class, self.new_class
+        if new is None:
+            return
+        parts = dict(zip(old.__slots__, old._slot_types, strict=True))
+        for name, kind in zip(new.__slots__, new._slot_types, strict=True):
+            pair = parts.get(name, "").partition("[")[0], kind.partition("[")[0]
+            if all("/" in each for each in pair):
+                steps = self.migrator.missing(self.migrator.part(old, pair[0]), self.migrator.part(new, pair[1]))
+                self.sub_rules += [_missing_rule(self.migrator, *step) for step in steps]
+
+    def get_class_def(self) -> str:
+        """Return the text of a rule that is to be completed by hand."""
+        return rule_text(self.old_class, self.new_class, max(self.order, 0))
 
     def apply(self, old_msg: Any) -> Any:
         """Return a new message, converted from an old one; raises BagMigrationException if the rule is not valid."""
@@ -181,25 +229,35 @@ def migration_default_value(field_type: str) -> str:
 
 
 def checkmessages(migrator: Any, messages: Any) -> list[Any]:
-    """Return what `checkbag` does, for the types of messages."""
+    """Return what `checkbag` does, for the types of messages, or for classes of messages."""
     found, done = [], set()
-    for message in messages:
-        old = type(message)
+    for old in messages:
         if get_message_key(old) in done:
             continue
         done.add(get_message_key(old))
-        new = migrator.target(old)
-        if new is None or get_message_key(old) != get_message_key(new):
-            found.append(([old, new], migrator.missing(old, new)))
+        cls = old if isinstance(old, type) else type(old)
+        new = migrator.target(cls)
+        if new is None or get_message_key(cls) != get_message_key(new):
+            found.append(_finding(migrator, cls, new, migrator.missing(cls, new)))
     return found
 
 
 def checkbag(migrator: Any, inbag: str) -> list[Any]:
-    """Return a pair for each type of a bag that differs from this system's: its classes, old and new, and the missing
-    rules; an empty list of those means that the type can be converted.
+    """Return a pair for each type of a bag that differs from this system's: a list with its `Step`, and the missing
+    rules (`MessageUpdateRule`); an empty list of those means that the type can be converted.
     """
     with Bag(inbag) as bag:
-        return [([old, new], steps) for old, new, steps in migrations(bag, migrator)]
+        return [_finding(migrator, old, new, steps) for old, new, steps in migrations(bag, migrator)]
+
+
+def _finding(migrator: Any, old: Any, new: Any, steps: Any) -> tuple[list[Step], list[Any]]:
+    return [Step(old, new)], [_missing_rule(migrator, *step) for step in steps]
+
+
+def _missing_rule(migrator: Any, old: Any, new: Any) -> Any:
+    rule = migrator.make_update_rule(old, new)(migrator, "GENERATED")
+    rule.find_sub_paths()
+    return rule
 
 
 def fixbag(migrator: Any, inbag: str, outbag: str) -> bool:

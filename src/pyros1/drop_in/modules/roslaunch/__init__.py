@@ -136,5 +136,4 @@ __getattr__ = missing(
     remoteprocess="`pyros1 launch` runs nodes on other machines itself",
     server="`pyros1 launch` runs nodes on other machines itself",
     netapi="see `pyros1 launch --list` and the command rosnode",
-    roslaunch_logs="see the command roslaunch-logs",
 )

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 import pyros1.launch.scripting as _scripting
+from pyros1.finding.packages import package_of
+from pyros1.launch.reading.depends import declared_depends
 from pyros1.launch.reading.loader import absolute_files, load_plan
 from pyros1.launch.reading.words import find_files
 from pyros1.launch.reading.world import make_resources
-from roslaunch.core import rl_errors
+from roslaunch.core import RLException, rl_errors
+from roslaunch.printing import printerrlog
 
 DEFAULT_MASTER_PORT = 11311
 _terminal_name = [""]
@@ -84,7 +87,47 @@ def print_file_list(roslaunch_files: Any) -> None:
 
 
 def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: bool = False) -> str | None:
-    """Check a launch file, as ``pyros1 launch --check`` does; return the errors, or None."""
-    words = [sys.executable, "-m", "pyros1", "launch", "--check", f]
-    done = subprocess.run(words, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL, timeout=60)
-    return (done.stdout + done.stderr).strip() if done.returncode else None
+    """Check a launch file: whether it can be read, its nodes are there, and its package declares theirs.
+
+    Args:
+        f: its path.
+        use_test_depends: whether ``<test_depend>`` counts as a declaration.
+        ignore_unset_args: accept arguments without values.
+
+    Returns:
+        The errors, or None.
+
+    Raises:
+        RoslaunchDepsException: an argument has no value.
+    """
+    from roslib.packages import find_node
+    from rospkg import ResourceNotFound
+
+    from roslaunch.config import load_config_default
+    from roslaunch.depends import roslaunch_deps
+
+    try:
+        config = load_config_default([f], DEFAULT_MASTER_PORT, ignore_unset_args=ignore_unset_args)
+    except RLException as error:
+        return str(error)
+    _, file_deps, missing = roslaunch_deps([f], use_test_depends=use_test_depends, ignore_unset_args=ignore_unset_args)
+    declared = {name for file in file_deps for name in declared_depends(package_of(Path(file))[0])}
+    errors = []
+    for package, names in missing.items():
+        text = f"Missing package dependencies: {package}/package.xml: {', '.join(sorted(names))}"
+        if names - declared:
+            printerrlog(text)
+            errors.append(text)
+        elif names:
+            printerrlog(f"{text} (notify upstream maintainer)")
+    nodes = [node for deps in file_deps.values() for node in deps.nodes]
+    unknown = {package for package, _ in nodes if package not in make_resources().packages.list()}
+    errors += [f"cannot find package [{package}] for node [{kind}]" for package, kind in nodes if package in unknown]
+    for package, kind in nodes:
+        try:
+            if not find_node(package, kind):
+                errors.append(f"cannot find node [{kind}] in package [{package}]")
+        except ResourceNotFound as error:
+            errors.append(f"unable to find node [{package}/{kind}]: {error}")
+    errors += [f"ROSLaunch config error: {error}" for error in config.config_errors]
+    return "\n".join(errors) if errors else None

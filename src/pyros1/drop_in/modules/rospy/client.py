@@ -34,6 +34,9 @@ _SOCKETS = 1 << 20
 """Bytes that stock's sockets hold, also within a process: bursts beyond `queue_size` arrive."""
 
 
+_NAMESPACE = "__ns:="
+
+
 class _Unspecified:
     """Stands for an argument that was not given."""
 
@@ -133,9 +136,10 @@ def init_node(
         def make() -> pyros1.Node:
             config = rosout.configure(level)
             private = load_command_line_node_params(line)
+            namespaces = [word for word in sys.argv if word.startswith(_NAMESPACE)]  # stock looks for it only here
             node = pyros1.Node(
                 name,
-                argv=[word for word in line if not _is_ignored(word)],
+                argv=[*(word for word in line if not _is_ignored(word)), *namespaces],
                 anonymous=anonymous,
                 log_level=_LEVELS[level],
                 handle_signals=not disable_signals,
@@ -170,7 +174,7 @@ def init_node(
 def _is_ignored(word: str) -> bool:
     """Tell whether the node is not to see an argument: a private parameter, or what stock ignores."""
     private = word.startswith("_") and not word.startswith("__") and ":=" in word
-    return private or "\n" in word or word.rstrip().endswith(":=")
+    return private or word.startswith(_NAMESPACE) or "\n" in word or word.rstrip().endswith(":=")
 
 
 _LEVELS = {DEBUG: "debug", INFO: "info", WARN: "warn", ERROR: "error", FATAL: "fatal"}
@@ -320,8 +324,11 @@ def set_param(param_name: str, param_value: Any) -> None:
         TypeError: it is not a bool, number, str, bytes, or a list or dict of these.
         OverflowError: a number has more than 32 bits.
     """
-    with _carried():
-        get_master()[param_name] = param_value
+    try:
+        with _carried():
+            get_master()[param_name] = param_value
+    except MasterError as error:  # the master refuses it, such as a root that is no dictionary
+        logwarn("cannot set parameter [%s]: %s", param_name, error)
 
 
 @contextmanager
@@ -363,4 +370,9 @@ _late = {
     "Log": "rosgraph_msgs.msg",
     "Service": "rospy.service",
 }
-__getattr__, __dir__ = _names(__name__, _late)
+__getattr__, __dir__ = _names(
+    __name__,
+    _late,
+    {"_init_node_args": "see rospy.get_name and rospy.myargv", "_master_proxy_lock": "pyros1's is safe for threads"},
+    dict.fromkeys(("_master_proxy", "_param_server"), get_master),
+)

@@ -207,7 +207,13 @@ def is_topic(param_name: str) -> Callable[[Any, str], str]:
 _late = {**LATE, "rosgraph": "rosgraph.", "Log": "rosgraph_msgs.msg", "NullHandler": "logging"}
 _late |= dict.fromkeys(("configure_logging", "deprecated"), "rospy.impl.early")
 _private = {"_in_shutdown": "ending", "_shutdown_flag": "is_shutdown"}
-_getter, __dir__ = _names(__name__, _late)
+_hooks = "add functions with rospy.on_shutdown, or add_client_shutdown_hook and its siblings"
+_getter, __dir__ = _names(
+    __name__,
+    _late,
+    dict.fromkeys(("_client_shutdown_hooks", "_preshutdown_hooks", "_shutdown_hooks"), _hooks),
+    {"_uri": get_node_uri},
+)
 
 
 def __getattr__(name: str) -> Any:

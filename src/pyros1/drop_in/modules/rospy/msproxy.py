@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pyros1.drop_in.binary import as_stock
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground import names
-from pyros1.ground.errors import MasterError, MasterUnreachableError, ParameterNotSetError
+from pyros1.ground.errors import MasterError, MasterMethodError, MasterUnreachableError, ParameterNotSetError
 from pyros1.net.hosts import master_uri
 from pyros1.net.master_client import MasterClient
 from rospy.exceptions import ROSException
@@ -45,7 +45,7 @@ class MasterProxy:
         uri: the master's address; None: of the node, or of the environment.
 
     Attributes:
-        target: the master's address. client: pyros1's client of it. parameters: the parameters.
+        client: pyros1's client of the master. parameters: the parameters.
     """
 
     def __init__(self, uri: str | None) -> None:
@@ -64,7 +64,13 @@ class MasterProxy:
             self.parameters = Parameters(
                 self.client, resolve_name, lambda: PROCESS.node.uri if PROCESS.node else "", get_mappings()
             )
-        self.target = self.client.uri
+
+    @property
+    def target(self) -> Any:
+        """A ServerProxy of the master, whose methods want the caller's name first."""
+        from xmlrpc.client import ServerProxy  # its import takes long
+
+        return ServerProxy(self.client.uri)
 
     def do(self, action: Callable[[], _T]) -> _T:
         """Return what a function returns that asks the master; it is called again if the node ends meanwhile.
@@ -79,7 +85,7 @@ class MasterProxy:
         except ConnectionRefusedError:
             if node is None or node.ok() or client is not node.master:
                 raise
-        self._reach(self.target)  # the node has closed its connection
+        self._reach(client.uri)  # the node has closed its connection
         with reaching():
             return action()
 
@@ -92,12 +98,18 @@ class MasterProxy:
 
             Raises:
                 ConnectionRefusedError: the master does not answer.
+                Fault: it has no such method.
             """
             words = list(args)
             place = _RESOLVED.get(key)
             if place is not None and place < len(words) and key != "searchParam":
                 words[place] = resolve_name(words[place])
-            answer = self.do(lambda: self.client.ask(key, *words))
+            try:
+                answer = self.do(lambda: self.client.ask(key, *words))
+            except MasterMethodError as error:
+                from xmlrpc.client import Fault  # its import takes long
+
+                raise Fault(1, str(error)) from error
             return as_stock(answer) if key == "getParam" else answer
 
         return call

@@ -262,4 +262,13 @@ LATE = {
     "make_global_ns": "rosgraph.names",
 }
 """Names that this module has from others, as stock's, and the modules that have all names of this one."""
-__getattr__, __dir__ = _names(__name__, LATE)
+__getattr__, __dir__ = _names(
+    __name__,
+    LATE,
+    live={
+        "_caller_namespace": get_namespace,
+        "_caller_id": get_caller_id,
+        "_mappings": get_mappings,
+        "_resolved_mappings": get_resolved_mappings,
+    },
+)

@@ -191,4 +191,13 @@ def wallsleep(duration: float) -> None:
         time.sleep(duration)
 
 
-__getattr__, __dir__ = _names(__name__, why={"_set_rostime": "publish rosgraph_msgs/Clock on /clock"})
+def _current() -> Any:
+    """Return the simulated time; None with wall time, as stock's variable."""
+    return None if is_wallclock() else get_rostime()
+
+
+__getattr__, __dir__ = _names(
+    __name__,
+    why={"_set_rostime": "publish rosgraph_msgs/Clock on /clock"},
+    live={"_rostime_current": _current, "_rostime_initialized": is_rostime_initialized},
+)

@@ -37,7 +37,6 @@ class _Service:
         self.service_class = service_class
         self.request_class = service_class._request_class
         self.response_class = service_class._response_class
-        self.uri: str | None = None
 
 
 class ServiceManager:

@@ -17,6 +17,7 @@ from rospy.exceptions import ROSException, ROSSerializationException
 from rospy.impl.registration import Registration, get_topic_manager
 from rospy.impl.topic_views import PublisherImpl as _PublisherImpl
 from rospy.impl.topic_views import SubscriberImpl as _SubscriberImpl
+from rospy.impl.topic_views import TopicImpl as _TopicImpl
 from rospy.impl.topic_views import TopicManager as _TopicManager
 from rospy.impl.wrong_values import error_of, name_frame
 from rospy.msg import AnyMsg, Message, args_kwds_to_message, serialize_message

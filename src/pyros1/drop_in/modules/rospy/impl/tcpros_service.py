@@ -11,6 +11,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import pyros1
+from pyros1.drop_in.missing import members
 from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground.errors import (
@@ -98,6 +99,7 @@ class ServiceImpl(_Service):
         super().__init__(name, service_class)
         self.handler = handler
         self.buff_size = buff_size
+        self.uri: str | None = None
         self.registered = False
         self.seq = 0
         self.done = False
@@ -107,6 +109,8 @@ class ServiceImpl(_Service):
         self._over = Event()
         SERVICES.register(self.resolved_name, self)
         PROCESS.when_started(self._begin)
+
+    __getattr__ = members("Service", "pyros1's nodes serve connections themselves", frozenset(["protocol"]))
 
     def error_handler(
         self, e: BaseException, exc_type: type[BaseException], exc_value: BaseException, tb: TracebackType
@@ -227,7 +231,14 @@ class ServiceProxy(_Service):
         service_class: its class.
         persistent: keep the connection from call to call.
         headers: further fields of the connection header.
+
+    Attributes:
+        seq: number of calls.
     """
+
+    __getattr__ = members(
+        "ServiceProxy", "pyros1's nodes have the connections; see close()", frozenset(["transport", "protocol"])
+    )
 
     def __init__(
         self, name: str, service_class: Any, persistent: bool = False, headers: dict[str, str] | None = None
@@ -236,6 +247,26 @@ class ServiceProxy(_Service):
         self.persistent = persistent
         self._headers = {str(key): str(value) for key, value in (headers or {}).items()}
         self._client: ServiceClient | None = None
+        self.seq = 0
+
+    def _get_service_uri(self, request: Any) -> str:
+        """Return where the service is.
+
+        Raises:
+            ServiceException: nobody provides it, or the master cannot be reached.
+        """
+        try:
+            code, _, uri = MasterProxy(None).lookupService(self.resolved_name)
+        except OSError as error:
+            raise ServiceException("unable to contact master") from error
+        if code != 1:
+            raise ServiceException(f"service [{self.resolved_name}] unavailable")
+        return str(uri)
+
+    @property
+    def uri(self) -> str | None:
+        """Where the service is, if it has been called; the master is asked for it."""
+        return self._get_service_uri(None) if self.seq else None
 
     def wait_for_service(self, timeout: Any = None) -> None:
         """Wait until the service is provided; see `wait_for_service`."""
@@ -261,7 +292,9 @@ class ServiceProxy(_Service):
         if PROCESS.is_shutdown:
             raise ServiceException(f"service [{self.resolved_name}] unavailable")
         try:
-            return self._connected().call(request)
+            client = self._connected()
+            self.seq += 1
+            return client.call(request)
         except NodeShutdownError:
             raise ROSInterruptException("node shutdown interrupted service call") from None
         except SerializationError as error:

@@ -4,13 +4,20 @@ and subscribers.
 
 from __future__ import annotations
 
+import functools
 import threading
 from typing import Any
 
+from pyros1.drop_in.missing import members
 from pyros1.drop_in.process import PROCESS
 from rospy.exceptions import ROSException
 
-_TRANSPORT = "TCPROS"
+_SOCKET = "pyros1's nodes have the sockets, one thread for all, and none within a process"
+_IN_SOCKET = frozenset(
+    ["socket", "fileno", "protocol", "local_endpoint", "remote_endpoint", "cleanup_cb", "read_buff", "write_buff"]
+)
+_LOCKS = "messages are sent without a lock of the topic"
+_LOCKED = frozenset(["acquire", "release", "c_lock", "publock", "buff", "seq", "latch"])
 
 
 class Connection:
@@ -47,6 +54,8 @@ class Connection:
         """Messages so far."""
         return int(self._link.messages)
 
+    __getattr__ = members("Publisher.impl.connections[]", _SOCKET, _IN_SOCKET)
+
     def get_transport_info(self) -> str:
         """Return the addresses of both ends, as text."""
         return str(self._link.address)
@@ -58,10 +67,12 @@ class TopicImpl:
     Attributes:
         name, resolved_name: full name. data_class, type: of the first publisher or subscriber.
         ref_count: number of publishers or subscribers. handles: those of pyros1.
-        closed: whether none is left.
+        closed: whether none is left. handler: None, as in stock.
     """
 
     direction = ""
+    handler = None
+    __getattr__ = members("Publisher.impl and Subscriber.impl", _LOCKS, _LOCKED)
 
     def __init__(self, name: str, data_class: Any) -> None:
         self.name = self.resolved_name = name
@@ -154,13 +165,11 @@ class PublisherImpl(TopicImpl):
         """Set how many messages may wait; it holds if the topic has no publisher yet."""
         self.queue_size = queue_size
 
-    def publish(self, message: Any, connection_override: Connection | None = None) -> bool:
-        """Publish a message; return whether there was somebody to take it."""
+    def publish(self, message: Any, connection_override: Connection | None = None) -> None:
+        """Publish a message."""
         handles = self.handles
-        if not handles:
-            return False
-        handles[0].publish(message)
-        return self.has_connections()
+        if handles:
+            handles[0].publish(message)
 
     def get_stats(self) -> tuple[str, int, list[tuple[int, int, int, bool]]]:
         """Return (topic, bytes, [(id, bytes, messages, whether it is connected)])."""
@@ -188,6 +197,10 @@ class PublisherImpl(TopicImpl):
     def _went(self, peer: Any) -> None:
         for listener in list(self.subscriber_listeners):
             listener.peer_unsubscribe(self.name, peer.others)
+
+
+def _with(callback: Any, extra: Any, message: Any) -> None:
+    callback(message, extra)
 
 
 class SubscriberImpl(TopicImpl):
@@ -274,6 +287,19 @@ class SubscriberImpl(TopicImpl):
                 entry[2].unregister()
                 return
         raise KeyError("no matching cb")
+
+    def receive_callback(self, msgs: Any, connection: Any) -> None:
+        """Call all callbacks with some messages, as if they had just been received.
+
+        Args:
+            msgs: the messages. connection: accepted as in stock.
+        """
+        from rospy.impl.rosout import guarded
+
+        for message in msgs:
+            for callback, extra in self.callbacks:
+                call = callback if extra is None else functools.partial(_with, callback, extra)
+                guarded(call, callback)(message)
 
     def get_stats(self) -> tuple[str, list[tuple[int, int, int, int, bool]]]:
         """Return (topic, [(id, bytes, messages, -1, whether it is connected)])."""

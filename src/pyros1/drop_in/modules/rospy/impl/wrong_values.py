@@ -15,6 +15,8 @@ def error_of(error: SerializationError) -> Exception:
     """
     cause: BaseException | None = error
     while isinstance(cause, SerializationError):
+        if isinstance(cause, OverflowError):  # a float
+            return OverflowError(str(error))
         cause = cause.__cause__ or cause.__context__
     if isinstance(cause, AttributeError) and (cause.name != "encode" or hasattr(cause.obj, "__len__")):
         return AttributeError(*cause.args)  # stock asks for the length of a text first

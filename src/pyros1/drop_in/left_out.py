@@ -1,0 +1,45 @@
+"""Packages and modules of stock that have no twin here, with a sentence on each for the error of their import."""
+
+from __future__ import annotations
+
+_CORE = "`pyros1 core` and `pyros1 master` are the master"
+_NODE = "pyros1's nodes do this themselves"
+_LAUNCH = "`pyros1 launch` does this itself"
+_COMPILED = "it is compiled code"
+
+REASONS = {
+    "rosmaster": _CORE,
+    "rosclean": "see the command `pyros1 clean`",
+    "roslz4": "pyros1.bag reads and writes chunks with LZ4; see the module lz4 of PyPI",
+    "roswtf": "see the command `pyros1 wtf`",
+    "rosconsole": "see the command `pyros1 console`",
+    "PyKDL": f"{_COMPILED}; tf2_kdl, tf_conversions.posemath and pyros1.tf.transformations do without it",
+    "kdl_parser_py": "it needs PyKDL; see pyros1.urdf",
+    "rviz": "see the command `pyros1 web scene`",
+    "rqt_gui": "see the command `pyros1 web`",
+    "rqt_gui_py": "see the command `pyros1 web`",
+    "qt_gui": "see the command `pyros1 web`",
+    "python_qt_binding": "see the command `pyros1 web`",
+    "nodelet": "nodelets are compiled code",
+    "pluginlib": "plugins are compiled code",
+    "resource_retriever": "see pyros1.urdf and roslib.packages for package:// addresses",
+    "moveit_commander": f"{_COMPILED} for the most part",
+    "rospy.impl.init": _NODE,
+    "rospy.impl.masterslave": _NODE,
+    "rospy.impl.simtime": f"{_NODE}; see rospy.rostime",
+    "rospy.impl.tcpros": f"{_NODE}; see rospy.impl.tcpros_base",
+    "rospy.impl.tcpros_pubsub": f"{_NODE}; see Publisher.impl and Subscriber.impl",
+    "rospy.impl.udpros": _NODE,
+    "roslaunch.child": _LAUNCH,
+    "roslaunch.remote": _LAUNCH,
+    "roslaunch.remoteprocess": _LAUNCH,
+    "roslaunch.server": f"{_LAUNCH}; see roslaunch.netapi",
+    "rosunit.pmon": "see roslaunch.pmon",
+    "dynamic_reconfigure.cfg": "Debian's TestConfig is made by a build; .cfg files are read where they lie",
+}
+
+
+def word_on(module: str) -> str:
+    """Return why there is no such module, with a colon before it; an empty text for unknown ones."""
+    reason = REASONS.get(module)
+    return f": {reason}" if reason else ""

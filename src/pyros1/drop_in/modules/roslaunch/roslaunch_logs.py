@@ -1,0 +1,25 @@
+"""The command roslaunch-logs."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import rosgraph
+
+from pyros1.drop_in.commands import main as _main
+
+NAME = "roslaunch-logs"
+
+
+def get_run_id() -> Any:
+    """Return the run id of the running master; None without one."""
+    try:
+        return rosgraph.Master("/roslaunch").getParam("/run_id")
+    except (rosgraph.MasterException, OSError):
+        return None
+
+
+def logs_main() -> None:
+    """Print the log folder of the running master; exit with 2 if there is none: then that of all runs is printed."""
+    _main("roslaunch", [sys.argv[0], "--logs", *sys.argv[1:]])
