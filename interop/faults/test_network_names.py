@@ -65,7 +65,7 @@ def test_a_name_that_is_unknown_at_first(site: Site) -> None:
     ours = site.laptop.peer("pyros1", "ours", uri)
     ours.subscribe("/t", TEXT)
     ours.wait_line(r"no messages of /t .*host name 'late' cannot be resolved here.*ADDRESS late", timeout=WAIT)
-    site.laptop.know(late=site.robot.address)
+    site.laptop.know({"late": site.robot.address})
     linked(talker, "/t", 1)
     body = talker.publish("/t")
     assert ours.received("/t", timeout=WAIT) == body
