@@ -43,7 +43,7 @@ class Light:
         self._server.close()
 
 
-@pytest.mark.parametrize("kind", ["ours", pytest.param("stock")])
+@pytest.mark.parametrize("kind", ["ours"])
 def test_hundreds_of_nodes_register_at_once(own_master: Callable[[str], Master], kind: str, long: bool) -> None:
     count = 500 if long else 150
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)

@@ -37,7 +37,7 @@ class SocketModule:
 
     def send_fds(self, sock: Any, buffers: Any, descriptors: Any) -> int:
         """Send bytes with descriptors."""
-        return unix_sockets.send_fds(sock, buffers, descriptors)
+        return unix_sockets.send_fds(self._now(), sock, buffers, descriptors)
 
     def recv_fds(self, sock: Any, size: int, most: int, _flags: int = 0) -> Any:
         """Receive bytes with descriptors."""

@@ -118,9 +118,8 @@ def drop(handed: Handed) -> None:
             each.close()
 
 
-def send_fds(sock: UnixSocket, buffers: Sequence[Buffer], descriptors: Sequence[int]) -> int:
+def send_fds(network: Network, sock: UnixSocket, buffers: Sequence[Buffer], descriptors: Sequence[int]) -> int:
     """As socket.send_fds."""
-    network = sock._network
     handed: Handed = []
     for number in descriptors:
         file = network.files.get(number)

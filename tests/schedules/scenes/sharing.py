@@ -11,6 +11,7 @@ import os
 import struct
 from typing import Any
 
+from pyros1.msgs.std_msgs.msg import UInt8MultiArray
 from pyros1.node.publishing import pool as pools
 from pyros1.node.publishing import shared_link
 from pyros1.node.publishing.publication import Publication
@@ -23,13 +24,14 @@ from ..unix_sockets import RecordSocket, UnixSocket, pair
 from .parts import PUBLISHING, THREAD, check_orders, end_context, make_context, make_publication
 
 THREADS, MESSAGES = 2, 4
-LENGTH = 40
+LENGTH = 4100
+"""Repetitions of a number in a message, whose array is so large that it is sent in pieces."""
 _AT = struct.Struct("<I").unpack_from
 
 
-def frame(number: int) -> tuple[bytes, bytes]:
-    """Return a message whose array says its number again and again."""
-    return struct.pack("<II", 4 + 4 * LENGTH, 4 * LENGTH), struct.pack("<I", number) * LENGTH
+def array_of(number: int) -> bytes:
+    """Return an array that says a number again and again."""
+    return struct.pack("<I", number) * LENGTH
 
 
 class Reader:
@@ -113,14 +115,14 @@ class Reader:
             self._check(*held)
 
     def _note(self, body: Any) -> tuple[int, Any]:
-        array = body.array(in_place=True) if not isinstance(body, bytes) else body[4:]
+        array = body.array(in_place=True) if not isinstance(body, bytes) else body[-4 * LENGTH :]
         number = _AT(array)[0]
         self.numbers.append(number)
         return number, array
 
     def _check(self, number: int, array: Any) -> None:
         self._stage.scheduler.point()
-        assert bytes(array) == struct.pack("<I", number) * LENGTH, f"message {number} has changed in the reader's hands"
+        assert bytes(array) == array_of(number), f"message {number} has changed in the reader's hands"
 
 
 class Sharing(Scenario):
@@ -139,14 +141,14 @@ class Sharing(Scenario):
         ("pyros1.node.publishing.pool", "SPARE", 1),
         ("pyros1.node.publishing.pool", "MOST_BLOCKS", 5),
     )
-    room = 100
+    room = 4000
     queue_size: int | None = 0
 
     def play(self, stage: Stage) -> None:
         """Play it."""
         before = _open_files()
         context = make_context(stage, "/talker")
-        publication = make_publication(context, self.queue_size)
+        publication = make_publication(context, self.queue_size, message_class=UInt8MultiArray)
         first, late, killed = Reader(stage, 3), Reader(stage, 0), Reader(stage, 2, most=2, killed=True)
         readers = stage.spawn(first.read, late.read, killed.read)
         first.link(publication)
@@ -155,7 +157,7 @@ class Sharing(Scenario):
         def publisher(thread: int) -> Any:
             def publish() -> None:
                 for number in range(MESSAGES):
-                    self.publish(publication, THREAD * thread + number)
+                    publication.publish(UInt8MultiArray(data=array_of(THREAD * thread + number)))
 
             return publish
 
@@ -174,11 +176,6 @@ class Sharing(Scenario):
         end_context(context)
         self.check(first, late, killed, counted)
         assert _open_files() == before, "a block is left"
-
-    def publish(self, publication: Publication, number: int) -> None:
-        """Publish a message."""
-        send: Any = publication._send
-        publication.lane.do(send, frame(number), None, None)
 
     def check(self, first: Reader, late: Reader, killed: Reader, link: shared_link.SharedLink) -> None:
         """Check what the readers got."""
@@ -201,11 +198,6 @@ class SharingWaiting(Sharing):
     """The same with publishers that wait."""
 
     queue_size = None
-
-    def publish(self, publication: Publication, number: int) -> None:
-        """Publish a message, and wait until it is sent."""
-        super().publish(publication, number)
-        publication._wait()
 
 
 def _open_files() -> int:
