@@ -1,4 +1,5 @@
-"""A name server that is silent for 30 s: what needs it waits in a bounded time, and all else goes on."""
+"""A name server that is silent for 30 s: what needs it waits in a bounded time, and all else goes on. A name that is
+unknown at first is looked up again."""
 
 from __future__ import annotations
 
@@ -54,6 +55,20 @@ def test_topics_go_on(site: Site, laptop: Host) -> None:
         body = publisher.publish("/t")
         assert ours.received("/t", timeout=WAIT) == body
     assert ours.quit() == 0
+
+
+def test_a_name_that_is_unknown_at_first(site: Site) -> None:
+    """The subscriber says so, and is linked when the name has an address."""
+    uri = site.laptop.core("ours")
+    talker = site.robot.peer("pyros1", "talker", uri, ROS_HOSTNAME="late")
+    talker.advertise("/t", TEXT)
+    ours = site.laptop.peer("pyros1", "ours", uri)
+    ours.subscribe("/t", TEXT)
+    ours.wait_line(r"no messages of /t .*host name 'late' cannot be resolved here.*ADDRESS late", timeout=WAIT)
+    site.laptop.know({"late": site.robot.address})
+    linked(talker, "/t", 1)
+    body = talker.publish("/t")
+    assert ours.received("/t", timeout=WAIT) == body
 
 
 def test_services(laptop: Host) -> None:

@@ -9,10 +9,11 @@ import random
 import time
 import tracemalloc
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
-from .fuzzer import CORPUS, Finding, Fuzzer, check, inputs, mutations
+from .fuzzer import CORPUS, Finding, Fuzzer, check, inputs, mutations, read_corpus
 from .fuzzers import FUZZERS
 
 pytestmark = pytest.mark.once
@@ -45,6 +46,11 @@ def test_any_bytes_give_a_value_or_a_documented_error(name: str, traced: None) -
 
 def test_each_corpus_has_its_fuzzer() -> None:
     assert {path.stem for path in CORPUS.iterdir()} <= FUZZERS.keys()
+
+
+@pytest.mark.parametrize("path", sorted(CORPUS.iterdir()), ids=lambda path: path.stem)
+def test_corpora_are_small(path: Path) -> None:
+    assert path.stat().st_size < 50_000 and len(read_corpus(path.stem)) <= 25
 
 
 def _take(data: bytes) -> None:

@@ -33,6 +33,14 @@ def test_each_kind_has_a_cure(host: str, error: BaseException | None, words: str
     assert re.search(words, how_to_reach(host, error))
 
 
+def test_where_all_use_a_loopback_address_other_machines_are_not_suspected() -> None:
+    refused = caused(ConnectionRefusedError())
+    assert how_to_reach("localhost", refused, "127.0.0.1") == "Has it ended? pyros1 node cleanup"
+    for own in ("", "laptop"):
+        text = how_to_reach("localhost", refused, own)
+        assert text.startswith("Has it ended? pyros1 node cleanup") and "unset ROS_HOSTNAME" in text
+
+
 def test_loopback() -> None:
     assert all(map(is_loopback, ("localhost", "127.0.0.1", "127.9.9.9", "::1")))
     assert not any(map(is_loopback, ("", "robot", "10.0.0.1", "fd00::1")))

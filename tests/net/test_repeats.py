@@ -70,3 +70,13 @@ def test_a_signal_handler_may_end_it_at_any_moment() -> None:
 
     repeats.say("here", Interrupting("refused"), lines.append)
     assert lines == ["refused"]
+
+
+def test_a_place_may_have_a_lower_bound() -> None:
+    timers, lines = Timers(), []
+    repeats = Repeats(timers)
+    for number in range(31):
+        repeats.say("here", f"/talker_{number} is gone", lines.append, most=3)
+    assert lines == [f"/talker_{number} is gone" for number in range(3)]
+    timers.run()
+    assert lines[3:] == ["28 more messages like the last ones were suppressed"]

@@ -1,4 +1,4 @@
-"""A stand-in for the module `socket`: TCP connections within the test, whose waits a scheduler controls.
+"""A stand-in for sockets: TCP connections within the test, whose waits a scheduler controls.
 
 What matters of Linux is kept: sockets take no more than their buffer has room for, so that sends are partial;
 descriptors are the lowest that are free, so that they are used again at once; a connection that is closed with unread
@@ -348,43 +348,3 @@ class Socket:
 
     def __getattr__(self, name: str) -> Any:
         raise AttributeError(f"the stand-in for sockets has no {name}")
-
-
-class SocketModule:
-    """As the module socket.
-
-    Args:
-        now: returns the network of the present run.
-    """
-
-    def __init__(self, now: Callable[[], Network]) -> None:
-        self._now = now
-
-    def socket(self, _family: int = socket.AF_INET, type: int = socket.SOCK_STREAM) -> Socket:
-        """Return a socket."""
-        if type == socket.SOCK_DGRAM:
-            from .datagrams import DatagramSocket  # which is made of this module's
-
-            return DatagramSocket(self._now())
-        return Socket(self._now())
-
-    def socketpair(self) -> tuple[Socket, Socket]:
-        """Return two ends of a connection."""
-        return self._now().pair()
-
-    def create_server(self, address: tuple[str, int], **_options: object) -> Socket:
-        """Return a socket that listens."""
-        sock = self.socket()
-        sock.bind(address)
-        sock.listen()
-        return sock
-
-    def create_connection(self, address: tuple[str, int], timeout: float | None = None) -> Socket:
-        """Return a connected socket."""
-        sock = self.socket()
-        sock.settimeout(timeout)
-        sock.connect(address)
-        return sock
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(socket, name)

@@ -17,6 +17,7 @@ from typing import Any
 from . import network, polling, stand_ins
 from .network import Network
 from .scheduler import Plan, Scheduler
+from .socket_module import SocketModule
 
 ROOMS = ("pyros1.net.", "pyros1.node.", "pyros1.master.", "pyros1.actions.")
 
@@ -38,7 +39,7 @@ class Stage:
         self.threading = stand_ins.Threading(lambda: self.scheduler)
         self.queue = stand_ins.Queues(lambda: self.scheduler)
         self.time = stand_ins.Time(lambda: self.scheduler)
-        self.socket = network.SocketModule(lambda: self.network)
+        self.socket = SocketModule(lambda: self.network)
         self.select = polling.SelectModule(lambda: self.network)
         self.selectors = polling.SelectorsModule(lambda: self.network)
 

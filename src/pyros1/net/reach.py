@@ -13,12 +13,14 @@ def is_loopback(host: str) -> bool:
     return host in ("localhost", "::1") or host.startswith("127.")
 
 
-def how_to_reach(host: str, error: BaseException | None) -> str:
+def how_to_reach(host: str, error: BaseException | None, own: str = "") -> str:
     """Return what to do, as a sentence or two for the end of an error's text.
 
     Args:
         host: the name or address that the node gave as its own.
         error: why it cannot be reached; causes count, too.
+        own: the name or address that the asking node gives as its own; empty if that is not known. Where nodes of one
+            machine use a loopback address, another machine is hardly the reason.
     """
     causes = []
     while error is not None:
@@ -30,9 +32,12 @@ def how_to_reach(host: str, error: BaseException | None) -> str:
             f"or add a line 'ADDRESS {host}' to /etc/hosts here"
         )
     if is_loopback(host):
+        ended = "Has it ended? pyros1 node cleanup"
+        if is_loopback(own):
+            return ended
         return (
-            f"Is it on another machine? Its address there, {host}, means this machine here: on its machine unset "
-            "ROS_HOSTNAME, export ROS_IP=<its address> and restart it. Has it ended? pyros1 node cleanup"
+            f"{ended}. Or is it on another machine? Its address there, {host}, means this machine here: on its machine "
+            "unset ROS_HOSTNAME, export ROS_IP=<its address> and restart it"
         )
     if any(isinstance(cause, ConnectionResetError) for cause in causes):
         return f"Does PYROS1_ALLOW (or --allow) on [{host}] let this machine in?"

@@ -33,12 +33,13 @@ class Repeats:
         self._periods: dict[Hashable, _Period] = {}
         self._lock = threading.RLock()  # a signal handler that interrupts `say` may end the node
 
-    def say(self, place: Hashable, text: str, emit: Callable[[str], None]) -> None:
+    def say(self, place: Hashable, text: str, emit: Callable[[str], None], most: int = MOST_TEXTS) -> None:
         """Write a text, or count it. Any thread.
 
         Args:
             place: the place in the program that it comes from: the limit holds for each place.
             emit: the function that writes it.
+            most: most different texts from that place that are written in one period.
         """
         with self._lock:
             period = self._periods.get(place)
@@ -46,7 +47,7 @@ class Repeats:
             if period is None:
                 period = self._periods[place] = _Period(emit)
             known = text in period.counts
-            room = len(period.counts) < MOST_TEXTS
+            room = len(period.counts) < most
             if known:
                 period.counts[text] += 1
             elif room:

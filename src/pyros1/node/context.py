@@ -134,6 +134,11 @@ class Context:
         if "delivery_threads" in self.__dict__:
             self.delivery_threads.close(timeout)
 
+    @property
+    def host(self) -> str:
+        """The host name or address that it gives as its own; empty before that is known."""
+        return self.address.advertised if self.address is not None else ""
+
     def warn_of_host(self, topic: str, uri: str, error: UnknownHostError) -> None:
         """Log that a publisher's host name cannot be resolved, once for each host. On the loop."""
         if error.host in self._unknown_hosts:

@@ -400,3 +400,22 @@ def test_data_at_an_unknown_host_is_warned_of(make_node: Any, fake_node: Any, co
     fake.publish("/t")
     listener.subscribe("t", Float64, collect())
     log.saw("no messages of /t", "the host name 'a host' cannot be resolved here")
+
+
+def test_many_publishers_that_were_killed_cause_few_warnings(
+    make_node: Any, watch_log: Any, free_port: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each names first what is likely, where all nodes use ROS_HOSTNAME=localhost."""
+    monkeypatch.setattr("pyros1.node.subscribing.dialogue.TOLD_REST", 0.02)
+    node = make_node("listener")
+    assert context_of(node).host == "localhost"
+    log = watch_log(node)
+    node.subscribe("t", Float64, print)
+    killed = [f"http://localhost:{free_port}/{number}" for number in range(31)]
+    context_of(node).loop.run(subscription_of(node, "/t").update_publishers, killed)
+    log.saw("no messages of /t", "Connection refused. Has it ended? pyros1 node cleanup")
+    assert log.until(lambda _: sum("no messages" in text for text in log.texts) == 3)
+    node.shutdown()
+    log.saw("more messages like the last ones were suppressed")
+    assert sum("no messages" in text for text in log.texts) == 3
+    assert not any("another machine" in text for text in log.texts)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..stage import Scenario
-from . import datagrams, journal, lanes, nodes, publishing, subscribing, threads
+from . import datagrams, journal, lanes, nodes, publishing, sharing, subscribing, threads
 
 SHARES: dict[type[Scenario], int] = {
     lanes.Lanes: 200,
@@ -34,6 +34,9 @@ SHARES: dict[type[Scenario], int] = {
     datagrams.Datagrams: 20,
     datagrams.LeavingDatagrams: 20,
     datagrams.EndingDatagrams: 20,
+    sharing.Sharing: 6,
+    sharing.SharingDropping: 6,
+    sharing.SharingWaiting: 3,
     journal.Journalling: 10,
     journal.JournallingFull: 10,
     nodes.Meeting: 3,

@@ -47,7 +47,7 @@ class Log:
 
     debug = warn = error = info
 
-    def peer(self, _level: int, text: str, *args: object) -> None:
+    def peer(self, _level: int, text: str, *args: object, most: int = 0) -> None:
         """Note a line."""
         self.info(text, *args)
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, MutableMapping
 from types import CodeType, FrameType
 
 from pyros1.ground import shown
+from pyros1.net.repeats import MOST_TEXTS
 from pyros1.node.checks import check_seconds
 from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, NAMES, WARN
 from pyros1.node.log.sink import EVERYWHERE, NOT_TERMINAL, LogSink, Places, Record
@@ -93,13 +94,14 @@ class Log:
             trace += self._sink.explain(error)
         self._log(ERROR, shown.lines(_filled(text, args) + trace), (), None, False)
 
-    def peer(self, level: int, text: str, *args: object) -> None:
+    def peer(self, level: int, text: str, *args: object, most: int = MOST_TEXTS) -> None:
         """Log what another process did. Repeated texts are counted: ``... (repeated 37 times)``.
 
         Args:
             level: 1, 2, 4, 8 or 16.
             text: the message, with %s in place of the arguments.
             args: arguments, each shown in one line without control characters.
+            most: most different texts from this place in the program in one period.
         """
         sink = self._sink
         if level < sink.levels[self.name]:
@@ -111,7 +113,8 @@ class Log:
             self._emit(level, message, code, line, False)
 
         sink.settle()
-        sink.repeats.say((code.co_filename, line), text % tuple(map(shown.one_line, args)) if args else text, emit)
+        shown_text = text % tuple(map(shown.one_line, args)) if args else text
+        sink.repeats.say((code.co_filename, line), shown_text, emit, most)
 
     def internal(self, error: BaseException) -> None:
         """Log an error of pyros1 itself, which should not be."""

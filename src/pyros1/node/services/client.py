@@ -67,7 +67,7 @@ class _Call:
         except (OSError, UnknownHostError) as error:
             raise ServiceUnavailableError(
                 f"service [{service}] is registered at {uri}, but cannot be reached: {error}. "
-                f"{how_to_reach(host, error)}"
+                f"{how_to_reach(host, error, context.host)}"
             ) from error
         keep_alive(self.sock)
         self.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

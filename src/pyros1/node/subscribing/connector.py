@@ -32,6 +32,8 @@ STEP_TIMEOUT = 10.0
 """Most seconds of each step. A publisher that cannot be reached delays no other."""
 SILENCE = 4.0
 """Seconds after which a publisher that does not answer is named in the log."""
+MOST_TOLD = 3
+"""Most different warnings about publishers in a period; others are counted."""
 _PIECE = 65536
 
 
@@ -73,7 +75,11 @@ class Connector:
     def __init__(self, subscription: Wanting, uri: str) -> None:
         self.uri = uri
         self.dialogue = Dialogue(
-            subscription.topic, uri, lambda: subscription.type, takes_tcp="tcp" in subscription.hints.transports
+            subscription.topic,
+            uri,
+            lambda: subscription.type,
+            own=subscription.context.host,
+            takes_tcp="tcp" in subscription.hints.transports,
         )
         self._subscription = subscription
         self._context = subscription.context
@@ -133,7 +139,10 @@ class Connector:
                     if not self._context.stopping.is_set():
                         self._timer = self._context.loop.call_later(seconds, self._rested)
                 case do.Tell(is_error, text, args):
-                    self._context.log.peer(ERROR if is_error else WARN, text, *args)
+                    if is_error:
+                        self._context.log.peer(ERROR, text, *args)
+                    else:  # one cause, such as a launch that was killed, is often that of many
+                        self._context.log.peer(WARN, text, *args, most=MOST_TOLD)
                 case do.TellHost(error):
                     self._context.warn_of_host(self._subscription.topic, self.uri, error)
                 case do.Forget():

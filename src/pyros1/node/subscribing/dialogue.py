@@ -163,6 +163,7 @@ class Dialogue:
         topic: full name.
         uri: the publisher's slave API.
         wanted: returns the type that the subscription wants; ``*`` may become a certain type.
+        own: the host name or address that the subscriber's node gives as its own.
         takes_tcp: whether the subscription accepts messages over TCP.
 
     Attributes:
@@ -171,7 +172,9 @@ class Dialogue:
         local: whether to offer the local transport: not any more once it has failed.
     """
 
-    def __init__(self, topic: str, uri: str, wanted: Callable[[], TopicType], *, takes_tcp: bool = True) -> None:
+    def __init__(
+        self, topic: str, uri: str, wanted: Callable[[], TopicType], *, own: str = "", takes_tcp: bool = True
+    ) -> None:
         self.state = State.GONE
         self.listed = False
         self.local = True
@@ -179,6 +182,7 @@ class Dialogue:
         self._topic = topic
         self._uri = uri
         self._wanted = wanted
+        self._own = own
         self._takes_tcp = takes_tcp
         self._datagrams = False  # the link is over UDP
         self._again = False  # announced again during an attempt, whose answer may come from the old publisher
@@ -296,7 +300,7 @@ class Dialogue:
         if isinstance(error, (ProtocolError, XmlRpcFault)):
             return self._fail(str(error), _TAKEN)
         if error is not None and self._rest >= TOLD_REST:
-            return self._fail(str(error), how_to_reach(self._place()[0], error))
+            return self._fail(str(error), how_to_reach(self._place()[0], error, self._own))
         return self._retry()
 
     def refused(self, reason: str) -> list[Action]:
@@ -315,7 +319,8 @@ class Dialogue:
         subscriber would wait in silence for a stopped process or an unreachable host."""
         self._named = True
         host, port = self._place()
-        return [Tell(False, _SILENT, (self._topic, self._uri, f"{host}:{port}", how_to_reach(host, None)))]
+        cure = how_to_reach(host, None, self._own)
+        return [Tell(False, _SILENT, (self._topic, self._uri, f"{host}:{port}", cure))]
 
     def _place(self) -> tuple[str, int | str]:
         """Return host and port of what the dialogue is with: the node's API, or the port of its topics."""
