@@ -7,14 +7,14 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 from browsing import Browser, Web
 
 LOAD = Path(__file__).resolve().parents[1] / "bench" / "web.py"
 ROWS = "document.querySelectorAll('.entry').length"
-NEWEST = "Math.max(...[...document.querySelectorAll('.entry .text')].map((each) => Number(/\\d+/.exec(each.textContent)) || 0), 0)"
+NUMBERS = "[...document.querySelectorAll('.entry .text')].map((each) => Number(/\\d+/.exec(each.textContent)) || 0)"
+NEWEST = f"Math.max(0, ...{NUMBERS})"
 Start = Callable[[str], subprocess.Popen[bytes]]
 
 

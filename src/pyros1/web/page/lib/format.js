@@ -10,6 +10,7 @@ export function number(value, digits = 4) {
 
 export function rate(hz) {
   if (hz === undefined || hz === null) return "";
+  if (hz === 0) return "0 Hz";
   return `${hz >= 100 ? hz.toFixed(0) : hz >= 10 ? hz.toFixed(1) : hz.toFixed(2)} Hz`;
 }
 

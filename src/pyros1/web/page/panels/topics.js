@@ -81,21 +81,22 @@ class Topics {
   _show() {
     this.listing.show(Object.entries(this.system.topics).map(([name, facts]) => {
       const measured = this.measured.get(name);
-      const ours = measured && measured.hz !== undefined && (facts.hz === undefined || facts.hz === 0);
+      const ours = measured && measured.hz !== undefined && !facts.hz;
       return { name, ...facts, ...(ours ? measured : {}), measured: Boolean(measured), problem: measured?.problem };
     }));
   }
 
   // A publisher without subscribers sends nothing: its rate is only known if we listen.
   _rate(row) {
-    if (row.hz !== undefined && (row.hz > 0 || row.measured)) {
+    if (row.hz > 0 || (row.hz === 0 && row.measured)) {
       const text = h("span", {}, rate(row.hz));
       return row.measured ? h("button.measure.on", { title: "measured by this page; click to stop", onclick: () => this._measure(row.name) }, text) : text;
     }
     if (row.measured) return h("button.measure.on", { title: row.problem || "click to stop", onclick: () => this._measure(row.name) }, row.problem ? "problem" : "…");
     if (!row.publishers.length) return h("span.muted", { title: "nobody publishes it" }, "–");
     if (row.subscribers.length) {
-      if (row.hz !== undefined) return h("span.muted", {}, "0 Hz");
+      if (row.hz === 0) return h("span.muted", {}, "0 Hz");
+      if (row.hz === null) return h("span.muted", { title: "two messages make a rate" }, "…");
       return this.looks.get(row.name) < LOOKS ? h("span.muted", { title: "a moment: two looks make a rate" }, "…") : h("span.muted", { title: "nothing is connected, or its publishers do not say what they send" }, "?");
     }
     return h("button.measure", { title: "nobody subscribes: listen, to measure the rate", onclick: () => this._measure(row.name) }, "measure");
