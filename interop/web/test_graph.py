@@ -231,6 +231,22 @@ def test_nothing_runs_or_all_is_hidden(browser: Browser, web: Web, make_node: Ca
     browser.wait(f"{DRAWN} > 0 && document.querySelector('.graph .nothing').hidden")
 
 
+def test_topics_that_nobody_subscribes_to_are_counted_and_shown_by_a_click(
+    browser: Browser, web: Web, make_node: Callable[..., Any]
+) -> None:
+    talker = make_node("talker")
+    for number in range(15):
+        talker.advertise(f"topic{number}", String)
+    browser.open(web.page("graph"))
+    wait_for_boxes(browser, "n:/talker")
+    browser.wait_for_text("15 topics hidden that nobody subscribes to · show")
+    browser.click(".graph .note button", "show")
+    wait_for_boxes(browser, "n:/talker", *(f"t:/topic{number}" for number in range(15)))
+    browser.wait("!document.querySelector('.graph .note').innerText.includes('hidden')")
+    browser.run("for (const name of ['leaf', 'dead']) document.querySelector(`[data-hide=${name}]`).click()")
+    wait_for_boxes(browser, "n:/talker")
+
+
 LARGE = """
 import time
 from pyros1.node import Node
