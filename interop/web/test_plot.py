@@ -11,6 +11,7 @@ from typing import Any
 from browsing import Browser, Web
 
 from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.web.links import panel_link
 
 SHOWN = """Object.fromEntries([...document.querySelectorAll('.chip')].map(
     (chip) => [chip.querySelector('.name').textContent, chip.querySelector('.value').textContent]))"""
@@ -230,6 +231,25 @@ def test_the_wheel_zooms_the_height_and_the_cursors_time_is_said(
     )
     said = browser.wait("document.querySelector('.when:not([hidden])')?.textContent")
     assert abs(float(said.partition(" s")[0]) - time) < 0.1  # within some pixels
+
+
+def test_a_box_zooms_time_and_the_height_of_its_chart(
+    browser: Browser, web: Web, make_node: Callable[..., Any]
+) -> None:
+    publisher = make_node("talker").advertise("numbers", "std_msgs/Float64MultiArray", latch=True)
+    publisher.publish(publisher.type(data=[1.0, 2.0]))
+    browser.open(panel_link(web.link, "plot", {"curves": ["/numbers/data"], "stacked": True, "paused": True}))
+    charts = "document.querySelector('.plot')?.plot.charts"
+    browser.wait(f"{charts}?.length === 2 && {charts}[1].over.clientWidth > 200 && {charts}[1].scales.x.max")
+    box = browser.run(f"return {charts}[1].over.getBoundingClientRect().toJSON()")
+    places = [(box["x"] + 100, box["y"] + 60), (box["x"] + 250, box["y"] + 160)]
+    for kind, (x, y) in (("mousePressed", places[0]), ("mouseMoved", places[1]), ("mouseReleased", places[1])):
+        at = {"x": x, "y": y, "button": "left", "clickCount": 1}
+        browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": kind, **at})
+    browser.wait(f"{charts}[1].high")
+    assert browser.run(f"return {charts}[0].high") is None
+    begin, end = browser.run("return document.querySelector('.plot').plot.range")
+    assert abs((end - begin) / 20 - 150 / box["width"]) < 0.02
 
 
 def test_twenty_curves_are_told_apart_and_named_in_the_picture(

@@ -1,14 +1,13 @@
 // Numbers of any topic over time, as rqt_plot shows them.
 
-import uPlot from "../vendor/uplot.js";
 import { Points, grid, sample } from "../lib/curves.js";
 import { command, empty, fill, h, save } from "../lib/dom.js";
 import { clock, number } from "../lib/format.js";
-import { gestures } from "../parts/plot/gestures.js";
 import { COLOURS, lookOf, swatch } from "../parts/plot/looks.js";
 import { Pairs } from "../parts/plot/pairs.js";
 import { picture } from "../parts/plot/picture.js";
-import { expand, spread, ticksBefore } from "../parts/plot/words.js";
+import { timeChart } from "../parts/plot/timechart.js";
+import { expand } from "../parts/plot/words.js";
 import { XYChart } from "../parts/plot/xychart.js";
 
 const PERIODS = [2, 5, 10, 20, 60, 300];
@@ -174,11 +173,11 @@ class Plot {
 
   _take(data, blob) {
     this.now = data.now;
+    this.nowAt = performance.now();
     if (this.startPaused) {
       this.startPaused = false;
       this._pause();
     }
-    this.nowAt = performance.now();
     const numbers = new Float64Array(blob.buffer, blob.offset);
     let at = 0;
     let fresh = false;
@@ -241,7 +240,15 @@ class Plot {
       this.dirty = true;
       return;
     }
-    for (const lines of groups) this.charts.push(this._chart(lines, this._size(groups.length)));
+    const on = {
+      origin: () => this.origin, shown: () => this._shown(),
+      show: (range) => {
+        this.range = range;
+        this._showPause();
+      },
+      all: () => this._follow(), cursor: (chart) => this._cursor(chart),
+    };
+    for (const lines of groups) this.charts.push(timeChart(this.area, lines, this._size(groups.length), on));
     this.dirty = true;
   }
 
@@ -253,86 +260,6 @@ class Plot {
   _resize() {
     for (const chart of this.charts) chart.setSize(this._size(this.charts.length));
     this.dirty = true;
-  }
-
-  _chart(lines, size) {
-    const style = getComputedStyle(document.documentElement);
-    const colour = (name) => style.getPropertyValue(name).trim();
-    const axis = { stroke: colour("--muted"), grid: { stroke: colour("--border"), width: 1 }, ticks: { stroke: colour("--border"), width: 1 } };
-    const chart = new uPlot({
-      ...size,
-      padding: [10, 12, 0, 0],
-      legend: { show: false },
-      cursor: { sync: { key: "plots" }, drag: { x: true, y: true, uni: 40, setScale: false }, focus: { prox: 24 } },
-      scales: { x: { time: false, auto: false }, y: { range: (plot, least, most) => plot.high || spread(least, most) } },
-      axes: [
-        {
-          ...axis, size: 30,
-          splits: (plot, _, begin, end) => ticksBefore(this.origin ?? end, begin, end, plot.over.clientWidth / 80),
-          values: (_, ticks) => ticks.map((tick) => `${number(tick - (this.origin ?? 0), 3)} s`),
-        },
-        { ...axis, size: 64, values: (_, ticks) => ticks.map((tick) => number(tick)) },
-      ],
-      series: [{}, ...lines.map((line) => ({
-        label: line.label, stroke: line.colour, dash: line.dash, width: 1.5, spanGaps: true, points: { show: false },
-      }))],
-      hooks: {
-        setSelect: [(plot) => this._zoomTo(plot)],
-        setCursor: [(plot) => this._cursor(plot)],
-      },
-    }, [new Float64Array(0), ...lines.map(() => [])], this.area);
-    chart.lines = lines;
-    chart.high = null; // what the height was zoomed to
-    gestures(chart.over, {
-      pan: (right, down) => this._pan(chart, right, down),
-      pinch: (x, y, across, along) => this._scale(chart, x, y, across, along),
-    });
-    chart.over.addEventListener("dblclick", () => this._follow());
-    chart.over.addEventListener("wheel", (event) => this._wheel(chart, event), { passive: false });
-    return chart;
-  }
-
-  _zoomTo(chart) {
-    const { left, top, width, height } = chart.select;
-    const { clientWidth, clientHeight } = chart.over;
-    if (width < 4 || height < 4) return;
-    if (width < clientWidth - 1) this.range = [chart.posToVal(left, "x"), chart.posToVal(left + width, "x")];
-    if (height < clientHeight - 1) chart.high = [chart.posToVal(top + height, "y"), chart.posToVal(top, "y")];
-    chart.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
-    this.range ??= this._shown();
-    this._showPause();
-  }
-
-  _wheel(chart, event) {
-    event.preventDefault();
-    const [begin, end] = this._shown();
-    const factor = event.deltaY > 0 ? 1 / 1.2 : 1.2;
-    if (event.ctrlKey) this._scale(chart, event.offsetX, event.offsetY, 1, factor);
-    else if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY)) {
-      const by = Math.sign(event.deltaX || event.deltaY) * (end - begin) * 0.1;
-      this.range = [begin + by, end + by];
-      this._showPause();
-    } else this._scale(chart, event.offsetX, event.offsetY, factor, 1);
-  }
-
-  // The curves follow the pointer; their height only if it was zoomed.
-  _pan(chart, right, down) {
-    const [begin, end] = this._shown();
-    const by = (right / chart.over.clientWidth) * (end - begin);
-    this.range = [begin - by, end - by];
-    if (chart.high) {
-      const up = (down / chart.over.clientHeight) * (chart.high[1] - chart.high[0]);
-      chart.high = chart.high.map((value) => value + up);
-    }
-    this._showPause();
-  }
-
-  // What is at a place stays there, and all becomes so many times wider and higher.
-  _scale(chart, left, top, across, along) {
-    const about = ([least, most], here, factor) => [here - (here - least) / factor, here + (most - here) / factor];
-    this.range = about(this._shown(), chart.posToVal(left, "x"), across);
-    if (along !== 1) chart.high = about([chart.scales.y.min, chart.scales.y.max], chart.posToVal(top, "y"), along);
-    this._showPause();
   }
 
   _pause() {
