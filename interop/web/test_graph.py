@@ -278,7 +278,7 @@ def test_200_nodes_and_1000_topics(browser: Browser, web: Web, environ: dict[str
         browser.open(link(web, depth=0))
         browser.wait(f"{DRAWN} === 1200", seconds=60)
         times = browser.run(f"return {GRAPH}.picture.times")
-        assert times["layout"] < 15, times["layout"]  # about 4 s
+        assert times["layout"] < 15, times["layout"]  # 1.3 s alone
         browser.driver.set_script_timeout(30)
         frames = browser.driver.execute_async_script(
             f"""const done = arguments[0], picture = {GRAPH}.picture, begin = performance.now(); let frames = 0;
@@ -290,7 +290,7 @@ def test_200_nodes_and_1000_topics(browser: Browser, web: Web, environ: dict[str
             requestAnimationFrame(step);"""
         )
         print(f"layout {times['layout']:.2f} s, {frames:.0f} frames per second")
-        assert frames > 5  # about 28
+        assert frames > 5  # 30 alone
 
 
 def test_boxes_are_dragged_and_put_back(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
