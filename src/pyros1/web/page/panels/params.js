@@ -124,9 +124,9 @@ class Parameters {
     const load = async () => {
       try {
         yaml.hidden = readOnly || !plain();
-        area.setAttribute("aria-label", plain() ? "value as text" : "value as YAML");
         loaded = plain() ? value.text : (await robot.call("params.get", { name: row.name })).replace(/\n$/, "");
         area.value = loaded;
+        area.setAttribute("aria-label", plain() ? "value as text" : "value as YAML");
         changed.hidden = true;
         state();
       } catch (error) {
