@@ -231,6 +231,22 @@ def test_nothing_runs_or_all_is_hidden(browser: Browser, web: Web, make_node: Ca
     browser.wait(f"{DRAWN} > 0 && document.querySelector('.graph .nothing').hidden")
 
 
+def test_topics_that_nobody_subscribes_to_are_counted_and_shown_by_a_click(
+    browser: Browser, web: Web, make_node: Callable[..., Any]
+) -> None:
+    talker = make_node("talker")
+    for number in range(15):
+        talker.advertise(f"topic{number}", String)
+    browser.open(web.page("graph"))
+    wait_for_boxes(browser, "n:/talker")
+    browser.wait_for_text("15 topics hidden that nobody subscribes to · show")
+    browser.click(".graph .note button", "show")
+    wait_for_boxes(browser, "n:/talker", *(f"t:/topic{number}" for number in range(15)))
+    browser.wait("!document.querySelector('.graph .note').innerText.includes('hidden')")
+    browser.run("for (const name of ['leaf', 'dead']) document.querySelector(`[data-hide=${name}]`).click()")
+    wait_for_boxes(browser, "n:/talker")
+
+
 LARGE = """
 import time
 from pyros1.node import Node
@@ -262,7 +278,7 @@ def test_200_nodes_and_1000_topics(browser: Browser, web: Web, environ: dict[str
         browser.open(link(web, depth=0))
         browser.wait(f"{DRAWN} === 1200", seconds=60)
         times = browser.run(f"return {GRAPH}.picture.times")
-        assert times["layout"] < 30, times["layout"]
+        assert times["layout"] < 15, times["layout"]  # 1.3 s alone
         browser.driver.set_script_timeout(30)
         frames = browser.driver.execute_async_script(
             f"""const done = arguments[0], picture = {GRAPH}.picture, begin = performance.now(); let frames = 0;
@@ -274,7 +290,7 @@ def test_200_nodes_and_1000_topics(browser: Browser, web: Web, environ: dict[str
             requestAnimationFrame(step);"""
         )
         print(f"layout {times['layout']:.2f} s, {frames:.0f} frames per second")
-        assert frames > 2
+        assert frames > 5  # 30 alone
 
 
 def test_boxes_are_dragged_and_put_back(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:

@@ -47,11 +47,14 @@ def test_the_consoles_buttons_are_in_one_line(browser: Browser, web: Web, make_n
     browser.resize(1280, 800)
     browser.open(web.page("console"))
     log_until_shown(browser, make_node("talker").log)
-    busy = "for (const each of document.querySelectorAll('.levels button')) each.textContent = 'error 23456'"
+    busy = "for (const each of document.querySelectorAll('.levels button')) each.textContent = 'error 999 k'"
     tools = "[...document.querySelectorAll('.tools > :not([hidden])')]"
     heights = browser.run(f"{busy}; return {tools}.map((each) => each.offsetTop + each.offsetHeight / 2)")
-    assert len(heights) == 9
+    assert len(heights) == 10
     assert max(heights) - min(heights) < 10, heights
+    fields = "[...document.querySelectorAll('.filter')].map((each) => [each.ariaLabel, each.clientWidth])"
+    widths = dict(browser.run(f"return {fields}"))
+    assert widths["highlight"] > 68 and min(widths.values()) > 56, "the words in the fields are read whole"
 
 
 def test_without_the_token_the_page_says_what_to_do(browser: Browser, web: Web) -> None:
@@ -223,6 +226,20 @@ def test_a_file_of_rqt_console(browser: Browser, web: Web, make_node: Callable[.
     browser.type("[aria-label=highlight]", "/^(battery|a text)/")
     marked = "[...document.querySelectorAll('.entry.marked .text')].map((each) => each.textContent).join()"
     browser.wait(f"{marked} === 'a text,battery at 30 %,battery at 9 %'")
+    for words, texts in {
+        "/base": ['Odometry lost, "wheel" blocked'],  # a node
+        "/odom": ['Odometry lost, "wheel" blocked'],  # a topic
+        "warn": ["battery at 30 %", "battery at 9 %"],
+        "wheel": ['Odometry lost, "wheel" blocked'],
+    }.items():
+        browser.type("[aria-label=highlight]", words)
+        browser.wait(f"{marked} === arguments[0]", ",".join(texts))
+    browser.type("[aria-label=exclude]", "/(9|30) %/")
+    browser.wait(f"{rows} === arguments[0]", 'Odometry lost, "wheel" blocked,a text')
+    browser.type("[aria-label=exclude]", "/(9/")
+    browser.wait_for_text("Invalid regular expression")
+    browser.wait(f"{rows} === arguments[0]", whole)
+    browser.type("[aria-label=exclude]", "")
     browser.click(".levels .warn")
     browser.wait(f"{rows} === arguments[0]", 'Odometry lost, "wheel" blocked,a text')
     browser.click(".levels .warn")
@@ -247,3 +264,23 @@ def free_port() -> int:
         sock.bind(("127.0.0.1", 0))
         port: int = sock.getsockname()[1]
         return port
+
+
+def test_levels_are_those_of_the_chosen_messages_node(
+    browser: Browser, web: Web, make_node: Callable[..., Any]
+) -> None:
+    log = make_node("talker").log
+    browser.resize(390, 844)
+    browser.open(web.page("console"))
+    log_until_shown(browser, log)
+    browser.click(".tools button", "Levels")
+    browser.wait_for_text("Choose a message first")
+    browser.run("document.querySelector('.log').dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowUp'}))")
+    place = browser.wait(
+        "[...document.querySelectorAll('.detail dt')].find((each) => each.textContent === 'place')"
+        "?.nextSibling.getBoundingClientRect().toJSON()"
+    )
+    assert 0 < place["bottom"] <= 844
+    browser.click(".tools button", "Levels")
+    browser.wait("document.querySelector('.loggers[open] select')?.value")
+    assert browser.run("return document.querySelector('.about h3').textContent") == "/talker"

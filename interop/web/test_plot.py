@@ -11,6 +11,7 @@ from typing import Any
 from browsing import Browser, Web
 
 from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.web.links import panel_link
 
 SHOWN = """Object.fromEntries([...document.querySelectorAll('.chip')].map(
     (chip) => [chip.querySelector('.name').textContent, chip.querySelector('.value').textContent]))"""
@@ -95,6 +96,7 @@ def test_one_field_against_another(browser: Browser, web: Web, make_node: Callab
     trail = browser.run(f"const t = {chart}.trails[0]; return [[...t.xs], [...t.ys]]")
     for number, (x, y) in enumerate(zip(*trail, strict=True)):
         assert (x, y) == (4 * math.cos(number * math.pi / 50), math.sin(number * math.pi / 50))
+    assert browser.run(f"return {chart}.plot.axes.map((axis) => axis.label)") == ["/pose/x", "/pose/y"]
     # Equal axes: a unit has as many pixels on both.
     units = f"""(() => {{ const c = {chart}; const {{ x, y }} = c.shown; const over = c.plot.over;
         return over.clientWidth / (x[1] - x[0]) / (over.clientHeight / (y[1] - y[0])); }})()"""
@@ -164,3 +166,108 @@ def test_values_at_the_cursor_and_what_is_saved(browser: Browser, web: Web, make
     width, height, blue = browser.wait("window.found")
     assert width > 300 and height > 100
     assert blue > 20  # the curve
+
+
+CHART = "document.querySelector('.plot').plot.charts[0]"
+DRAG = """
+    const [kind, more, path] = arguments; const chart = document.querySelector('.plot').plot.charts[0];
+    const box = chart.over.getBoundingClientRect(); chart.over.setPointerCapture = () => {};
+    for (const [type, id, x, y] of path) chart.over.dispatchEvent(new PointerEvent(type, { bubbles: true, button: 0,
+        pointerId: id, pointerType: kind, clientX: box.left + x, clientY: box.top + y, ...more }));
+    const { x, y } = chart.scales; return [document.querySelector('.plot').plot.range, chart.high];
+"""
+
+
+def test_fingers_and_the_mouse_move_and_zoom(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
+    make_node("talker").advertise("number", Float64, latch=True).publish(4.0)
+    browser.resize(390, 844)
+    browser.open(web.page("plot"))
+    add(browser, "/number/data")
+    browser.wait(f"{SHOWN}['/number/data'] === '4' && {CHART}?.over.clientWidth > 100")
+    browser.click(".tools button", "Pause")
+    wide = browser.run(f"return {CHART}.over.clientWidth")
+    begin, end = browser.run("return document.querySelector('.plot').plot.range")
+    finger = [["pointerdown", 1, 100, 100], ["pointermove", 1, 140, 100], ["pointerup", 1, 140, 100]]
+    (left, right), high = browser.run(DRAG, "touch", {}, finger)
+    assert abs((begin - left) / (end - begin) - 40 / wide) < 1e-6 and abs(right - left - (end - begin)) < 1e-6
+    assert high is None
+    (left, _), _ = browser.run(DRAG, "mouse", {}, finger)
+    assert abs((begin - left) / (end - begin) - 40 / wide) < 1e-6, "a mouse alone selects"
+    (left, _), _ = browser.run(DRAG, "mouse", {"shiftKey": True}, finger)
+    assert abs((begin - left) / (end - begin) - 80 / wide) < 1e-6
+    two = [["pointerdown", 1, 60, 100], ["pointerdown", 2, 120, 105], ["pointermove", 2, 180, 105]]
+    (left, right), high = browser.run(DRAG, "touch", {}, [*two, ["pointerup", 1, 60, 100], ["pointerup", 2, 180, 105]])
+    assert abs((right - left) / (end - begin) - 0.5) < 1e-6, "twice as far apart, half as much is seen"
+    assert high is None
+    two = [
+        ["pointerdown", 1, 60, 60],
+        ["pointerdown", 2, 60, 120],
+        ["pointermove", 2, 60, 180],
+        ["pointerup", 1, 60, 60],
+    ]
+    _, high = browser.run(DRAG, "touch", {}, [*two, ["pointerup", 2, 60, 180]])
+    assert high and high[0] < high[1]
+    browser.run(f"{CHART}.over.dispatchEvent(new MouseEvent('dblclick'))")
+    browser.wait(f"{CHART}.high === null && document.querySelector('.plot').plot.range === null")
+
+
+def test_the_wheel_zooms_the_height_and_the_cursors_time_is_said(
+    browser: Browser, web: Web, make_node: Callable[..., Any]
+) -> None:
+    make_node("talker").advertise("number", Float64, latch=True).publish(4.0)
+    browser.open(web.page("plot"))
+    add(browser, "/number/data")
+    browser.wait(f"{SHOWN}['/number/data'] === '4' && {CHART}?.scales.y.max > 4")
+    browser.click(".tools button", "Pause")
+    before = browser.run(f"return {CHART}.scales.y.max - {CHART}.scales.y.min")
+    event = "{deltaY: -1, ctrlKey: true, bubbles: true, cancelable: true}"
+    browser.run(f"{CHART}.over.dispatchEvent(new WheelEvent('wheel', {event}))")
+    browser.wait(f"Math.abs({CHART}.scales.y.max - {CHART}.scales.y.min - arguments[0] / 1.2) < 1e-6", before)
+    time = browser.run(
+        f"const {{ over }} = {CHART}; const box = over.getBoundingClientRect();"
+        "for (const kind of ['mouseenter', 'mousemove']) over.dispatchEvent(new MouseEvent(kind,"
+        " {clientX: box.left + 100, clientY: box.top + 50, bubbles: true}));"
+        f"return {CHART}.posToVal(100, 'x') - document.querySelector('.plot').plot.origin"
+    )
+    said = browser.wait("document.querySelector('.when:not([hidden])')?.textContent")
+    assert abs(float(said.partition(" s")[0]) - time) < 0.1  # within some pixels
+
+
+def test_a_box_zooms_time_and_the_height_of_its_chart(
+    browser: Browser, web: Web, make_node: Callable[..., Any]
+) -> None:
+    publisher = make_node("talker").advertise("numbers", "std_msgs/Float64MultiArray", latch=True)
+    publisher.publish(publisher.type(data=[1.0, 2.0]))
+    browser.open(panel_link(web.link, "plot", {"curves": ["/numbers/data"], "stacked": True, "paused": True}))
+    charts = "document.querySelector('.plot')?.plot.charts"
+    browser.wait(f"{charts}?.length === 2 && {charts}[1].over.clientWidth > 200 && {charts}[1].scales.x.max")
+    box = browser.run(f"return {charts}[1].over.getBoundingClientRect().toJSON()")
+    places = [(box["x"] + 100, box["y"] + 60), (box["x"] + 250, box["y"] + 160)]
+    for kind, (x, y) in (("mousePressed", places[0]), ("mouseMoved", places[1]), ("mouseReleased", places[1])):
+        at = {"x": x, "y": y, "button": "left", "clickCount": 1}
+        browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": kind, **at})
+    browser.wait(f"{charts}[1].high")
+    assert browser.run(f"return {charts}[0].high") is None
+    begin, end = browser.run("return document.querySelector('.plot').plot.range")
+    assert abs((end - begin) / 20 - 150 / box["width"]) < 0.02
+
+
+def test_twenty_curves_are_told_apart_and_named_in_the_picture(
+    browser: Browser, web: Web, make_node: Callable[..., Any]
+) -> None:
+    publisher = make_node("talker").advertise("numbers", "std_msgs/Float64MultiArray", latch=True)
+    publisher.publish(publisher.type(data=[float(x) for x in range(20)]))
+    browser.resize(390, 844)
+    browser.open(web.page("plot"))
+    for number in range(20):
+        add(browser, f"/numbers/data[{number}]")
+    lines = "document.querySelector('.plot').plot.lines"
+    browser.wait(f"{lines}.length === 20")
+    looks = browser.run(f"return {lines}.map(({{ colour, dash }}) => JSON.stringify([colour, dash]))")
+    assert len({*looks}) == 20
+    browser.wait("document.querySelectorAll('.chip').length === 20 && document.querySelector('.charts canvas')")
+    assert browser.run(f"return {CHART}.over.clientHeight") > 300, "the legend leaves room"
+    size = browser.run("const c = document.querySelector('.charts canvas'); return [c.width, c.height]")
+    png = browser.saved("button", "PNG")
+    width, height = (int.from_bytes(png[at : at + 4], "big") for at in (16, 20))
+    assert width == size[0] and height > size[1] + 100

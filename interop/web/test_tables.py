@@ -47,6 +47,24 @@ def test_call_a_service(browser: Browser, web: Web, make_node: Make) -> None:
     browser.wait(LINE.format("/lamp/get_loggers"))
 
 
+def test_a_text_is_edited_as_it_is(browser: Browser, web: Web, make_node: Make) -> None:
+    params = make_node("setter").params
+    params["/label"] = "12: 'left'"
+    browser.open(web.page("params"))
+    choose(browser, "/label")
+    browser.wait("document.querySelector('.about .yaml').value === arguments[0]", "12: 'left'")
+    browser.type(".about .yaml", '"yes": #1\\')
+    browser.click(".about button", "Save")
+    browser.wait_for_text("saved")
+    assert params["/label"] == '"yes": #1\\'
+    browser.click(".about button", "as YAML")
+    browser.wait("document.querySelector('.about .yaml').ariaLabel === 'value as YAML'")
+    browser.type(".about .yaml", "[1, 2]")
+    browser.click(".about button", "Save")
+    browser.wait("[...document.querySelectorAll('.line')].some((line) => line.textContent.includes('[1, 2]'))")
+    assert params["/label"] == [1, 2]
+
+
 def test_parameters_are_edited_and_changes_are_seen(browser: Browser, web: Web, make_node: Make) -> None:
     params = make_node("setter").params
     params["/arm/speed"] = 1.5

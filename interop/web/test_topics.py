@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from browsing import Browser, Web
 
-from pyros1.msgs.geometry_msgs.msg import TwistStamped
+from pyros1.msgs.geometry_msgs.msg import PoseArray, PoseStamped, TwistStamped
 from pyros1.msgs.sensor_msgs.msg import LaserScan
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.web.links import panel_link
@@ -54,6 +54,46 @@ def test_a_topic_without_subscribers_is_measured(browser: Browser, web: Web, sca
     browser.wait(f"/\\d+(\\.\\d+)? Hz/.test({LINE.format('/scan')}.textContent)")
     browser.run(f"{LINE.format('/scan')}.querySelector('.measure').click()")
     browser.wait(f"{LINE.format('/scan')}.textContent.includes('measure')")
+
+
+def test_all_topics_without_subscribers_are_measured_at_once(
+    browser: Browser, web: Web, scanner: Any, make_node: Make
+) -> None:
+    node = make_node("many")
+    for number in range(60):
+        node.advertise(f"/quiet{number}", Float64)
+    browser.open(web.page("topics"))
+    browser.type("input.search", "scan")
+    browser.wait("document.querySelectorAll('.line').length === 1")
+    browser.click(".tools button", "Measure all")
+    browser.wait(f"/\\d+(\\.\\d+)? Hz/.test({LINE.format('/scan')}.textContent)")
+    browser.click(".tools button", "Stop measuring (1)")
+    browser.type("input.search", "")
+    browser.click(".tools button", "Measure all")
+    browser.wait_for_text("Stop measuring (50)")  # no more than that
+    browser.click(".tools button", "Stop measuring (50)")
+    browser.wait_for_text("Measure all")
+    until(lambda: not scanner.num_connections)
+
+
+def until(fits: Callable[[], object]) -> None:
+    tick = threading.Event()
+    for _ in range(200):
+        if fits():
+            return
+        tick.wait(0.1)
+    raise AssertionError("never so")
+
+
+def test_types_are_whole_or_not_there(browser: Browser, web: Web, scanner: Any) -> None:
+    browser.resize(1400, 900)
+    browser.open(web.page("topics"))
+    heads = "[...document.querySelectorAll('.table .sort')].map((each) => each.textContent).join()"
+    browser.wait(f"{heads}.includes('type')")
+    choose(browser, "/scan")
+    browser.wait(f"!{heads}.includes('type')")
+    browser.click(".shut")
+    browser.wait(f"{heads}.includes('type')")
 
 
 def test_messages_are_inspected(browser: Browser, web: Web, scanner: Any) -> None:
@@ -115,6 +155,21 @@ def test_publish_with_a_form_and_yaml(browser: Browser, web: Web, make_node: Mak
     browser.wait("document.querySelector('.yaml')?.value.includes('y: 3')")
     browser.type(".yaml", "twist: 5")
     browser.wait("document.querySelector('.editor .outcome.wrong:not([hidden])')")
+
+
+def test_orientations_begin_without_rotation(browser: Browser, web: Web, make_node: Make) -> None:
+    make_node("base").subscribe("/goals", PoseArray, print)
+    make_node("base2").subscribe("/goal", PoseStamped, print)
+    browser.open(web.page("topics"))
+    for topic in ("/goal", "/goals"):
+        choose(browser, topic)
+        browser.click(".tabbar .tab", "Publish")
+        browser.wait(
+            "document.querySelector('.form') && document.querySelector('.about h3').textContent === arguments[0]", topic
+        )
+        if topic == "/goals":
+            browser.click(".form .add", "Add to poses")
+        browser.wait("document.querySelector(\"input[aria-label='w (float64)']\")?.value === '1'")
 
 
 def test_to_publish_as_its_command_opens_it(browser: Browser, web: Web, make_node: Make) -> None:

@@ -161,6 +161,23 @@ def test_each_subscriber_has_its_rate(system: System, clock: Clock, make_node: C
     assert found["topics"]["/second"]["hz"] == 4.0
 
 
+def test_a_slow_topic_has_one_rate(system: System, clock: Clock, make_node: Callable[..., Any]) -> None:
+    """It was 0 Hz and twice its rate by turns."""
+    heard = threading.Semaphore(0)
+    make_node("listener", rosout=False).subscribe("slow", Float64, lambda message: heard.release())
+    publisher = make_node("talker", rosout=False).advertise("slow", Float64)
+    assert publisher.wait_for_subscribers(timeout=PATIENCE)
+    assert looks_until(system, clock, lambda found: found["edges"])["topics"]["/slow"]["hz"] is None
+    rates = []
+    for number in range(20):
+        if number % 2 == 0:
+            publisher.publish(Float64(1.0))
+            assert heard.acquire(timeout=PATIENCE)
+        found = look(system, clock)
+        rates.append((found["topics"]["/slow"]["hz"], found["edges"][0][3]))
+    assert rates == [(None, None)] * 2 + [(0.5, 0.5)] * 18
+
+
 def test_an_edge_is_missing_when_it_was_missing_before(
     system: System, clock: Clock, make_node: Callable[..., Any]
 ) -> None:

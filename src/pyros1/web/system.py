@@ -17,6 +17,7 @@ from pyros1.doctor.together import together
 from pyros1.graph import Connection, Graph, NodeApi
 from pyros1.ground.errors import Error
 from pyros1.ground.shown import foreign
+from pyros1.web.shown.rates import Rate, Track
 
 NODE_TIMEOUT = 1.0
 """Seconds that a node has to describe itself."""
@@ -52,7 +53,7 @@ class System:
         self._clock = clock
         self._lock = threading.Lock()
         self._uris: dict[str, str] = {}
-        self._told: dict[str, _Told] = {}
+        self._tracks: dict[str, _Tracks] = {}
         self._lacking: set[Edge] = set()
         self._latest: dict[str, Any] | None = None
         self._made = float("-inf")
@@ -65,7 +66,8 @@ class System:
 
         Returns:
             - nodes: name -> URI; silent: names of those that do not answer
-            - topics: name -> type, publishers, subscribers, and hz and bytes per second once they are known
+            - topics: name -> type, publishers, subscribers, and hz and bytes per second: null while
+              they are not known yet, missing if nobody counts
             - services: name -> nodes
             - edges: topic, publisher, subscriber, messages per second or null
             - missing: topic, publisher, subscriber, where a connection should be, and was not at the last look either:
@@ -95,8 +97,8 @@ class System:
         answers = together(jobs, NODE_TIMEOUT + 0.2)
         told = {name: answer for name, answer in answers.items() if isinstance(answer, _Told)}
         silent = [name for name in nodes if name not in told]
-        rates = {name: _rates(self._told.get(name), answer) for name, answer in told.items()}
-        self._told = told
+        self._tracks = {name: _followed(self._tracks.get(name, {}), answer) for name, answer in told.items()}
+        rates = {name: _rates(tracks) for name, tracks in self._tracks.items()}
         for name in silent:
             self._uris.pop(name, None)  # another process may have taken its name
         reported = actual_edges({name: its.connections for name, its in told.items()}, self._uris)
@@ -165,35 +167,39 @@ def flows(stats: Any) -> list[Flow]:
     return found
 
 
-def _rates(before: _Told | None, now: _Told) -> dict[str, dict[Any, tuple[float, float]]]:
-    """Return topic -> connection -> messages and bytes per second since the last look."""
-    if before is None or now.at <= before.at:
-        return {}
-    earlier = {(flow.topic, flow.number): flow for flow in before.flows if _hashable(flow.number)}
-    found: dict[str, dict[Any, tuple[float, float]]] = {}
-    for flow in now.flows:
-        old = earlier.get((flow.topic, flow.number)) if _hashable(flow.number) else None
-        if old is not None and flow.messages >= old.messages and flow.bytes >= old.bytes:
-            seconds = now.at - before.at
-            both = ((flow.messages - old.messages) / seconds, (flow.bytes - old.bytes) / seconds)
-            found.setdefault(flow.topic, {})[flow.number] = both
+_Tracks = dict[tuple[str, Any], Track]
+"""Topic and number of a connection -> what was counted on it."""
+
+
+def _followed(before: _Tracks, now: _Told) -> _Tracks:
+    found: _Tracks = {}
+    for topic, number, messages, size in now.flows:
+        if isinstance(number, (int, str)):
+            track = found[topic, number] = before.get((topic, number)) or Track(now.at, messages, size)
+            track.look(now.at, messages, size)
     return found
 
 
-def _hashable(number: Any) -> bool:
-    return isinstance(number, (int, str))
+def _rates(tracks: _Tracks) -> dict[str, dict[Any, Rate | None]]:
+    """Return topic -> connection -> rate, None for one that is not known yet."""
+    found: dict[str, dict[Any, Rate | None]] = {}
+    for (topic, number), track in tracks.items():
+        found.setdefault(topic, {})[number] = track.rate()
+    return found
 
 
-_Rates = dict[str, dict[str, dict[Any, tuple[float, float]]]]
+_Rates = dict[str, dict[str, dict[Any, "Rate | None"]]]
 
 
-def _flow(topic: str, rates: _Rates) -> dict[str, float]:
+def _flow(topic: str, rates: _Rates) -> dict[str, float | None]:
     """Return what flows on a topic: each of its subscribers gets all messages of a publisher, so one counts."""
     of_publishers = [its[topic].values() for its in rates.values() if its.get(topic)]
     if not of_publishers:
         return {}
-    most = [(max(hz for hz, _ in each), max(size for _, size in each)) for each in of_publishers]
-    return {"hz": sum(hz for hz, _ in most), "bytes": sum(size for _, size in most)}
+    most = [max(known) for each in of_publishers if (known := [rate for rate in each if rate])]
+    if not most:
+        return {"hz": None, "bytes": None}
+    return {"hz": sum(rate.hz for rate in most), "bytes": sum(rate.bytes for rate in most)}
 
 
 def _edges(told: dict[str, _Told], reported: Mapping[str, set[Edge]], rates: _Rates) -> list[list[Any]]:
@@ -206,17 +212,17 @@ def _edges(told: dict[str, _Told], reported: Mapping[str, set[Edge]], rates: _Ra
             for connection, rate in _matched(connections, by_number):
                 edge = Edge(topic, name, connection.destination)
                 if edge in found:
-                    found[edge] = rate
+                    found[edge] = rate and rate.hz
     return [[*edge, rate] for edge, rate in found.items()]
 
 
 def _matched(
-    connections: list[Connection], by_number: Mapping[Any, tuple[float, float]]
-) -> Iterable[tuple[Connection, float]]:
+    connections: list[Connection], by_number: Mapping[Any, Rate | None]
+) -> Iterable[tuple[Connection, Rate | None]]:
     """Yield connections of a topic with their rates. Some nodes number them alike in both tables, others do not."""
     if {str(connection.id) for connection in connections} == {str(number) for number in by_number}:
-        by_text = {str(number): rate for number, (rate, _) in by_number.items()}
+        by_text = {str(number): rate for number, rate in by_number.items()}
         return [(connection, by_text[str(connection.id)]) for connection in connections]
     if len(connections) == len(by_number):
-        return zip(connections, (rate for rate, _ in by_number.values()), strict=True)
+        return zip(connections, by_number.values(), strict=True)
     return []  # one has come or gone between the two questions

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 const page = new URL("../../../src/pyros1/web/page/", import.meta.url);
-const { MOST_FOR_DAGRE, POINTS, layout, sampled } = await import(new URL("lib/graph/layout.js", page));
+const { MOST_FOR_DAGRE, POINTS, detour, layout, sampled } = await import(new URL("lib/graph/layout.js", page));
 
 const room = [1200, 700];
 
@@ -62,6 +62,40 @@ test("200 nodes and 1,000 topics have about the shape of the room", () => {
     const { width, height } = check(what);
     assert.ok(width / height < 5 && height / width < 2, `${width} x ${height}`);
   }
+});
+
+test("a way back goes around boxes, and comes in from the front", () => {
+  const size = { width: 100, height: 30 };
+  for (const down of [false, true]) {
+    const turn = ([x, y]) => (down ? [y, x] : [x, y]);
+    const [wide, high] = turn([100, 30]);
+    const boxes = [];
+    for (let column = 0; column < 4; column += 1) for (let row = 0; row < 5; row += 1) boxes.push([...turn([column * 200, row * 60]), wide, high]);
+    const [from, to] = [boxes[17], boxes[1]]; // of the last column, and of the first
+    const box = { width: wide, height: high };
+    const points = detour([from, box, to, box], from, to, boxes, down);
+    assert.equal(points.length, POINTS * 2);
+    assert.ok(points.every(Number.isFinite));
+    for (let index = 0; index < points.length - 2; index += 2) {
+      const [left, right] = [points[index], points[index + 2]].sort((one, other) => one - other);
+      const [top, bottom] = [points[index + 1], points[index + 3]].sort((one, other) => one - other);
+      for (const [x, y, w, h] of boxes) {
+        const apart = right <= x - w / 2 || left >= x + w / 2 || bottom <= y - h / 2 || top >= y + h / 2;
+        assert.ok(apart, `${points} goes through ${[x, y]}`);
+      }
+    }
+    const [before, end] = [turn(points.slice(-4, -2)), turn(points.slice(-2))];
+    assert.ok(end[0] > before[0] && end[1] === before[1], "the arrow looks ahead");
+    assert.equal(end[0], turn(to)[0] - size.width / 2);
+  }
+});
+
+test("a strip becomes higher where that makes it larger", () => {
+  const boxes = Array.from({ length: 6 }, (_, index) => ({ id: `n:${index}`, width: 140, height: 32, group: "" }));
+  const edges = boxes.slice(1).map(({ id }, index) => ({ id: `e${index}`, from: `n:${index}`, to: id, width: 104, height: 28 }));
+  const { down, width, height } = layout({ boxes, edges, groups: [], down: false, room: [1400, 800] });
+  assert.ok(down);
+  assert.ok(Math.min(1400 / width, 800 / height) > 1);
 });
 
 test("nothing, one box, and an edge to itself", () => {

@@ -60,6 +60,16 @@ test("what can be hidden", () => {
   assert.deepEqual(names(build(SYSTEM, { ...NOTHING, hide: ["debug"] }), "node"), ["/listener", "/other", "/talker"]);
 });
 
+test("how many topics are hidden that nobody subscribes to", () => {
+  const unheard = (mode, hide) => build(SYSTEM, { ...NOTHING, mode, hide }).unheard;
+  assert.equal(unheard("active", ["debug", "tf", "leaf", "dead"]), 3); // /heard is for a tool that is hidden
+  assert.equal(unheard("active", []), 2);
+  assert.equal(unheard("all", ["dead"]), 2);
+  assert.equal(unheard("all", ["leaf"]), 1);
+  assert.equal(unheard("all", []), 0);
+  assert.equal(unheard("nodes", ["dead"]), 0);
+});
+
 test("the nodes of tools are known by their names, those of people are not", () => {
   for (const name of ["/rosout", "/rqt_gui_py_node_12", "/rosbag_12_1700000000000", "/pyros1_web_3_1700000000000"]) assert.ok(isDebugNode(name), name);
   for (const name of ["/talker", "/talker_12_1700000000000", "/robot/rosout_filter", "/rosie_1", "/play_12_1700000000000"]) assert.ok(!isDebugNode(name), name);

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 const page = new URL("../../../src/pyros1/web/page/", import.meta.url);
-const { Scene } = await import(new URL("lib/graph/scene.js", page));
+const { Scene, flowTexts } = await import(new URL("lib/graph/scene.js", page));
 globalThis.matchMedia = () => ({ matches: false });
 
 const box = (id, group = "") => ({ id, kind: "node", name: id.slice(2), label: id, group });
@@ -84,4 +84,25 @@ test("a link keeps where boxes were put, also of those that come later", () => {
   assert.deepEqual(other.offsets, [["n:/later", 1, 2], ["n:/b", 10, 20]]);
   other.release(0);
   assert.deepEqual(other.offsets, []);
+});
+
+test("what is said of an edge: rate, size of a message, and both", () => {
+  const edge = (hz, bytes) => ({ from: "n:/a", to: "n:/b", links: [{ topic: "/t", publisher: "/a", subscriber: "/b", state: "ok", hz, bytes }] });
+  assert.deepEqual(flowTexts(edge(10, 2600)), ["10.0 Hz · 260 B", "2.6 kB/s"]);
+  assert.deepEqual(flowTexts(edge(0, 0)), ["0 Hz"]);
+  assert.deepEqual(flowTexts(edge(null, null)), []);
+});
+
+test("an edge that is dimmed has no label", () => {
+  const scene = arranged();
+  scene.model.edges[0].lines = ["/topic"];
+  const look = { colours: {}, scale: 1, seen: [-1e6, -1e6, 1e6, 1e6], chosen: null, pointed: null };
+  const texts = (lit) => {
+    const found = [];
+    scene.draw({ box() {}, lines() {}, tip() {}, text: (x, y, text) => found.push(text) }, { ...look, lit });
+    scene.model.edges[0].lines = ["/topic"];
+    return found.filter((text) => text === "/topic").length;
+  };
+  scene.lines.get("e").at = [0, 200, 50, 200, 100, 200, 50, 200]; // beside the boxes
+  assert.deepEqual([texts(null), texts({ boxes: new Set(), edges: new Set(["e"]) }), texts({ boxes: new Set(), edges: new Set(["f"]) })], [1, 1, 0]);
 });

@@ -22,7 +22,7 @@ def test_a_form_has_fields_and_defaults() -> None:
     header, pose = found["fields"]
     assert header[:2] == ["header", "std_msgs/Header"]
     assert [each[0] for each in pose[2][0][2]] == ["x", "y", "z"]
-    assert found["default"]["pose"]["orientation"]["w"] == 0.0
+    assert found["default"]["pose"]["orientation"]["w"] == 1.0  # no rotation
 
 
 @pytest.mark.parametrize(

@@ -30,9 +30,9 @@ def test_rates_of_topics_that_nobody_else_hears(make_node: Make, watch: Make) ->
     assert publisher.wait_for_subscribers(timeout=PATIENCE)
     for _ in range(100):
         publisher.publish(Float64(1.0))
-    found = watched.until(lambda data: data["/quiet"]["hz"] > 0)
+    found = watched.until(lambda data: data["/quiet"]["hz"])
     assert found["/quiet"]["bytes"] == pytest.approx(found["/quiet"]["hz"] * 8)
-    assert found["/nobody"] == {"hz": 0.0, "bytes": 0.0}
+    assert found["/nobody"] == {"hz": None, "bytes": None}  # it may be a slow one
     watched.view.change({"topics": []})
     assert watched.view.take() is None
 

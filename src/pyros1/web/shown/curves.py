@@ -81,7 +81,7 @@ class Curve:
             path = FieldPath(found[2])
         except FieldPathError as error:
             raise CurveError(str(error)) from None
-        self._read = lambda message: path.get(message)[0]
+        self._read = lambda message: _value(path, message)
         return found[0]
 
     def add(self, message: Any, arrived: float) -> None:
@@ -116,6 +116,14 @@ class Curve:
 
     def _evaluate(self, message: Any) -> Any:
         return self._expression({"m": message}) if self._expression else None
+
+
+def _value(path: FieldPath, message: Any) -> Any:
+    try:
+        return path.get(message)[0]
+    except FieldPathError as error:
+        path.type_in(type(message))  # says better what is wrong with the names
+        raise CurveError(f"no such element now, index out of range: {path.text}") from error
 
 
 def _numbers(value: Any) -> list[tuple[int, float]]:

@@ -25,9 +25,19 @@ def form(cls: type[Message]) -> dict[str, Any]:
         - type: its name
         - text: its definition
         - fields: a list of name, type, the fields of the type or null, and the choices: a list of name and value
-        - default: a message with default values, as JSON
+        - default: a message with default values, as JSON; orientations are those without rotation
     """
-    return {"type": cls._type, "text": cls._full_text, "fields": _fields(cls, 0), "default": to_json(cls())}
+    return {"type": cls._type, "text": cls._full_text, "fields": _fields(cls, 0), "default": _begun(cls)}
+
+
+def _begun(cls: type[Message]) -> dict[str, Any]:
+    value: dict[str, Any] = to_json(cls())
+    if cls._type == "geometry_msgs/Quaternion":
+        value["w"] = 1.0  # with zeros alone it is no orientation, and programs refuse it
+    for name, kind in zip(cls.__slots__, cls._slot_types, strict=True):
+        if (nested := cls._classes.get(kind)) is not None:
+            value[name] = _begun(nested)
+    return value
 
 
 def numbers(cls: type[Message], path: str, depth: int = 0) -> Iterator[str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import threading
-from collections import deque
 from collections.abc import Callable, Mapping
 from time import monotonic
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,7 @@ from pyros1.ground.timing import TVal
 from pyros1.msgs import Message
 from pyros1.web.hub import Arrival
 from pyros1.web.server.wire import Push, RequestError
+from pyros1.web.shown.rates import Meter
 from pyros1.web.views.view import View, text
 
 if TYPE_CHECKING:
@@ -25,9 +25,6 @@ _MOST_TEXT = 2_000
 _MOST_VALUES = 5_000
 """Most values of a message that are shown."""
 _MOST_WINDOWS = 100
-_WINDOW = 5.0
-"""Seconds over which the rate is measured."""
-_MOST_TIMES = 10_000
 
 
 class MessageView(View):
@@ -51,7 +48,7 @@ class MessageView(View):
         self._newest: Arrival | None = None
         self._shown: Arrival | None = None
         self._count = 0
-        self._times: deque[tuple[float, int]] = deque(maxlen=_MOST_TIMES)
+        self._meter = Meter(monotonic())
         self._windows: dict[str, int] = {}
         self._frozen = self._again = False
         self._topic = text(args, "topic")
@@ -69,29 +66,26 @@ class MessageView(View):
         with self._lock:
             self._newest = arrival
             self._count += 1
-            self._times.append((arrival.at, len(arrival.raw._buff)))
+        self._meter.arrived(arrival.at, len(arrival.raw._buff))
         self.wake()
 
     def take(self) -> Push | None:
         with self._lock:
             arrival, count = self._newest, self._count
-            times = [each for each in self._times if each[0] > monotonic() - _WINDOW]
         if self._frozen and self._shown is not None:
             arrival = self._shown
         if arrival is None or (arrival is self._shown and not self._again):
             return None
         self._shown, self._again = arrival, False
         header = arrival.raw._connection_header or {}
-        rate = (
-            (len(times) - 1) / (times[-1][0] - times[0][0]) if len(times) > 1 and times[-1][0] > times[0][0] else None
-        )
+        rate = self._meter.rate(monotonic())
         size = len(arrival.raw._buff)
         facts = {
             "type": header.get("type", ""),
             "publisher": header.get("callerid", ""),
             "count": count,
-            "hz": rate,
-            "bytes": rate and rate * sum(each for _, each in times) / len(times),
+            "hz": rate and rate.hz,
+            "bytes": rate and rate.bytes,
             "size": size,
             "time": arrival.time,
             "latched": header.get("latching") == "1",

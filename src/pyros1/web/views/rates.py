@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Mapping
+from functools import partial
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import Error
 from pyros1.web.hub import Arrival
 from pyros1.web.server.wire import Push, RequestError
+from pyros1.web.shown.rates import Meter
 from pyros1.web.views.view import View
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 MOST_TOPICS = 50
-_WINDOW = 5.0
-"""Seconds over which a rate is measured."""
-_MOST_TIMES = 5_000
 
 
 class RatesView(View):
@@ -27,7 +25,8 @@ class RatesView(View):
     Args (of the page):
         topics: a list of full names.
 
-    Pushes ``{TOPIC: {"hz": N, "bytes": N per second} or {"problem": TEXT}}``.
+    Pushes ``{TOPIC: {"hz": N, "bytes": N per second} or {"problem": TEXT}}``; null for what is not known
+    yet.
     """
 
     period = 1.0
@@ -35,7 +34,7 @@ class RatesView(View):
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
-        self._meters: dict[str, _Meter] = {}
+        self._meters: dict[str, Meter] = {}
         self._ends: dict[str, Callable[[], None]] = {}
         self._problems: dict[str, str] = {}
         self.change(args)
@@ -50,15 +49,18 @@ class RatesView(View):
         for topic in topics:
             if topic in self._meters:
                 continue
-            meter = _Meter()
+            meter = Meter(monotonic())
             try:
-                self._ends[topic] = self.robot.listen(topic, meter.arrived)
+                self._ends[topic] = self.robot.listen(topic, partial(_measured, meter))
                 self._meters[topic] = meter
             except Error as error:
                 self._problems[topic] = str(error)
 
     def take(self) -> Push | None:
-        found: dict[str, Any] = {topic: meter.rates() for topic, meter in self._meters.items()}
+        rates = {topic: meter.rate(monotonic()) for topic, meter in self._meters.items()}
+        found: dict[str, Any] = {
+            topic: rate._asdict() if rate else {"hz": None, "bytes": None} for topic, rate in rates.items()
+        }
         found.update({topic: {"problem": text} for topic, text in self._problems.items()})
         return Push(found) if found else None
 
@@ -71,17 +73,5 @@ class RatesView(View):
         del self._meters[topic]
 
 
-class _Meter:
-    def __init__(self) -> None:
-        self._arrivals: deque[tuple[float, int]] = deque(maxlen=_MOST_TIMES)
-
-    def arrived(self, arrival: Arrival) -> None:
-        self._arrivals.append((arrival.at, len(arrival.raw._buff)))
-
-    def rates(self) -> dict[str, float]:
-        now = monotonic()
-        recent = [each for each in list(self._arrivals) if each[0] > now - _WINDOW]
-        if len(recent) < 2 or recent[-1][0] <= recent[0][0]:
-            return {"hz": len(recent) / _WINDOW, "bytes": sum(size for _, size in recent) / _WINDOW}
-        hz = (len(recent) - 1) / (recent[-1][0] - recent[0][0])
-        return {"hz": hz, "bytes": hz * sum(size for _, size in recent) / len(recent)}
+def _measured(meter: Meter, arrival: Arrival) -> None:
+    meter.arrived(arrival.at, len(arrival.raw._buff))

@@ -10,7 +10,8 @@ export function number(value, digits = 4) {
 
 export function rate(hz) {
   if (hz === undefined || hz === null) return "";
-  return `${hz >= 100 ? hz.toFixed(0) : hz >= 10 ? hz.toFixed(1) : hz.toFixed(2)} Hz`;
+  if (hz === 0) return "0 Hz";
+  return `${hz >= 99.95 ? hz.toFixed(0) : hz >= 9.995 ? hz.toFixed(1) : hz.toFixed(2)} Hz`;
 }
 
 export function bytes(count, unit = "B") {

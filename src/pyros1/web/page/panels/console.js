@@ -34,6 +34,7 @@ class Console {
     const { settings } = place;
     this.hidden = new Set(settings.hidden || []);
     this.search = settings.search || "";
+    this.exclude = settings.exclude || "";
     this.node = settings.node || "";
     this.marking = settings.marking || "";
     this._build();
@@ -75,12 +76,13 @@ class Console {
     tools.append(
       h("span.levels", {}, [...this.buttons.values()]), this.pause,
       field("search", "text", "only messages with this text; /.../ is a regular expression"),
+      field("exclude", "exclude", "no messages with this text; /.../ is a regular expression"),
       field("node", "node", "only messages of nodes, or about topics, with this in their names"),
-      field("marking", "highlight", "mark messages with this text; /.../ is a regular expression"),
+      field("marking", "highlight", "mark messages with this in their text, severity, node or topics; /.../ is a regular expression"),
       h("button.quiet", { title: "forget what is in the list", onclick: () => this._clear() }, "Clear"),
       h("button.quiet", { title: "save what is shown, as rqt_console's CSV", onclick: () => this._save() }, "Save"),
       h("button.quiet", { title: "load a saved log", onclick: () => file.click() }, "Load"), file,
-      h("button.quiet", { title: "levels of loggers", onclick: () => this.place.open("nodes", {}) }, "Levels"));
+      h("button.quiet", { title: "levels of the loggers of the chosen message's node", onclick: () => this._levels() }, "Levels"));
     this.tall = h("div.tall");
     this.list = h("div.log", {
       role: "log", tabIndex: 0, onscroll: () => this._scrolled(), onkeydown: (event) => this._key(event),
@@ -117,12 +119,15 @@ class Console {
 
   _filtersChanged() {
     const text = matcher(this.search);
+    const exclude = this.exclude ? matcher(this.exclude) : { test: () => false };
     const node = matcher(this.node);
-    this.mark = this.marking ? matcher(this.marking).test : null;
-    this.place.problem(text.problem || node.problem || this.loaded?.note || "");
-    this.fits = (entry) => !this.hidden.has(entry[2]) && text.test(entry[4]) && (node.test(entry[3]) || (this.node && entry[8].some(node.test)));
+    const mark = matcher(this.marking);
+    this.mark = ([, , level, name, said, , , , topics]) => Boolean(this.marking) && !mark.problem
+      && (mark.test(said) || mark.test(name) || mark.test(NAME.get(level) || "info") || topics.some(mark.test));
+    this.place.problem(text.problem || exclude.problem || node.problem || mark.problem || this.loaded?.note || "");
+    this.fits = (entry) => !this.hidden.has(entry[2]) && text.test(entry[4]) && (Boolean(exclude.problem) || !exclude.test(entry[4])) && (node.test(entry[3]) || (this.node && entry[8].some(node.test)));
     this.shown = (this.loaded || this).entries.filter(this.fits);
-    this.place.save({ hidden: [...this.hidden], search: this.search, node: this.node, marking: this.marking });
+    this.place.save({ hidden: [...this.hidden], search: this.search, exclude: this.exclude, node: this.node, marking: this.marking });
     this._drawCounts();
     this._draw();
   }
@@ -131,7 +136,7 @@ class Console {
     for (const [level, button] of this.buttons) {
       button.setAttribute("aria-pressed", String(!this.hidden.has(level)));
       const count = (this.loaded || this).counts.get(level);
-      const text = `${NAME.get(level)} ${count < 1e5 ? count : bytes(count, "")}`;
+      const text = `${NAME.get(level)} ${count < 1e4 ? count : bytes(count, "")}`;
       if (button.textContent !== text) button.textContent = text;
     }
   }
@@ -203,7 +208,7 @@ class Console {
       this.tall.append(row);
     }
     row.style.top = `${top}px`;
-    row.classList.toggle("marked", Boolean(this.mark?.(entry[4])));
+    row.classList.toggle("marked", this.mark(entry));
     row.setAttribute("aria-selected", String(this.selected === entry[0]));
   }
 
@@ -232,7 +237,17 @@ class Console {
     this.selected = !entry || this.selected === entry[0] ? null : entry[0];
     this.detail.hidden = this.selected === null;
     this._draw();
+    this.of = this.selected === null ? null : entry[3];
     if (this.selected !== null) this._describe(entry);
+  }
+
+  _levels() {
+    if (this.of) this.place.open("nodes", { selected: this.of, loggers: true });
+    else {
+      this.detail.hidden = false;
+      fill(this.detail, h("p.muted.hint", {}, "Choose a message first: “Levels” shows the loggers of its node. ",
+        h("button", { onclick: () => this.place.open("nodes", {}) }, "All nodes")));
+    }
   }
 
   _describe([, time, level, node, text, file, fn, line, topics, nanoseconds]) {

@@ -76,7 +76,7 @@ class GraphPanel {
       },
     }), text));
     this.hiding = hiding;
-    const rates = h("label.check", { title: "messages and bytes per second on the edges" }, h("input", {
+    const rates = h("label.check", { title: "on the edges: messages per second, bytes of a message, bytes per second" }, h("input", {
       type: "checkbox", checked: this.rates, onchange: (event) => {
         this.rates = event.target.checked;
         this._changed();
@@ -100,7 +100,8 @@ class GraphPanel {
       h("b", {}, "Save"), h("span", {},
         h("button", { title: "save the picture", onclick: () => save("graph.svg", this.picture.svg(), "image/svg+xml") }, "SVG"), " ",
         h("button", { title: "save the graph in the dot language of Graphviz", onclick: () => save("graph.dot", dot(this.model), "text/vnd.graphviz") }, "DOT"))));
-    tools.append(choice("mode", MODES, "what is shown"), menu, this.search, this.count);
+    this.modes = choice("mode", MODES, "what is shown");
+    tools.append(this.modes, menu, this.search, this.count);
     this.canvas = h("canvas", { tabIndex: 0, role: "application", "aria-label": "graph" });
     this.said = h("span.said", { role: "status" });
     this.note = h("div.note");
@@ -182,7 +183,7 @@ class GraphPanel {
   }
 
   _describe() {
-    const { boxes, edges, cut } = this.model;
+    const { boxes, edges, cut, unheard } = this.model;
     const of = (kind) => boxes.filter((box) => box.kind === kind).length;
     const silent = boxes.filter((box) => box.silent).length;
     const lacking = edges.flatMap(({ links }) => links).filter(({ state }) => state === "broken");
@@ -191,7 +192,12 @@ class GraphPanel {
       cut && `${cut} more are left out`].filter(Boolean);
     const bad = [silent && `${silent} silent`, broken && `${broken} broken`].filter(Boolean);
     const text = parts.join(" · ");
-    if (this.note.textContent !== [text, ...bad].join("")) fill(this.note, text, bad.map((each) => h("b.bad", {}, each)));
+    const hidden = unheard ? `${plural(unheard, "topic")} hidden that nobody subscribes to` : "";
+    const said = JSON.stringify([text, bad, hidden]);
+    if (said !== this.described) {
+      fill(this.note, h("span", {}, text), bad.map((each) => h("b.bad", {}, each)), hidden && h("span", {}, `${hidden} · `, h("button.link", { onclick: () => this._showUnheard() }, "show")));
+    }
+    this.described = said;
     this.canvas.setAttribute("aria-label", `graph: ${[...parts, ...bad].join(", ")}. Arrow keys move, Enter chooses`);
   }
 
@@ -209,8 +215,20 @@ class GraphPanel {
   }
 
   _showAll() {
-    this.hide.clear();
-    for (const label of this.hiding) label.querySelector("input").checked = false;
+    this._unhide([...this.hide]);
+  }
+
+  // Topics that nobody subscribes to have one end.
+  _showUnheard() {
+    this.mode = this.modes.value = "all";
+    this._unhide(["dead", "leaf"]);
+  }
+
+  _unhide(names) {
+    for (const name of names) {
+      this.hide.delete(name);
+      this.hiding.find((label) => label.querySelector(`[data-hide="${name}"]`)).querySelector("input").checked = false;
+    }
     this._changed();
   }
 

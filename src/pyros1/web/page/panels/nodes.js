@@ -19,6 +19,7 @@ class Nodes {
   constructor(place) {
     this.place = place;
     this.system = null;
+    this.unfold = place.settings.loggers ? place.settings.selected : null; // the node whose loggers shall be shown
     const number = { number: true, width: "62px", least: 520 };
     this.listing = new Listing(place, {
       label: "nodes", word: "node",
@@ -45,7 +46,9 @@ class Nodes {
     this.listing.close();
   }
 
-  accept({ selected }) {
+  // Another panel wants a node shown, or the loggers of one.
+  accept({ selected, loggers }) {
+    if (loggers) this.unfold = selected;
     if (selected) this.listing.choose(selected);
   }
 
@@ -145,7 +148,7 @@ class Nodes {
         fill(list, h("p.muted.hint", {}, error.message));
       }
     };
-    return h("details.group", { ontoggle: (event) => { if (event.target.open) load(); } }, h("summary", {}, "Levels of loggers"), list, result.element);
+    return h("details.group.loggers", { open: this.unfold === row.name, ontoggle: (event) => { if (event.target.open) load(); else this.unfold = null; } }, h("summary", {}, "Levels of loggers"), list, result.element);
   }
 }
 

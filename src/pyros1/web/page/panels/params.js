@@ -102,7 +102,7 @@ class Parameters {
     const { robot } = this.place;
     const readOnly = robot.about.read_only;
     const kind = h("span.muted", {}, row.kind);
-    const area = h("textarea.mono.yaml", { rows: 1, spellcheck: false, "aria-label": "value as YAML", readOnly, onkeydown: (event) => {
+    const area = h("textarea.mono.yaml", { rows: 1, spellcheck: false, readOnly, onkeydown: (event) => {
       if (event.key === "Enter" && (event.ctrlKey || event.metaKey || area.rows === 1) && !event.shiftKey) { event.preventDefault(); save(); }
     }, oninput: () => state() });
     const result = outcome();
@@ -118,11 +118,15 @@ class Parameters {
       area.rows = Math.max(1, Math.min(20, area.value.split("\n").length));
       return dirty;
     };
+    let [value, asYaml] = [row, false];
+    const plain = () => value.kind === "text" && !value.more && !asYaml; // a text needs no quotation marks
+    const yaml = h("button.quiet", { title: "to give it another kind of value", onclick: () => { asYaml = true; load(); } }, "as YAML");
     const load = async () => {
       try {
-        const text = await robot.call("params.get", { name: row.name });
-        loaded = text.replace(/\n$/, "");
+        yaml.hidden = readOnly || !plain();
+        loaded = plain() ? value.text : (await robot.call("params.get", { name: row.name })).replace(/\n$/, "");
         area.value = loaded;
+        area.setAttribute("aria-label", plain() ? "value as text" : "value as YAML");
         changed.hidden = true;
         state();
       } catch (error) {
@@ -131,7 +135,7 @@ class Parameters {
     };
     const save = async () => {
       try {
-        await robot.call("params.put", { name: row.name, yaml: `${area.value}\n` });
+        await robot.call("params.put", { name: row.name, yaml: plain() ? JSON.stringify(area.value) : `${area.value}\n` });
         loaded = area.value;
         state();
         result.say("saved");
@@ -143,6 +147,7 @@ class Parameters {
     load();
     const update = (now) => {
       if (!now) { result.fail("this parameter is gone"); return; }
+      value = now;
       fill(kind, now.kind);
       const text = `${now.kind} ${now.text}`;
       if (text === shown) return;
@@ -151,7 +156,7 @@ class Parameters {
       else changed.hidden = false;
     };
     const namespace = row.name.slice(0, row.name.lastIndexOf("/"));
-    const element = h("div.about", {}, h("h3", {}, copied(row.name)), kind, area, changed,
+    const element = h("div.about", {}, h("h3", {}, copied(row.name)), h("div.actions", {}, kind, yaml), area, changed,
       !readOnly && h("div.actions", {}, sent, undo, h("span.gap"),
         asking("Delete", "Delete this parameter?", () => this._delete(row.name, result)),
         namespace && asking(`Delete ${namespace}/`, `Delete ${namespace}/ with all ${[...this.params.keys()].filter((name) => name.startsWith(`${namespace}/`)).length} parameters?`, () => this._delete(namespace, result))),

@@ -1,14 +1,15 @@
 // Numbers of any topic over time, as rqt_plot shows them.
 
-import uPlot from "../vendor/uplot.js";
 import { Points, grid, sample } from "../lib/curves.js";
 import { command, empty, fill, h, save } from "../lib/dom.js";
-import { number } from "../lib/format.js";
+import { clock, number } from "../lib/format.js";
+import { COLOURS, lookOf, swatch } from "../parts/plot/looks.js";
 import { Pairs } from "../parts/plot/pairs.js";
-import { expand, spread, ticksBefore } from "../parts/plot/words.js";
+import { picture } from "../parts/plot/picture.js";
+import { timeChart } from "../parts/plot/timechart.js";
+import { expand } from "../parts/plot/words.js";
 import { XYChart } from "../parts/plot/xychart.js";
 
-const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9", "#c2255c", "#5c940d"];
 const PERIODS = [2, 5, 10, 20, 60, 300];
 const KEPT = 600; // seconds
 const MOST = 6e5; // points of a line
@@ -89,7 +90,7 @@ class Plot {
       "aria-label": "period", title: "how much is shown",
       onchange: (event) => { this.period = Number(event.target.value); this.range = null; this._save(); },
     }, [...new Set([...PERIODS, this.period])].sort((one, other) => one - other).map((seconds) => h("option", { value: seconds, selected: seconds === this.period }, seconds < 60 ? `${seconds} s` : `${seconds / 60} min`)));
-    this.pause = h("button", { "aria-pressed": "false", title: "stop the picture; drag to zoom, double click for all", onclick: () => this._pause() }, "Pause");
+    this.pause = h("button", { "aria-pressed": "false", title: "stop the picture; drag to zoom, Shift and drag to move, double click for all; the wheel zooms, with Ctrl the height", onclick: () => this._pause() }, "Pause");
     const toggle = (label, title, key, more = () => {}) => h("button", { "aria-pressed": String(this[key]), title, onclick: (event) => {
       this[key] = !this[key];
       event.currentTarget.setAttribute("aria-pressed", String(this[key]));
@@ -114,9 +115,10 @@ class Plot {
       h("button.quiet", { title: "save the picture", onclick: () => this._png() }, "PNG"));
     this.legend = h("div.legend");
     this.area = h("div.charts");
+    this.when = h("span.when.mono", { hidden: true });
     body.classList.add("plot");
     body.plot = this; // for tests, and the curious
-    body.append(this.legend, this.area);
+    body.append(this.legend, this.area, this.when);
   }
 
   _args() {
@@ -171,11 +173,11 @@ class Plot {
 
   _take(data, blob) {
     this.now = data.now;
+    this.nowAt = performance.now();
     if (this.startPaused) {
       this.startPaused = false;
       this._pause();
     }
-    this.nowAt = performance.now();
     const numbers = new Float64Array(blob.buffer, blob.offset);
     let at = 0;
     let fresh = false;
@@ -203,7 +205,7 @@ class Plot {
         lines.push({ curve, points, label: part < 0 ? curve.text : `${curve.text}[${part}]` });
       }
     }
-    lines.forEach((line, index) => { line.colour = COLOURS[index % COLOURS.length]; });
+    lines.forEach((line, index) => Object.assign(line, lookOf(index)));
     return lines;
   }
 
@@ -232,12 +234,21 @@ class Plot {
         cursor: (found) => {
           this.pairs.pointAt(pairs, found);
           this._drawValues();
+          this._showTime(found?.time);
         },
       }));
       this.dirty = true;
       return;
     }
-    for (const lines of groups) this.charts.push(this._chart(lines, this._size(groups.length)));
+    const on = {
+      origin: () => this.origin, shown: () => this._shown(),
+      show: (range) => {
+        this.range = range;
+        this._showPause();
+      },
+      all: () => this._follow(), cursor: (chart) => this._cursor(chart),
+    };
+    for (const lines of groups) this.charts.push(timeChart(this.area, lines, this._size(groups.length), on));
     this.dirty = true;
   }
 
@@ -251,62 +262,6 @@ class Plot {
     this.dirty = true;
   }
 
-  _chart(lines, size) {
-    const style = getComputedStyle(document.documentElement);
-    const colour = (name) => style.getPropertyValue(name).trim();
-    const axis = { stroke: colour("--muted"), grid: { stroke: colour("--border"), width: 1 }, ticks: { stroke: colour("--border"), width: 1 } };
-    const chart = new uPlot({
-      ...size,
-      padding: [10, 12, 0, 0],
-      legend: { show: false },
-      cursor: { sync: { key: "plots" }, drag: { x: true, y: false }, focus: { prox: 24 } },
-      scales: { x: { time: false, auto: false }, y: { range: (_, least, most) => spread(least, most) } },
-      axes: [
-        {
-          ...axis, size: 30,
-          splits: (plot, _, begin, end) => ticksBefore(this.origin ?? end, begin, end, plot.over.clientWidth / 80),
-          values: (_, ticks) => ticks.map((tick) => `${number(tick - (this.origin ?? 0), 3)} s`),
-        },
-        { ...axis, size: 64, values: (_, ticks) => ticks.map((tick) => number(tick)) },
-      ],
-      series: [{}, ...lines.map((line) => ({
-        label: line.label, stroke: line.colour, width: 1.5, spanGaps: true, points: { show: false },
-      }))],
-      hooks: {
-        setSelect: [(plot) => this._zoomTo(plot)],
-        setCursor: [(plot) => this._cursor(plot)],
-      },
-    }, [new Float64Array(0), ...lines.map(() => [])], this.area);
-    chart.lines = lines;
-    chart.over.addEventListener("dblclick", () => this._follow());
-    chart.over.addEventListener("wheel", (event) => this._wheel(chart, event), { passive: false });
-    return chart;
-  }
-
-  _zoomTo(chart) {
-    const { left, width } = chart.select;
-    if (width < 4) return;
-    this.range = [chart.posToVal(left, "x"), chart.posToVal(left + width, "x")];
-    chart.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
-    this._showPause();
-  }
-
-  _wheel(chart, event) {
-    event.preventDefault();
-    const [begin, end] = this._shown();
-    const size = end - begin;
-    const moved = event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY);
-    if (moved) {
-      const by = Math.sign(event.deltaX || event.deltaY) * size * 0.1;
-      this.range = [begin + by, end + by];
-    } else {
-      const at = chart.posToVal(event.offsetX, "x");
-      const factor = event.deltaY > 0 ? 1.2 : 1 / 1.2;
-      this.range = [at - (at - begin) * factor, at + (end - at) * factor];
-    }
-    this._showPause();
-  }
-
   _pause() {
     this.range = this.range ? null : this._shown();
     this._showPause();
@@ -314,6 +269,7 @@ class Plot {
 
   _follow() {
     this.range = null;
+    for (const chart of this.charts) chart.high = null;
     this._showPause();
   }
 
@@ -373,7 +329,7 @@ class Plot {
         h("button.name.mono", { "aria-pressed": null, className: `name mono${curve.hidden ? " hidden-curve" : ""}`, onclick: () => {
           curve.hidden = !curve.hidden;
           this._layOut();
-        } }, (lines.length ? lines : [{}]).map((line) => h("i.swatch", { style: { background: line.colour || "var(--border)" } })), curve.text),
+        } }, (lines.length ? lines : [{}]).map((line) => h("i.swatch", { style: { background: swatch(line) } })), curve.text),
         curve.mark,
         h("button.quiet", { title: "remove", "aria-label": `remove ${curve.text}`, onclick: () => this._remove(curve) }, "✕"));
     }));
@@ -399,6 +355,13 @@ class Plot {
     const time = inside ? chart.posToVal(chart.cursor.left, "x") : null;
     for (const line of this.lines) line.at = time === null ? undefined : line.points.near(time);
     this._drawValues(); // also of a picture that stands still
+    this._showTime(time);
+  }
+
+  // The time under the cursor, as at the axis and as the robot's clock has it.
+  _showTime(time) {
+    this.when.hidden = time === null || time === undefined || this.now === null;
+    if (!this.when.hidden) fill(this.when, `${(time - (this.origin ?? this.now)).toFixed(3)} s · ${clock(time)}`);
   }
 
   _csv() {
@@ -413,15 +376,7 @@ class Plot {
   _png() {
     const canvases = this.charts.map((chart) => chart.ctx.canvas);
     if (!canvases.length) return;
-    const picture = h("canvas", { width: canvases[0].width, height: canvases.reduce((sum, each) => sum + each.height, 0) });
-    const context = picture.getContext("2d");
-    context.fillStyle = getComputedStyle(document.documentElement).getPropertyValue("--surface");
-    context.fillRect(0, 0, picture.width, picture.height);
-    let top = 0;
-    for (const canvas of canvases) {
-      context.drawImage(canvas, 0, top);
-      top += canvas.height;
-    }
-    picture.toBlob(async (blob) => save("plot.png", blob, "image/png"));
+    const entries = this.xy ? this.pairs.entries() : this.lines.filter(({ curve }) => !curve.hidden);
+    picture(canvases, entries).toBlob((blob) => save("plot.png", blob, "image/png"));
   }
 }

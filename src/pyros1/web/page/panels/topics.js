@@ -25,12 +25,13 @@ class Topics {
     this.system = null;
     const publish = h("button", { title: "publish on a topic that is not there yet", onclick: () => this._new() }, "New …");
     this.publish = publish;
+    this.all = h("button", { "aria-pressed": "false", onclick: () => this._measureAll() });
     this.listing = new Listing(place, {
-      label: "topics", word: "topic", tools: [publish],
+      label: "topics", word: "topic", tools: [publish, this.all],
       words: (row) => `${row.name} ${row.type}`,
       columns: [
         { title: "topic", text: (row) => row.name, width: "minmax(140px, 2.2fr)" },
-        { title: "type", text: (row) => row.type, width: "minmax(0, 1.5fr)", least: 480 },
+        { title: "type", text: (row) => row.type, width: "minmax(0, 1.5fr)", least: 480, alone: true },
         { title: "pub", text: (row) => String(row.publishers.length), value: (row) => row.publishers.length, number: true, width: "52px", least: 640, hint: "publishers" },
         { title: "sub", text: (row) => String(row.subscribers.length), value: (row) => row.subscribers.length, number: true, width: "52px", least: 640, hint: "subscribers" },
         { title: "rate", node: (row) => this._rate(row), value: (row) => row.hz, number: true, width: "94px" },
@@ -81,32 +82,54 @@ class Topics {
   _show() {
     this.listing.show(Object.entries(this.system.topics).map(([name, facts]) => {
       const measured = this.measured.get(name);
-      const ours = measured && measured.hz !== undefined && (facts.hz === undefined || facts.hz === 0);
+      const ours = measured && measured.hz !== undefined && !facts.hz;
       return { name, ...facts, ...(ours ? measured : {}), measured: Boolean(measured), problem: measured?.problem };
     }));
+    const count = this.measured.size;
+    this.all.hidden = !count && !this._quiet().length;
+    this.all.setAttribute("aria-pressed", String(count > 0));
+    const text = count ? `Stop measuring (${count})` : "Measure all";
+    if (this.all.textContent !== text) fill(this.all, text);
+    this.all.title = count ? "listen no more" : `listen to the topics that nobody subscribes to, to measure their rates: of those found, the first ${MOST_MEASURED}`;
+  }
+
+  // Those that are found and that nobody subscribes to.
+  _quiet() {
+    return this.listing.found.filter(({ publishers, subscribers }) => publishers.length && !subscribers.length).map(({ name }) => name);
+  }
+
+  _measureAll() {
+    const names = this.measured.size ? [] : this._quiet().slice(0, MOST_MEASURED);
+    this.measured = new Map(names.map((name) => [name, {}]));
+    this._listen();
   }
 
   // A publisher without subscribers sends nothing: its rate is only known if we listen.
   _rate(row) {
-    if (row.hz !== undefined && (row.hz > 0 || row.measured)) {
+    if (row.hz > 0 || (row.hz === 0 && row.measured)) {
       const text = h("span", {}, rate(row.hz));
       return row.measured ? h("button.measure.on", { title: "measured by this page; click to stop", onclick: () => this._measure(row.name) }, text) : text;
     }
     if (row.measured) return h("button.measure.on", { title: row.problem || "click to stop", onclick: () => this._measure(row.name) }, row.problem ? "problem" : "…");
     if (!row.publishers.length) return h("span.muted", { title: "nobody publishes it" }, "–");
     if (row.subscribers.length) {
-      if (row.hz !== undefined) return h("span.muted", {}, "0 Hz");
+      if (row.hz === 0) return h("span.muted", {}, "0 Hz");
+      if (row.hz === null) return h("span.muted", { title: "two messages make a rate" }, "…");
       return this.looks.get(row.name) < LOOKS ? h("span.muted", { title: "a moment: two looks make a rate" }, "…") : h("span.muted", { title: "nothing is connected, or its publishers do not say what they send" }, "?");
     }
     return h("button.measure", { title: "nobody subscribes: listen, to measure the rate", onclick: () => this._measure(row.name) }, "measure");
   }
 
   _measure(name) {
-    const { robot } = this.place;
     if (!this.measured.delete(name)) {
       if (this.measured.size >= MOST_MEASURED) this.measured.delete(this.measured.keys().next().value);
       this.measured.set(name, {});
     }
+    this._listen();
+  }
+
+  _listen() {
+    const { robot } = this.place;
     const args = { topics: [...this.measured.keys()] };
     this.rates ??= robot.stream("rates", args, {
       data: (found) => {

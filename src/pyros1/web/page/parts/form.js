@@ -141,7 +141,10 @@ export function blank(kind, fields) {
     const length = Number(kind.slice(kind.indexOf("[") + 1, -1)) || 0;
     return Array.from({ length }, () => blank(base, fields));
   }
-  if (fields) return Object.fromEntries(fields.map(([name, type, inner]) => [name, blank(type, inner)]));
+  if (fields) {
+    const value = Object.fromEntries(fields.map(([name, type, inner]) => [name, blank(type, inner)]));
+    return kind === "geometry_msgs/Quaternion" ? { ...value, w: 1 } : value; // no rotation; all zeros are none
+  }
   if (kind === "string") return "";
   if (kind === "bool") return false;
   if (kind === "time" || kind === "duration") return { secs: 0, nsecs: 0 };

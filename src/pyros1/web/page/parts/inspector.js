@@ -85,7 +85,7 @@ export class Inspector {
     const figure = (label, text, title) => text && h("span.figure", { title }, h("span.muted", {}, label), text);
     const quiet = age > Math.max(QUIET, hz ? 3 / hz : 0);
     fill(this.figures,
-      figure("rate", quiet ? "" : rate(hz), "messages per second, of the last 5 s"),
+      figure("rate", quiet ? "0 Hz" : rate(hz) || "…", "messages per second, of the last 5 s; of slow topics, of the newest two messages"),
       figure("flow", quiet || !flow ? "" : `${bytes(flow)}/s`, "bytes per second"),
       figure("size", bytes(size), "of this message"),
       figure("delay", delay !== null && Math.abs(delay) < 1e5 ? seconds(delay) : "", "from its stamp to its arrival here"),

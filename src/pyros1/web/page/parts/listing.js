@@ -39,7 +39,7 @@ export class Listing {
   _build() {
     const { body, tools } = this.place;
     this.field = h("input.search", {
-      value: this.search, placeholder: `find ${this.options.word}s`, type: "search", size: 14, "aria-label": `find ${this.options.word}s`,
+      value: this.search, placeholder: `find ${this.options.word}s`, type: "search", size: Math.max(14, this.options.word.length + 9), "aria-label": `find ${this.options.word}s`,
       title: "words that the name or type must have; /.../ is a regular expression",
       oninput: () => { this.search = this.field.value; this._filter(); this.save(); },
       onkeydown: (event) => { if (event.key === "ArrowDown") { this.table.element.focus(); event.preventDefault(); } },
@@ -103,9 +103,15 @@ export class Listing {
     this.details = details;
     this.side.hidden = !details;
     this.place.body.classList.toggle("chosen", Boolean(details));
+    this.table.setBeside(Boolean(details));
     if (details) {
       fill(this.side, h("button.quiet.shut", { title: "close (Esc)", "aria-label": "close details", onclick: () => this.choose(null) }, h("span.back", {}, "‹ back"), h("span.cross", {}, "✕")), details.element);
     } else fill(this.side);
+  }
+
+  // The rows that the search finds.
+  get found() {
+    return (this.rows || []).filter(this.table.fits);
   }
 
   _filter() {

@@ -18,6 +18,7 @@ export class Table {
     this.sort = sort || { column: 0, down: false };
     this.tree = tree; // true, false, or null: if there are many
     this.turned = new Set(open); // namespaces that are not as they begin
+    this.beside = false;
     this.rows = [];
     this.items = [];
     this.selected = null;
@@ -59,6 +60,13 @@ export class Table {
     return this.tree ?? this.rows.length > MANY;
   }
 
+  // Whether details are shown beside it: then there is no room for some columns.
+  setBeside(beside) {
+    if (beside === this.beside) return;
+    this.beside = beside;
+    this._resized();
+  }
+
   setTree(tree) {
     this.tree = tree;
     this._arrange();
@@ -67,7 +75,7 @@ export class Table {
   _resized() {
     const width = this.element.clientWidth;
     if (!width) return;
-    this.shown = this.columns.filter((column) => width >= (column.least || 0));
+    this.shown = this.columns.filter((column) => width >= (column.least || 0) && !(this.beside && column.alone));
     this.element.style.setProperty("--columns", this.shown.map((column) => column.width || "minmax(0, 1fr)").join(" "));
     this._drawHead();
     this.drawn.clear();

@@ -18,11 +18,13 @@ export const POINTS = 10;
 export const MOST_FOR_DAGRE = 260; // boxes and edges of a part
 const MOST_INSIDE = 60; // the same for a namespace of a large part, of which there may be many
 const GAP = 44;
-const GOOD = 0.75; // pixels per unit; if less, the other direction is tried, too
+const GOOD = 1; // pixels per unit; if less, the other direction is tried, too
 const MANY = 1500; // boxes and edges
-const BETTER = 1.3;
+const BETTER = 1.2;
 const MUCH_BETTER = 1.5; // what the plain method must be, since its edges cross boxes
 const FEW = 30; // boxes and edges of a part that dagre lays out in any case
+const STUB = 16; // how far a way back goes on before it turns
+const CHANNEL = 9; // between a way back and a box
 const PADDING = 14;
 const TITLE = 20;
 
@@ -151,12 +153,35 @@ function nested({ boxes, edges, groups }, { down, aspect }, outside = "") {
     for (const [inside, edge] of Object.entries(placed.edges)) found.edges[inside] = moved(edge, dx, dy);
   }
   const sizes = new Map(boxes.map((each) => [each.id, each]));
+  const obstacles = outer.map(({ id, width, height }) => [...places.get(id), width, height]);
+  const seat = (id) => obstacles[outer.findIndex((each) => each.id === (home.get(id) || id))];
   for (const { id, from, to } of edges) {
     if (found.edges[id]) continue;
-    const points = curve(found.boxes[from], sizes.get(from), found.boxes[to], sizes.get(to), down);
+    const ends = [found.boxes[from], sizes.get(from), found.boxes[to], sizes.get(to)];
+    const axis = down ? 1 : 0;
+    const ahead = ends[2][axis] - ends[0][axis] > 0;
+    const points = ahead ? curve(...ends, down) : detour(ends, seat(from), seat(to), obstacles, down);
     found.edges[id] = { points, label: middle(points) };
   }
   return found;
+}
+
+// The way back: out of one box, along a free channel between or around all others, and into the front of the other box.
+export function detour([at1, one, at2, other], seat1, seat2, obstacles, down) {
+  const turn = ([x, y, ...size]) => (down ? [y, x, ...size.reverse()] : [x, y, ...size]); // as if it went from left to right
+  const [[x1, y1], [x2, y2], [s1, , w1], [s2, , w2]] = [at1, at2, seat1, seat2].map(turn);
+  const [ax, bx] = [x1 + (down ? one.height : one.width) / 2, x2 - (down ? other.height : other.width) / 2];
+  const [right, left] = [s1 + w1 / 2 + STUB, s2 - w2 / 2 - STUB];
+  const boxes = obstacles.map(turn);
+  const free = (y) => boxes.every(([x, at, wide, high]) => x + wide / 2 <= left || x - wide / 2 >= right || Math.abs(at - y) >= high / 2 + 4);
+  const channels = boxes.flatMap(([, at, , high]) => [at - high / 2 - CHANNEL, at + high / 2 + CHANNEL]).filter(free);
+  const cost = (y) => Math.abs(y - y1) + Math.abs(y - y2);
+  const channel = channels.reduce((best, y) => (cost(y) < cost(best) ? y : best)); // above and below all it is free
+  const line = [[ax, y1], [right, y1], [right, channel]];
+  const along = POINTS - 6;
+  for (let step = 1; step <= along; step += 1) line.push([right + ((left - right) * step) / (along + 1), channel]);
+  line.push([left, channel], [left, y2], [bx, y2]);
+  return line.flatMap(([x, y]) => (down ? [y, x] : [x, y]));
 }
 
 // A curve from the side of one box to the side of another.

@@ -10,6 +10,7 @@
 //           "ok", "broken" (it should be there), "unknown" (an end of it does not answer, or has just begun)
 //   groups: [{id, name, label, parent}]
 //   all, cut: how many boxes there are without hiding, and how many were too many
+//   unheard: how many topics of the nodes that are shown are hidden because nobody subscribes to them
 // }
 
 export const MODES = [
@@ -53,7 +54,7 @@ export function build(system, choice) {
     edges = topicEdges(topics, shown, links);
   }
   const count = all.length + (choice.mode === "nodes" ? 0 : Object.keys(system.topics).length);
-  return { ...limited(grouped({ boxes, edges: merged(edges) }, choice)), all: count };
+  return { ...limited(grouped({ boxes, edges: merged(edges) }, choice)), all: count, unheard: choice.mode === "nodes" ? 0 : unheard(system, choice, topics, nodes, listeners) };
 }
 
 // Tools that move the robot: a "topic pub" whose messages a node gets.
@@ -83,6 +84,11 @@ function topicsOf(system, hide, nodes, listeners) {
     found.set(name, { ...topic, publishers, subscribers });
   }
   return found;
+}
+
+function unheard(system, { mode, hide }, topics, nodes, listeners) {
+  const all = topicsOf(system, new Set(hide.filter((name) => name !== "dead" && name !== "leaf")), nodes, listeners);
+  return [...all].filter(([name, { subscribers }]) => !subscribers.length && (mode === "active" || !topics.has(name))).length;
 }
 
 // A link per topic, publisher and subscriber: those that the nodes report, and those that follow from the registrations.

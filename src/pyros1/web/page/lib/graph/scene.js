@@ -30,7 +30,7 @@ export function plan(model, { rates, down, room, measure }) {
     edge.lines = namesOn(edge);
     edge.flows = rates && edge.links.some(({ publisher, subscriber }) => publisher && subscriber); // a node that is slow to answer moves nothing
     const widest = Math.max(0, edge.flows ? FLOW_WIDTH : 0, ...edge.lines.map((line) => Math.ceil(measure(line, 11, 400)) + 6));
-    const height = (edge.lines.length + (edge.flows ? 1 : 0)) * LINE;
+    const height = (edge.lines.length + (edge.flows ? 2 : 0)) * LINE;
     return { id: edge.id, from: edge.from, to: edge.to, width: widest, height };
   });
   return { boxes, edges, groups: model.groups.map(({ name, parent }) => ({ name, parent })), down, room };
@@ -296,30 +296,30 @@ function styleOf(look, { edge, alpha }) {
   };
 }
 
-// A label that would lie on a box or on another label is left out.
+// A label that would lie on a box or on another label is left out, and so is that of an edge that is dimmed.
 function drawLabel(pen, look, { edge, at, alpha }, taken) {
   const { colours, lit } = look;
-  const of = !lit || lit.edges.has(edge.id);
+  if (lit && !lit.edges.has(edge.id)) return;
   const broken = new Set(edge.links.filter((link) => link.state === "broken").map(({ topic }) => shortened(topic)));
   const rows = edge.lines.map((line) => [line, broken.has(line) ? colours.error : colours.topic]);
-  const flow = edge.flows ? flowText(edge) : "";
-  if (flow) rows.push([flow, colours.muted]);
+  if (edge.flows) rows.push(...flowTexts(edge).map((text) => [text, colours.muted]));
   const [x, y] = at.slice(-2);
   if (!rows.length) return;
   const widest = Math.max(...rows.map(([text]) => text.length)) * LETTER + 8;
   const height = rows.length * LINE + 2;
   if (taken.some(([left, top, wide, high]) => Math.abs(left - x) * 2 < wide + widest - 4 && Math.abs(top - y) * 2 < high + height - 4)) return;
   taken.push([x, y, widest, height]);
-  if (of) pen.box(x, y, widest, height, { radius: 3, fill: colours.surface, alpha });
+  pen.box(x, y, widest, height, { radius: 3, fill: colours.surface, alpha });
   rows.forEach(([text, fill], index) => {
-    pen.text(x, y + (index - (rows.length - 1) / 2) * LINE, text, { size: 11, fill, alpha: alpha * faint(look, of) });
+    pen.text(x, y + (index - (rows.length - 1) / 2) * LINE, text, { size: 11, fill, alpha });
   });
 }
 
-export function flowText(edge) {
+// Rate and size of a message, then both together.
+export function flowTexts(edge) {
   const { hz, bytes: size } = flowOf(edge);
-  if (hz === null) return "";
-  return hz === 0 ? "0 Hz" : `${rate(hz)}${!size ? "" : ` · ${bytes(size, "B/s")}`}`;
+  if (hz === null) return [];
+  return size && hz ? [`${rate(hz)} · ${bytes(size / hz)}`, bytes(size, "B/s")] : [rate(hz)];
 }
 
 function drawBox(pen, look, { box, at: [x, y], width, height, alpha }, named) {

@@ -61,6 +61,11 @@ export class Pairs {
     return trails;
   }
 
+  // What a legend says.
+  entries() {
+    return this.trails().filter(({ pair }) => !pair.hidden).map(({ pair, colour }) => ({ label: pairLabel(pair), colour }));
+  }
+
   pointAt(pairs, found) {
     for (const pair of this.list) pair.at = null;
     if (found) pairs[found.trail].pair.at = found;

@@ -2,14 +2,16 @@
 
 import uPlot from "../../vendor/uplot.js";
 import { number } from "../../lib/format.js";
+import { gestures } from "./gestures.js";
 import { boxAround, equal, join, nearest } from "../../lib/xy.js";
 
 const MOST = 12000; // points of a trail
+const LONGEST = 60; // letters of an axis' name
 const REACH = 30; // pixels from the cursor to a point
 const FADED = [0.3, 0.5, 0.75, 1]; // of the quarters of a trail, the oldest first
 
 export class XYChart {
-  // pairs: [{x: Points, y: Points, colour}]; on: {cursor(found or null)}, with {trail, x, y, time} of a point.
+  // pairs: [{pair: {x, y} (names), x: Points, y: Points, colour}]; on: {cursor(found or null)}, with {trail, x, y, time} of a point.
   constructor(area, size, pairs, isEqual, on) {
     this.pairs = pairs;
     this.equal = isEqual;
@@ -22,13 +24,17 @@ export class XYChart {
     const colour = (name) => style.getPropertyValue(name).trim();
     const axis = { stroke: colour("--muted"), grid: { stroke: colour("--border"), width: 1 }, ticks: { stroke: colour("--border"), width: 1 }, values: (_, ticks) => ticks.map((tick) => number(tick)) };
     this.ink = colour("--text");
+    const named = (key) => {
+      const names = [...new Set(pairs.map(({ pair }) => pair[key]))].join(", ");
+      return { label: names.length > LONGEST ? `${names.slice(0, LONGEST)} …` : names, labelSize: 22, labelFont: "12px sans-serif" };
+    };
     this.plot = new uPlot({
       ...size,
       padding: [10, 14, 0, 0],
       legend: { show: false },
       cursor: { drag: { x: true, y: true, setScale: false }, points: { show: false } },
       scales: { x: { time: false, auto: false, range: () => this.shown.x }, y: { auto: false, range: () => this.shown.y } },
-      axes: [{ ...axis, size: 30 }, { ...axis, size: 64 }],
+      axes: [{ ...axis, size: 30, ...named("x") }, { ...axis, size: 64, ...named("y") }],
       series: [{}, { points: { show: false } }],
       hooks: {
         draw: [() => this._drawTrails()],
@@ -38,6 +44,13 @@ export class XYChart {
     }, [[0, 1], [null, null]], area);
     const { over } = this.plot;
     over.addEventListener("dblclick", () => { this.box = null; this.draw(); });
+    gestures(over, {
+      pan: (right, down) => this._pan(right, down),
+      pinch: (x, y, ...factors) => {
+        const factor = Math.abs(factors[0] - 1) > Math.abs(factors[1] - 1) ? factors[0] : factors[1];
+        this._scale(x, y, factor, factor);
+      },
+    });
     over.addEventListener("wheel", (event) => this._wheel(event), { passive: false });
   }
 
@@ -124,13 +137,24 @@ export class XYChart {
 
   _wheel(event) {
     event.preventDefault();
+    const factor = event.deltaY > 0 ? 1 / 1.2 : 1.2;
+    this._scale(event.offsetX, event.offsetY, factor, factor);
+  }
+
+  _scale(left, top, across, along) {
     const { plot } = this;
-    const factor = event.deltaY > 0 ? 1.2 : 1 / 1.2;
-    const about = ([least, most], here) => [here - (here - least) * factor, here + (most - here) * factor];
+    const about = ([least, most], here, factor) => [here - (here - least) / factor, here + (most - here) / factor];
     this.box = {
-      x: about(this.shown.x, plot.posToVal(event.offsetX, "x")),
-      y: about(this.shown.y, plot.posToVal(event.offsetY, "y")),
+      x: about(this.shown.x, plot.posToVal(left, "x"), across),
+      y: about(this.shown.y, plot.posToVal(top, "y"), along),
     };
+    this.draw();
+  }
+
+  _pan(right, down) {
+    const { clientWidth: width, clientHeight: height } = this.plot.over;
+    const moved = ([least, most], part) => [least - part * (most - least), most - part * (most - least)];
+    this.box = { x: moved(this.shown.x, right / width), y: moved(this.shown.y, -down / height) };
     this.draw();
   }
 

@@ -1,0 +1,91 @@
+"""Much at once: the page stays quick and small, shows the newest, and the server's memory is bounded."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from browsing import Browser, Web
+
+from pyros1.web.links import layout_link
+
+LOAD = Path(__file__).resolve().parents[1] / "bench" / "web.py"
+ROWS = "document.querySelectorAll('.entry').length"
+NUMBERS = "[...document.querySelectorAll('.entry .text')].map((each) => Number(/\\d+/.exec(each.textContent)) || 0)"
+NEWEST = f"Math.max(0, ...{NUMBERS})"
+Start = Callable[[str], subprocess.Popen[bytes]]
+
+
+@pytest.fixture
+def start_load(environ: dict[str, str]) -> Iterator[Start]:
+    """Return a function that publishes a load of interop/bench/web.py until the test ends."""
+    running: list[subprocess.Popen[bytes]] = []
+
+    def start(kind: str) -> subprocess.Popen[bytes]:
+        words = [sys.executable, str(LOAD), "--load", kind]
+        running.append(subprocess.Popen(words, env={**os.environ, **environ}, stdin=subprocess.DEVNULL))
+        return running[-1]
+
+    yield start
+    for process in running:
+        process.terminate()
+    for process in running:
+        process.wait(20)
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (390, 844)], ids=["wide", "phone"])
+def test_a_flooded_console_has_few_rows_and_shows_the_newest(
+    browser: Browser, web: Web, start_load: Start, size: tuple[int, int]
+) -> None:
+    browser.resize(*size)
+    browser.open(web.page("console"))
+    start_load("log")
+    browser.wait(f"{NEWEST} > 30000", seconds=60)
+    assert browser.run(f"return {ROWS}") < 100
+    assert browser.run("return document.querySelector('.log').getBoundingClientRect().bottom") <= size[1]
+    browser.run("window.newest = 0")
+    browser.wait(f"(window.newest ||= {NEWEST}) && {NEWEST} > window.newest + 20000", seconds=60)  # it goes on
+    browser.click("button", "Pause")
+    browser.run("document.querySelector('.log').dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowUp'}))")
+    detail = browser.wait("document.querySelector('.detail:not([hidden])')?.getBoundingClientRect().toJSON()")
+    assert detail["height"] > 40 and detail["bottom"] <= size[1]
+
+
+PANELS = [
+    [{"panel": "console"}, {"panel": "plot", "settings": {"curves": [f"/wave{number}/data" for number in range(20)]}}],
+    [
+        {"panel": "image", "settings": {"topic": "/camera"}},
+        {"panel": "scene", "settings": {"fixed": "map", "topics": ["/cloud"]}},
+    ],
+]
+NEWEST_VALUES = "document.querySelector('.plot')?.plot.curves.map((curve) => curve.points.get(-1)?.last())"
+MOST_MEMORY = 700_000  # kB; about 330 MB are used on a machine that is not busy
+
+
+def test_log_curves_images_and_a_cloud_at_once(browser: Browser, web: Web, start_load: Start) -> None:
+    """10,000 log messages, 20,000 numbers, 30 images and 10 clouds of a million points per second, on one page."""
+    columns = [{"split": "column", "parts": two} for two in PANELS]
+    browser.resize(1400, 900)
+    browser.open(layout_link(web.link, "load", {"split": "row", "parts": columns}))
+    for kind in ("log", "waves", "image", "cloud"):
+        start_load(kind)
+    browser.wait(f"{NEWEST} > 10000", seconds=90)
+    browser.wait(f"{NEWEST_VALUES}?.length === 20 && {NEWEST_VALUES}.every(Number.isFinite)", seconds=90)
+    browser.wait("document.querySelector('.image canvas')?.width === 640", seconds=90)
+    browser.wait("document.querySelector('.scene')?.scene?.displays.get('/cloud')?.display.word.includes('points')")
+    number, values = browser.run(f"return [{NEWEST}, {NEWEST_VALUES}]")
+    browser.run("window.drawn = 0; const count = () => { window.drawn += 1; requestAnimationFrame(count); }; count()")
+    since = time.monotonic()
+    browser.wait(f"{NEWEST} > {number + 50_000}", seconds=90)  # what five seconds bring
+    passed = time.monotonic() - since
+    assert passed < 30, "the newest messages are shown"
+    assert browser.run("return window.drawn") / passed > 1, "the page draws"
+    assert all(one != other for one, other in zip(values, browser.run(f"return {NEWEST_VALUES}"), strict=True))
+    assert browser.run(f"return {ROWS}") < 100
+    status = Path(f"/proc/{web.process.pid}/status").read_text().split()
+    assert int(status[status.index("VmHWM:") + 1]) < MOST_MEMORY

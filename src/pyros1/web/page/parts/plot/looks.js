@@ -1,0 +1,17 @@
+// How curves are told apart: ten colours, and dashes for those that come after them.
+
+const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9", "#c2255c", "#5c940d"];
+const DASHES = [undefined, [9, 5], [2, 4], [12, 4, 2, 4]];
+
+export { COLOURS };
+
+// The look of a curve by its number: {colour, dash}.
+export function lookOf(index) {
+  return { colour: COLOURS[index % COLOURS.length], dash: DASHES[Math.floor(index / COLOURS.length) % DASHES.length] };
+}
+
+// The same as the background of a small mark.
+export function swatch({ colour = "var(--border)", dash }) {
+  if (!dash) return colour;
+  return `repeating-linear-gradient(90deg, ${colour} 0 ${Math.min(5, dash[0])}px, transparent 0 ${Math.min(5, dash[0]) + 3}px)`;
+}
