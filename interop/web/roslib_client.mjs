@@ -40,6 +40,22 @@ async function main() {
   const raw = await first({ name: '/floats', messageType: 'std_msgs/Float64MultiArray', compression: 'cbor-raw' });
   say('floats cbor-raw', raw.bytes.length);
 
+  // What comes every 20 ms is throttled; what is sent in fragments is put together.
+  const slow = new ROSLIB.Topic({ ros, name: '/fast', messageType: 'std_msgs/Float64', throttle_rate: 300, queue_length: 1 });
+  const times = [];
+  await within(new Promise((done) => slow.subscribe(() => { times.push(Date.now()); if (times.length === 4) done(); })));
+  slow.unsubscribe();
+  say('throttled', times.slice(1).map((time, index) => time - times[index]));
+
+  const whole = JSON.stringify({ op: 'publish', topic: '/words', type: 'std_msgs/String', msg: { data: 'in pieces' } });
+  const pieces = first({ name: '/echo', messageType: 'std_msgs/String' });
+  ros.callOnConnection({ op: 'advertise', topic: '/words', type: 'std_msgs/String' });
+  for (let num = 0; num < 3; num += 1) {
+    const size = Math.ceil(whole.length / 3);
+    ros.callOnConnection({ op: 'fragment', id: 'whole', num, total: 3, data: whole.slice(num * size, (num + 1) * size) });
+  }
+  say('fragments', (await pieces).data);
+
   const echo = first({ name: '/echo', messageType: 'std_msgs/String' });
   const words = new ROSLIB.Topic({ ros, name: '/words', messageType: 'std_msgs/String' });
   words.advertise();

@@ -281,3 +281,48 @@ def test_it_is_readable_on_a_phone(page: Browser) -> None:
     page.wait(f"{BAG}.timeline.width > 250")
     page.click(".timeline .name", "/event")
     page.wait(f"{SHOWN} === 'event 0'", "/event")
+
+
+def test_a_topic_that_begins_later_offers_its_first_message(
+    browser: Browser, start_web: Callable[..., Web], tmp_path: Path
+) -> None:
+    number = load_message("std_msgs/Float64")
+    with pyros1.bag.open(tmp_path / "late.bag", "w") as bag:
+        for index in range(50):
+            bag.write("/early", number(float(index)), Time(START + index, 0))
+        for index in range(20, 50):
+            bag.write("/late", number(float(index)), Time(START + index, 0))
+    web = start_web("--bags", str(tmp_path))
+    browser.resize(1400, 900)
+    browser.open(web.page("bag"))
+    browser.click(".files .entry.file", "late.bag")
+    browser.click(".timeline .name", "/late")
+    browser.wait_for_text("No message yet at this time.")
+    browser.click(".topic-message .first")
+    browser.wait(f"{SHOWN} === '20'", "/late")
+    browser.resize(390, 844)
+    browser.run(f"{BAG}.chart.add('/late/data')")
+    room = "844 - document.querySelector('.inspected').getBoundingClientRect().top"
+    browser.wait(f"document.querySelector('.chart canvas') && {room} > 120")
+    wide = "document.querySelector('.topic-message header .steps').offsetHeight"
+    assert browser.run(f"return {wide}") < 40  # the buttons are in one line
+
+
+def test_an_empty_bag_and_a_record_dialog_say_what_to_do(
+    browser: Browser, start_web: Callable[..., Web], tmp_path: Path
+) -> None:
+    (tmp_path / "inner").mkdir()
+    web = start_web("--bags", str(tmp_path))
+    browser.open(web.page("bag"))
+    browser.wait_for_text("pyros1 web --bags FOLDER")
+    browser.click("button.record")
+    browser.wait_for_text("compression")
+    browser.wait("!document.querySelector('.record-dialog .primary').disabled")
+    # the server may write everywhere here, so the page is told otherwise
+    browser.run(
+        "const call = window.robot.call.bind(window.robot);"
+        "window.robot.call = async (...words) => ({...await call(...words), writable: false});"
+    )
+    browser.click(".record-dialog .entry.folder", "inner")
+    browser.wait_for_text("this server may not write into this folder")
+    assert browser.run("return document.querySelector('.record-dialog .primary').disabled")

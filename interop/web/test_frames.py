@@ -7,7 +7,9 @@ from typing import Any
 
 from browsing import Browser, Web
 
+from pyros1.ground.timing import Time
 from pyros1.msgs.geometry_msgs.msg import TransformStamped
+from pyros1.msgs.tf2_msgs.msg import TFMessage
 from pyros1.node import Node
 from pyros1.tf import TransformBroadcaster
 
@@ -40,3 +42,16 @@ def test_the_tree(
     browser.wait("/translation\\s+1\\s+2\\s+0\\s+m/.test(document.querySelector('.detail').innerText)")
     browser.click(".fold")
     browser.wait(f"{rows}.length === 1")
+
+
+def test_transforms_of_a_recording(browser: Browser, web: Web, make_node: Callable[..., Node]) -> None:
+    publisher = make_node("player").advertise("/tf", TFMessage)
+    link = TransformStamped(child_frame_id="base_link")
+    link.header.frame_id, link.header.stamp, link.transform.rotation.w = "odom", Time(1_400_000_000, 0), 1.0
+    browser.open(web.page("frames"))
+    browser.wait_for_text("No frames yet")
+    assert publisher.wait_for_subscribers(timeout=20)
+    publisher.publish(TFMessage([link]))
+    browser.wait_for_text("pyros1 bag play --clock")
+    browser.wait("document.querySelector('.frames tbody')?.innerText.includes('years')")
+    assert not browser.run("return document.querySelectorAll('.frames td.wrong').length")

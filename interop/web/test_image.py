@@ -140,3 +140,39 @@ def test_what_cannot_be_shown(
     make_node("camera").advertise("camera", type(message), latch=True).publish(message)
     browser.open(panel_link(web.link, "image", {"topic": "/camera"}))
     browser.wait_for_text(said)
+
+
+def test_a_picture_is_made_larger_and_dragged(browser: Browser, picture: Callable[[Any], None]) -> None:
+    picture(Image(width=4, height=4, encoding="rgb8", step=12, data=bytes(48)))
+    assert not browser.run("return document.querySelector('.limit').checkVisibility()")  # it has no range
+    box = "document.querySelector('.image canvas').getBoundingClientRect()"
+    frame = browser.run("return document.querySelector('.image .frame').getBoundingClientRect().toJSON()")
+    x, y = frame["x"] + frame["width"] / 2 + 50, frame["y"] + frame["height"] / 2 + 50
+    wide, place = browser.run(f"return [{box}.width, ({x} - {box}.left) / {box}.width]")
+
+    def mouse(kind: str, x: float, y: float, **more: Any) -> None:
+        browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": kind, "x": x, "y": y, **more})
+
+    mouse("mouseWheel", x, y, deltaX=0, deltaY=-200)
+    browser.wait(f"{box}.width > {wide} * 1.2")
+    assert browser.run(f"return ({x} - {box}.left) / {box}.width") == pytest.approx(place, abs=0.01)  # it stays there
+    left = browser.run(f"return {box}.left")
+    mouse("mousePressed", x, y, button="left", buttons=1, clickCount=1)
+    mouse("mouseMoved", x + 30, y, button="left", buttons=1)
+    mouse("mouseReleased", x + 30, y, button="left", clickCount=1)
+    browser.wait(f"Math.abs({box}.left - {left} - 30) < 1")
+    browser.run("document.querySelector('.image .frame').dispatchEvent(new MouseEvent('dblclick'))")
+    browser.wait(f"{box}.width === {wide}")
+
+
+def test_two_fingers_make_a_picture_larger(browser: Browser, picture: Callable[[Any], None]) -> None:
+    picture(Image(width=4, height=4, encoding="mono8", step=4, data=bytes(16)))
+    wide = browser.run("return document.querySelector('.image canvas').getBoundingClientRect().width")
+    browser.run(
+        "const frame = document.querySelector('.image .frame'), {left, top} = frame.getBoundingClientRect();"
+        "frame.setPointerCapture = () => {};"
+        "const at = (kind, pointerId, x) => frame.dispatchEvent(new PointerEvent(kind, {"
+        "  pointerId, pointerType: 'touch', clientX: left + x, clientY: top + 200}));"
+        "at('pointerdown', 1, 200); at('pointerdown', 2, 300); at('pointermove', 2, 400); at('pointerup', 1, 200);"
+    )
+    browser.wait("document.querySelector('.image canvas').getBoundingClientRect().width === 2 * arguments[0]", wide)

@@ -15,7 +15,8 @@ import pytest
 from browsing import Browser, Web
 from harness import until
 
-import pyros1
+import pyros1.bag
+from pyros1.ground.timing import Time
 from pyros1.msgs.sensor_msgs.msg import JointState
 from pyros1.node import Node
 from pyros1.tf import Buffer, TransformListener
@@ -147,3 +148,20 @@ def test_the_node_joint_state_publisher_gui_opens_the_panel(
         process.terminate()
         rest, _ = process.communicate(timeout=20)
     assert "Traceback" not in rest, rest
+
+
+def test_joints_of_a_recording(
+    browser: Browser, web: Web, make_node: Make, start_program: Callable[..., Any], tmp_path: Path
+) -> None:
+    with pyros1.bag.open(tmp_path / "joints.bag", "w") as bag:
+        for step in range(50):
+            stamp = Time(1_700_000_000, step * 10_000_000)
+            state = JointState(name=["lift_joint", "arm_joint"], position=[0.125, 0.5])
+            state.header.stamp = stamp
+            bag.write("/joint_states", state, stamp)
+    make_node("robot").params["/robot_description"] = ROBOT
+    start_program("bag", "play", "--loop", "--quiet", str(tmp_path / "joints.bag"))
+    browser.open(web.page("joints"))
+    for joint, value in (("lift_joint", "0.125"), ("arm_joint", "0.5")):
+        browser.wait(f"{ROW.format(joint)}?.querySelector('.joints-number').value === arguments[0]", value)
+    browser.wait_for_text("Only to look at")

@@ -6,6 +6,9 @@ import json
 from pathlib import Path
 
 from browsing import Browser, Web
+from selenium.webdriver.common.keys import Keys
+
+from pyros1.web.links import layout_link
 
 PANELS = "[...document.querySelectorAll('.panel')].map((each) => each.dataset.panel)"
 
@@ -100,3 +103,60 @@ def test_panels_of_layouts_that_are_made_in_have_room(browser: Browser, web: Web
             browser.click(".layouts .title", name)
             browser.wait(f"{charts} >= 90 && {least} >= 100")
             assert browser.run("return document.documentElement.scrollWidth <= innerWidth")
+
+
+def drag(browser: Browser, start: str, end: tuple[float, float], panel: str) -> None:
+    """Drag with the mouse from an element to a place within a panel, from 0 to 1 across and down."""
+    corner = browser.run(f"return document.querySelector({json.dumps(start)}).getBoundingClientRect().toJSON()")
+    box = browser.run(f"return document.querySelector('[data-panel={panel}]').getBoundingClientRect().toJSON()")
+    places = [(corner["x"] + corner["width"] / 2, corner["y"] + corner["height"] / 2)]
+    places += [(box["x"] + end[0] * box["width"], box["y"] + end[1] * box["height"])]
+    kinds = [("mousePressed", 0), ("mouseMoved", 1), ("mouseMoved", 1), ("mouseReleased", 1)]
+    for kind, place in kinds:
+        x, y = places[place]
+        at = {"type": kind, "x": x, "y": y, "button": "left", "buttons": 1, "clickCount": 1}
+        browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", at)
+
+
+def three(browser: Browser, web: Web) -> None:
+    """Show three panels beside each other."""
+    browser.resize(1400, 900)
+    parts = [{"panel": name} for name in ("plot", "console", "topics")]
+    browser.open(layout_link(web.link, "three", {"split": "row", "sizes": [2, 1, 1], "parts": parts}))
+    browser.wait(f'JSON.stringify({PANELS}) === \'["plot","console","topics"]\'')
+
+
+def test_panels_are_dragged_to_others(browser: Browser, web: Web) -> None:
+    three(browser, web)
+    drag(browser, "[data-panel=plot] .grip", (0.5, 0.5), "topics")  # onto it: they are swapped
+    browser.wait(f'JSON.stringify({PANELS}) === \'["topics","console","plot"]\'')
+    drag(browser, "[data-panel=topics] .grip", (0.5, 0.95), "console")  # below it
+    browser.wait(f'JSON.stringify({PANELS}) === \'["console","topics","plot"]\'')
+    places = "['console', 'topics'].map((name) => document.querySelector(`[data-panel=${name}]`).offsetTop)"
+    above, below = browser.run(f"return {places}")
+    assert above < below
+    browser.run("document.querySelector('[data-panel=plot] .grip').focus()")
+    browser.driver.switch_to.active_element.send_keys(Keys.ARROW_LEFT)
+    browser.wait(f'JSON.stringify({PANELS}) === \'["console","plot","topics"]\'')
+    browser.driver.switch_to.active_element.send_keys(Keys.ARROW_LEFT)
+    browser.wait(f'JSON.stringify({PANELS}) === \'["plot","console","topics"]\'')
+    browser.driver.refresh()  # it is kept
+    browser.wait(f'JSON.stringify({PANELS}) === \'["plot","console","topics"]\'')
+
+
+def test_a_split_is_moved_by_the_keyboard(browser: Browser, web: Web) -> None:
+    three(browser, web)
+    handle = browser.driver.find_element("css selector", "[role=separator]")
+    assert handle.get_attribute("aria-orientation") == "vertical"
+    assert handle.get_attribute("aria-valuenow") == "67"
+    wide = browser.run("return document.querySelector('.panel').offsetWidth")
+    handle.send_keys(Keys.ARROW_LEFT * 3)
+    assert browser.run("return document.querySelector('.panel').offsetWidth") < wide - 50
+    assert int(handle.get_attribute("aria-valuenow")) < 60
+    handle.send_keys(Keys.END)
+    assert handle.get_attribute("aria-valuenow") == "89"
+
+
+def test_a_single_panel_has_nowhere_to_go(browser: Browser, web: Web) -> None:
+    browser.open(web.page("plot"))
+    browser.wait("document.querySelector('.arrangement') && !document.querySelector('.grip')")

@@ -35,6 +35,8 @@ def robot(make_node: Callable[..., Node]) -> Node:
     node.advertise("image", Image, latch=True).publish(
         height=48, width=64, encoding="mono8", step=64, data=bytes(range(256)) * 12
     )
+    fast = node.advertise("fast", Float64)
+    node.timer(0.02, lambda _: fast.publish(1.0))
     echo = node.advertise("echo", String)
     node.subscribe("words", String, lambda message: echo.publish(message.data.upper()))
 
@@ -114,6 +116,8 @@ def test_roslibjs(roslib_program: subprocess.Popen[str], make_node: Callable[...
     assert said["image cbor"] == [48, 64, 48 * 64, 7]
     assert said["floats cbor-raw"] == 36
     assert said["echo"] == "HELLO"
+    assert said["fragments"] == "IN PIECES"
+    assert sum(said["throttled"]) >= 800  # three times 300 ms, less what the network spreads
     assert said["sum"] == {"sum": 42}
     assert "a" in said["failure"]
     caller = make_node("caller")
@@ -121,6 +125,27 @@ def test_roslibjs(roslib_program: subprocess.Popen[str], make_node: Callable[...
     with caller.service("/provided", "std_srvs/SetBool") as client:
         answer = client.call(client.type._request_class(False), PATIENCE)
     assert (answer.success, answer.message) == (True, "by roslib")
+
+
+def throttled_and_in_fragments(ros: Any, robot: Node) -> None:
+    """Let roslibpy throttle a topic, and send a message in fragments."""
+    import roslibpy
+
+    words: queue.Queue[str] = queue.Queue()
+    times: queue.Queue[float] = queue.Queue()
+    robot.subscribe("spoken", String, lambda message: words.put(message.data))
+    slow = roslibpy.Topic(ros, "/fast", "std_msgs/Float64", throttle_rate=300, queue_length=1)
+    slow.subscribe(lambda _: times.put(time.monotonic()))
+    stamps = [times.get(timeout=PATIENCE) for _ in range(4)]
+    slow.unsubscribe()
+    assert stamps[-1] - stamps[0] >= 0.8  # three times 300 ms, less what the network spreads
+    whole = json.dumps({"op": "publish", "topic": "/spoken", "type": "std_msgs/String", "msg": {"data": "x" * 100}})
+    ros.send_on_ready({"op": "advertise", "topic": "/spoken", "type": "std_msgs/String"})
+    for number in range(4):
+        size = -(-len(whole) // 4)
+        data = whole[number * size : (number + 1) * size]
+        ros.send_on_ready({"op": "fragment", "id": "whole", "num": number, "total": 4, "data": data})
+    assert words.get(timeout=PATIENCE) == "x" * 100
 
 
 def test_roslibpy(web: Web, robot: Node, make_node: Callable[..., Node]) -> None:
@@ -167,6 +192,7 @@ def test_roslibpy(web: Web, robot: Node, make_node: Callable[..., Node]) -> None
             assert time.monotonic() < deadline
             time.sleep(0.02)
         assert commands == [1.5]
+        throttled_and_in_fragments(ros, robot)  # one roslibpy in a process: it begins only once
         assert len(images[0]["data"]) == 48 * 64 / 3 * 4
     finally:
         ros.terminate()

@@ -62,7 +62,7 @@ def test_displays_colours_and_view(browser: Browser, start_web: Callable[..., We
     file.write_text(FILE)
     browser.open(start_web("rviz", "-d", str(file)).link)
     browser.wait(f"{display('/scan')}?.word === '31 points' && {display('/plan')}?.word === '3 poses'")
-    assert browser.run(f"return {SCENE}.fixed") == "map"
+    assert browser.run(f"return {SCENE}.fixed.frame") == "map"
     shown = f"return [...{SCENE}.displays].map(([key, {{display}}]) => [key, display.object.visible])"
     assert dict(browser.run(shown)) == {
         "frames": False,
@@ -91,13 +91,13 @@ def test_a_file_is_opened_in_the_page(
     choice = browser.driver.find_element("css selector", ".panel input[type=file]")
     choice.send_keys(str(file))
     browser.wait(f"{display('/scan')}?.word === '31 points' && {display('/plan')}?.word === '3 poses'")
-    assert browser.run(f"return {SCENE}.fixed") == "map"
+    assert browser.run(f"return {SCENE}.fixed.frame") == "map"
     said = "return document.querySelector('.scene .view > .word').textContent"
     assert browser.run(said) == "Thing 'Grid': there is no display my/Thing"
     file.write_text("- [")
     browser.driver.find_element("css selector", ".panel input[type=file]").send_keys(str(file))
     browser.wait("document.querySelector('.scene .view > .word').textContent.startsWith('robot.rviz is not YAML')")
-    assert browser.run(f"return {SCENE}.fixed") == "map"  # what was there is there
+    assert browser.run(f"return {SCENE}.fixed.frame") == "map"  # what was there is there
 
 
 def test_colours_of_ones_choice(browser: Browser, start_web: Callable[..., Web], robot: Any) -> None:

@@ -80,7 +80,10 @@ def test_things_and_points_say_what_they_are(browser: Browser, web: Web, robot: 
     cube, several = browser.run(MOUSE, [3.4, 0.4, 0.5], 0, False) + browser.run(MOUSE, [3, -3, 0], 20, True)[1:]
     assert cube == thing
     assert several[3:] == ["2", "0, -3, 0", "8.5", "3", "0.05, -3, 0", "1.5"]
-    assert browser.run(f"return {SCENE}.tool.marks.children.map((each) => each.type)") == ["BoxHelper", "Points"]
+    assert browser.run(f"return {SCENE}.toolbox.tool.marks.children.map((each) => each.type)") == [
+        "BoxHelper",
+        "Points",
+    ]
     assert browser.run(MOUSE, [3, -1.5, 0], 0, False) == []
     browser.click(".tools button", "Select")
     assert not browser.run("return document.querySelector('.selection')")

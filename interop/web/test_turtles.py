@@ -61,3 +61,10 @@ def test_turtles_draw_on_the_page(
     browser.wait(f"{HERE} === '69 86 255'", 5.0, 9.0)
     browser.click(".tools button", "Reset")
     browser.wait("!document.body.innerText.includes('painter')")
+
+
+def test_without_turtles_the_panel_says_so_in_its_middle(browser: Browser, web: Web) -> None:
+    browser.resize(1400, 900)
+    browser.open(web.page("turtles"))
+    browser.wait_for_text("No turtles here")
+    assert browser.run("return document.querySelector('.hint h3').getBoundingClientRect().top") > 250

@@ -124,6 +124,8 @@ def test_a_panel_of_a_server_that_runs(start: Start, environ: dict[str, str]) ->
         (["publisher", "vel_cmd"], "topics", {"publish": "/vel_cmd"}),
         (["--open", "-s", "rqt_plot/Plot", "/a/x"], "plot", {"curves": ["/a/x"]}),  # rqt -s rqt_plot/Plot
         (["scene", "-f", "odom"], "scene", {"fixed": "odom"}),  # rviz -f odom
+        (["scene", "--target-frame", "/base"], "scene", {"target": "base"}),
+        (["plot", "--empty"], "plot", {"curves": []}),  # rqt_plot -e
     ):
         assert settings_in(link_in(first_line(start(*words)))) == {"panel": panel, "settings": settings}
     other = start("console")

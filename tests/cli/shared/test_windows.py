@@ -12,11 +12,12 @@ from pyros1.cli.shared.windows import PACKAGED, PROGRAMS, call_of, first_argumen
     ("line", "words"),
     [
         ("rqt_graph --force-discover -f -ht -l -t -v --clear-config", ["graph"]),
-        ("rqt_plot -b pyside -P /a/x -e", ["plot", "--start-paused", "/a/x"]),
+        ("rqt_plot -b pyside -P /a/x -e", ["plot", "--start-paused", "/a/x", "--empty"]),
         ("rqt_plot --pause --qt-binding=pyqt /a/x", ["plot", "--start-paused", "/a/x"]),
         ("rqt -s rqt_bag --args run.bag", ["--open", "--standalone", "rqt_bag", "run.bag"]),
         ("rqt_gui --standalone=rqt_plot", ["--open", "--standalone", "rqt_plot"]),
-        ("rxplot -t title -p 5 /a/x", ["plot", "-p", "5", "/a/x"]),
+        ("rxplot -P -p 5 /a/x", ["plot", "--start-paused", "-p", "5", "/a/x"]),
+        ("rviz -t /base_link", ["scene", "--target-frame", "/base_link"]),
         ("rviz -l -s splash.png --fixed-frame odom", ["scene", "--fixed-frame", "odom"]),
         ("rxgraph -o graph.dot", ["graph", "--output", "graph.dot"]),
         ("image_view /camera --port 0", ["image", "/camera", "--port", "0"]),
@@ -27,7 +28,20 @@ def test_words(line: str, words: list[str]) -> None:
     assert call_of(program, given) == (words, [])
 
 
-@pytest.mark.parametrize("line", ["rqt -p mine", "rqt_graph --perspective-file=x.perspective", "rqt --command-pid 7"])
+@pytest.mark.parametrize(
+    "line",
+    [
+        "rqt -p mine",
+        "rxplot -b 5",
+        "rxplot --refresh=2",
+        "rxplot -m o",
+        "rxplot -t x",
+        "rxplot -l a",
+        "rxplot -M 3d",
+        "rqt_graph --perspective-file=x.perspective",
+        "rqt --command-pid 7",
+    ],
+)
 def test_what_somebody_would_miss_is_told_once(line: str) -> None:
     program, *given = line.split()
     words, notes = call_of(program, [*given, *given])

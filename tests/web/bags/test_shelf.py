@@ -29,6 +29,12 @@ def test_a_folder_lists_its_bags_and_folders(bags: Path) -> None:
     assert listing["files"][0]["size"] == 1
     assert listing["up"] is None
     assert not listing["more"]
+    assert listing["writable"]
+
+
+def test_a_folder_into_which_nothing_can_be_recorded(bags: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "access", lambda path, mode: not mode & os.W_OK)  # root may write everywhere
+    assert not Shelf([str(bags)]).listing("")["writable"]
 
 
 def test_an_inner_folder_leads_up_and_no_higher(bags: Path) -> None:

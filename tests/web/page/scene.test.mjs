@@ -5,7 +5,8 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { sight } from "../../../src/pyros1/web/page/lib/scene/camera_view.js";
-import { Density } from "../../../src/pyros1/web/page/lib/scene/density.js";
+import { apart } from "../../../src/pyros1/web/page/lib/scene/apart.js";
+import { Density, Pace } from "../../../src/pyros1/web/page/lib/scene/density.js";
 import { offersOf, readKey } from "../../../src/pyros1/web/page/lib/scene/kinds.js";
 import { beside } from "../../../src/pyros1/web/page/lib/scene/meshes.js";
 import { pointsIn, reaches } from "../../../src/pyros1/web/page/lib/scene/picking.js";
@@ -109,4 +110,18 @@ test("to turn the view is no reason for fewer points, but may be one for more", 
   assert.equal(density.enough, 400000);
   density.forget();
   assert.equal(density.enough, Infinity);
+});
+
+test("of boxes that cover each other the first is seen", () => {
+  const box = (left, top) => ({ left, top, wide: 10, high: 5 });
+  assert.deepEqual(apart([box(0, 0), box(5, 2), box(10, 0), box(0, 5)]), [true, false, true, true]);
+  assert.deepEqual(apart([]), []);
+});
+
+test("how often clouds come", () => {
+  const pace = new Pace();
+  pace.tick(1000);
+  assert.equal(`${pace}`, "the first");
+  for (let step = 1; step <= 20; step += 1) pace.tick(1000 + 250 * step);
+  assert.equal(`${pace}`, "4.0 a second");
 });

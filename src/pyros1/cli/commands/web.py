@@ -208,7 +208,7 @@ def _plot(invocation: Invocation, options: Any, words: list[str]) -> dict[str, A
     from pyros1.observe.fields import expand  # noqa: PLC0415
 
     curves = [invocation.resolve(field) for word in words for field in expand(word)]
-    settings: dict[str, Any] = {"curves": curves} if curves else {}
+    settings: dict[str, Any] = {"curves": curves} if curves or options.empty else {}
     if options.period is not None:
         settings["period"] = options.period
     if options.paused:
@@ -243,8 +243,9 @@ def _scene(invocation: Invocation, options: Any, words: list[str]) -> dict[str, 
             raise CommandError(lines[0])
         for line in lines:  # of the usual file only what is wrong is said: the scene begins without it
             print(line, file=sys.stderr)
-    if options.fixed_frame:
-        settings["fixed"] = options.fixed_frame.lstrip("/")
+    for key, frame in (("fixed", options.fixed_frame), ("target", options.target_frame)):
+        if frame:
+            settings[key] = frame.lstrip("/")
     return settings
 
 
@@ -309,13 +310,14 @@ COMMAND = Command(
         Flag("--open", dest="open", help="open the page in this machine's browser; so does naming a panel"),
         Option("-p", "--period", type="float", metavar="SECONDS", help="of a plot: seconds to show"),
         Flag("-P", "--start-paused", dest="paused", help="of a plot: begin paused"),
+        Flag("-e", "--empty", help="of a plot: begin without the curves that it had before"),
         Flag("--xy", help="of a plot: the second of two curves against the first"),
         Flag("--clock", help="of a bag: publish the clock when it is played"),
         Option("-s", "--standalone", metavar="PLUGIN", help="as rqt has it: the panel of this plugin of rqt"),
         Option("-f", "--fixed-frame", metavar="FRAME", help="of the scene: the frame that stands still"),
+        Option("--target-frame", metavar="FRAME", help="of the scene: the frame that the view follows"),
         Option("-d", "--display-config", metavar="FILE", help="of the scene: a file that rviz has saved"),
         # rqt and its plugins take these; the page has nothing to clear or discover
-        Flag("-e", "--empty", hidden=True),
         Flag("--clear-config", dest="clear_config", hidden=True),
         Flag("--force-discover", dest="force_discover", hidden=True),
         Option("--output", hidden=True),  # rxgraph's

@@ -62,11 +62,18 @@ _RQT_ALONE: Mapping[str, Meaning] = {
 _PLOT: Mapping[str, Meaning] = {
     **_RQT,
     "-P": Meaning("--start-paused"), "--pause": Meaning("--start-paused"), "--start-paused": Meaning("--start-paused"),
-    "-e": _IGNORED, "--empty": _IGNORED,
+    "-e": Meaning("--empty"), "--empty": Meaning("--empty"),
 }  # fmt: skip
+_TOLD = {
+    ("-b", "--buffer"): "the page keeps at least what its period shows (-p); its button CSV saves it",
+    ("-r", "--refresh"): "the page draws as often as the browser does; there is no rate of its own",
+    ("-m", "--marker"): "curves on the page are lines; there are no markers",
+    ("-t", "--title"): "a plot on the page has no title; its button Layouts keeps it under a name",
+    ("-l", "--legend"): "curves on the page are called by their fields",
+    ("-M", "--mode"): "curves on the page are over time; --xy draws the second of two against the first",
+}
 _RXPLOT: Mapping[str, Meaning] = {
-    **dict.fromkeys(("-b", "--buffer", "-r", "--refresh", "-m", "--marker", "-t", "--title"), _IGNORED_VALUE),
-    **dict.fromkeys(("-l", "--legend", "-M", "--mode"), _IGNORED_VALUE),
+    **{name: Meaning(value=True, note=note) for names, note in _TOLD.items() for name in names},
     "-P": Meaning("--start-paused"),
 }
 _RVIZ: Mapping[str, Meaning] = {
@@ -76,8 +83,7 @@ _RVIZ: Mapping[str, Meaning] = {
     "--disable-anti-aliasing": _IGNORED, "--no-stereo": _IGNORED,
     "-v": _IGNORED, "--verbose": _IGNORED, "--log-level-debug": _IGNORED,
     "--fullscreen": _IGNORED,
-    "-t": Meaning(value=True, note="choose the frame that the view follows at the top of the page"),
-    "--target-frame": Meaning(value=True, note="choose the frame that the view follows at the top of the page"),
+    "-t": Meaning("--target-frame", value=True), "--target-frame": Meaning("--target-frame", value=True),
 }  # fmt: skip
 
 

@@ -67,8 +67,8 @@ class Shelf:
             text: its path; empty for the only folder, or a list of all.
 
         Returns:
-            ``{"folder", "up", "folders": [{"name", "path"}], "files": [{"name", "path", "size", "time"}], "more"}``.
-            Names that are not UTF-8 are left out; ``up`` is null where one may not go up.
+            ``{"folder", "up", "folders": [{"name", "path"}], "files": [{"name", "path", "size", "time"}], "more",
+            "writable"}``. Names that are not UTF-8 are left out; ``up`` is null where one may not go up.
 
         Raises:
             RequestError: as for `folder`.
@@ -76,7 +76,7 @@ class Shelf:
         if not text:
             if len(self.folders) != 1:
                 several = [{"name": str(path), "path": str(path)} for path in self.folders]
-                return {"folder": "", "up": None, "folders": several, "files": [], "more": False}
+                return {"folder": "", "up": None, "folders": several, "files": [], "more": False, "writable": False}
             text = str(self.folders[0])
         folder = self.folder(text)
         folders: list[dict[str, Any]] = []
@@ -96,6 +96,7 @@ class Shelf:
             "folders": folders[:_MOST_SHOWN],
             "files": files[:_MOST_SHOWN],
             "more": more,
+            "writable": os.access(folder, os.W_OK | os.X_OK),
         }
 
     def _sort(self, entry: os.DirEntry[str], folders: list[dict[str, Any]], files: list[dict[str, Any]]) -> None:

@@ -18,13 +18,15 @@ const panels = await panelList().catch((error) => {
 const bar = document.getElementById("bar");
 const state = h("span.state", { role: "status" });
 const tabs = h("nav", { "aria-label": "views" });
+const menu = h("select.menu", { "aria-label": "all views", title: "all views", onchange: () => choose(menu.value) }); // where tabs have no room
 const workspace = new Workspace(document.getElementById("workspace"), panels, robot, changed);
+const KEYS = 9; // panels that a key shows
 let current = "";
 
 fill(bar,
   h("a.logo", { href: "#", title: "pyros1", onclick: (event) => { event.preventDefault(); choose(panels[0].name); } },
     h("img", { src: "icon.svg", alt: "", width: 22, height: 22 })),
-  tabs,
+  tabs, menu,
   h("span.gap"),
   state,
   layoutsButton({ tree: () => workspace.tree, show: (name, tree) => choose(name, tree) }),
@@ -33,19 +35,35 @@ fill(bar,
 );
 
 function drawTabs() {
-  const other = panels.some((panel) => panel.name === current) ? null : h("button.tab", { "aria-current": "page" }, current);
+  const other = panels.some((panel) => panel.name === current) ? null : current;
   const used = load("layouts") || {};
-  fill(tabs, other, panels.map((panel, index) => (panel.rare && panel.name !== current && !used[panel.name] ? null : h("button.tab", {
+  fill(tabs, other && h("button.tab", { "aria-current": "page", title: "a layout" }, `▦ ${other}`), panels.map((panel, index) => (panel.rare && panel.name !== current && !used[panel.name] ? null : h("button.tab", {
     "aria-current": panel.name === current ? "page" : null,
-    title: `${panel.description} (${index + 1})`,
+    title: `${panel.description}${index < KEYS ? ` (key ${index + 1})` : ""}`,
     onclick: () => choose(panel.name),
   }, panel.title))));
+  fill(menu, other && h("option", { value: other }, `▦ ${other}`), panels.map(({ name, title }) => h("option", { value: name }, title)));
+  menu.value = current;
   seeTab();
 }
 
+// The tab of what is shown is in sight; where others are not, the edge fades, and the menu has them.
 function seeTab() {
+  bar.classList.remove("crowded"); // the menu takes room, too
+  bar.classList.toggle("crowded", tabs.scrollWidth > tabs.clientWidth + 1);
   tabs.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest", inline: "nearest" });
+  fade();
 }
+
+function fade() {
+  const left = tabs.scrollLeft > 1;
+  const right = tabs.scrollLeft + tabs.clientWidth < tabs.scrollWidth - 1;
+  tabs.style.setProperty("--left", left ? "24px" : "0px");
+  tabs.style.setProperty("--right", right ? "24px" : "0px");
+}
+
+tabs.addEventListener("scroll", fade);
+new ResizeObserver(seeTab).observe(bar);
 
 // Show a tab, or a layout that has a name. Each tab is a layout that begins as one panel, or as the panel says.
 function choose(name, tree) {

@@ -16,10 +16,13 @@ export const MADE_IN = {
     ],
   },
   "Mobile robot": {
-    split: "row", sizes: [2, 3], parts: [
-      { split: "column", sizes: [1, 1, 1], parts: [{ panel: "topics" }, { panel: "nodes" }, { panel: "console", settings: { hidden: [1] } }] },
-      { split: "column", sizes: [4, 3], parts: [
+    split: "column", sizes: [3, 2], parts: [
+      { split: "row", sizes: [2, 5], parts: [
+        { split: "column", sizes: [1, 1], parts: [{ panel: "topics" }, { panel: "nodes" }] },
         { panel: "scene", settings: { topics: ["/map", "/scan"] } },
+      ] },
+      { split: "row", sizes: [1, 1], parts: [
+        { panel: "console", settings: { hidden: [1] } },
         { panel: "plot", settings: { curves: [
           "/cmd_vel/linear/x", "/cmd_vel/angular/z", "/odom/twist/twist/linear/x", "/odom/twist/twist/angular/z",
         ] } },

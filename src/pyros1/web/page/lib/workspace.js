@@ -1,9 +1,12 @@
 // Panels beside and below each other. A layout is a tree: {panel, settings} or {split: "row" | "column", sizes, parts}.
 
-import { fill, h } from "./dom.js";
+import { moved, panelsOf, sideOf, swapped, without } from "./arrange.js";
+import { fill, h, s } from "./dom.js";
 
 const DEEPEST = 6;
 const LEAST = 0.08; // of a split's size
+const STEP = 0.02; // of a split's size, with an arrow key
+const FAR = 6; // pixels from which a panel is dragged
 const WIDE = 900; // pixels from which a panel has room for two
 
 export class Workspace {
@@ -65,20 +68,34 @@ export class Workspace {
     return element;
   }
 
+  // The line between two parts: it is dragged, or moved with the arrow keys.
   _handle(node, index, element, set) {
-    const move = (event) => {
-      const box = element.getBoundingClientRect();
-      const whole = node.sizes.reduce((sum, size) => sum + size, 0);
-      const before = node.sizes.slice(0, index - 1).reduce((sum, size) => sum + size, 0);
-      const both = node.sizes[index - 1] + node.sizes[index];
-      const at = node.split === "row" ? (event.clientX - box.left) / box.width : (event.clientY - box.top) / box.height;
-      const first = Math.min(Math.max(at * whole - before, LEAST * whole), both - LEAST * whole);
+    const whole = node.sizes.reduce((sum, size) => sum + size, 0);
+    const both = node.sizes[index - 1] + node.sizes[index];
+    const put = (size) => {
+      const first = Math.min(Math.max(size, LEAST * whole), both - LEAST * whole);
       node.sizes[index - 1] = first;
       node.sizes[index] = both - first;
       set();
+      tell();
     };
-    return h("div.handle", {
-      role: "separator",
+    const move = (event) => {
+      const box = element.getBoundingClientRect();
+      const before = node.sizes.slice(0, index - 1).reduce((sum, size) => sum + size, 0);
+      const beside = getComputedStyle(element).flexDirection === "row"; // a narrow page has all below each other
+      const at = beside ? (event.clientX - box.left) / box.width : (event.clientY - box.top) / box.height;
+      put(at * whole - before);
+    };
+    const keys = { ArrowLeft: -STEP, ArrowUp: -STEP, ArrowRight: STEP, ArrowDown: STEP, Home: -1, End: 1 };
+    const handle = h("div.handle", {
+      role: "separator", tabIndex: 0, "aria-label": "room of the panels", "aria-orientation": node.split === "row" ? "vertical" : "horizontal",
+      "aria-valuemin": "0", "aria-valuemax": "100", title: "drag it, or move it with the arrow keys",
+      onkeydown: (event) => {
+        if (!keys[event.key]) return;
+        event.preventDefault();
+        put(node.sizes[index - 1] + keys[event.key] * whole);
+        this.changed(this.tree);
+      },
       onpointerdown: (event) => {
         event.target.setPointerCapture(event.pointerId);
         event.target.onpointermove = move;
@@ -88,6 +105,9 @@ export class Workspace {
         };
       },
     });
+    const tell = () => handle.setAttribute("aria-valuenow", String(Math.round(100 * node.sizes[index - 1] / both)));
+    tell();
+    return handle;
   }
 
   _drawPanel(node) {
@@ -103,10 +123,15 @@ export class Workspace {
     node.tools = h("span.tools");
     node.body = h("div.body", { tabIndex: -1 });
     node.note = h("div.note", { role: "alert", hidden: true });
+    const grip = h("button.quiet.arrange.grip", {
+      title: "drag it to another panel: to its side, or onto it to swap them; arrow keys swap them, too", "aria-label": `move ${panel.title}`,
+      onpointerdown: (event) => this._drag(node, event), onkeydown: (event) => this._step(node, event),
+    }, "⠿");
     return h("section.panel", { dataset: { panel: panel.name }, "aria-label": panel.title },
-      h("header", {}, choice, node.tools, h("span.arrangement", {},
-        h("button.quiet.arrange", { title: "another panel beside this one", onclick: () => this._split(node, "row") }, "⬓"),
-        h("button.quiet.arrange", { title: "another panel below this one", onclick: () => this._split(node, "column") }, "⬒"),
+      h("header", { onpointerdown: (event) => { if (event.pointerType === "mouse" && event.target.matches("header, .tools, .gap")) this._drag(node, event); } },
+        choice, node.tools, h("span.arrangement", {}, this.tree.parts && grip,
+        h("button.quiet.arrange", { title: "another panel beside this one", "aria-label": "another panel beside this one", onclick: () => this._split(node, "row") }, halves("row")),
+        h("button.quiet.arrange", { title: "another panel below this one", "aria-label": "another panel below this one", onclick: () => this._split(node, "column") }, halves("column")),
         h("button.quiet.arrange.close", { title: "close this panel", onclick: () => this._remove(node) }, "✕"))),
       node.note, node.body);
   }
@@ -188,14 +213,78 @@ export class Workspace {
   }
 
   _remove(node) {
-    const without = (tree) => {
-      if (!tree.parts) return tree === node ? null : tree;
-      const kept = tree.parts.map(without);
-      const sizes = tree.sizes.filter((_, index) => kept[index]);
-      const parts = kept.filter(Boolean);
-      return parts.length > 1 ? { ...tree, sizes, parts } : parts[0] || null;
-    };
-    this.tree = without(this.tree) || { panel: this.panels[0].name, settings: {} };
+    this.tree = without(this.tree, node) || { panel: this.panels[0].name, settings: {} };
     this._again();
   }
+
+  // Follow the pointer until it is released over another panel, or Escape is pressed.
+  _drag(node, event) {
+    const { currentTarget: from, clientX, clientY, pointerId } = event;
+    if (event.button || !this.tree.parts) return;
+    const mark = h("div.landing", { hidden: true });
+    let place = null; // {target, side}
+    const end = () => {
+      mark.remove();
+      from.onpointermove = from.onpointerup = from.onpointercancel = null;
+      removeEventListener("keydown", escape);
+    };
+    const escape = ({ key }) => { if (key === "Escape") end(); };
+    from.setPointerCapture(pointerId);
+    addEventListener("keydown", escape);
+    from.onpointermove = ({ clientX: x, clientY: y }) => {
+      if (!mark.isConnected && Math.hypot(x - clientX, y - clientY) < FAR) return;
+      this.root.append(mark);
+      place = this._under(node, x, y);
+      mark.hidden = !place;
+      if (place) Object.assign(mark.style, place.style);
+    };
+    from.onpointercancel = end;
+    from.onpointerup = () => {
+      end();
+      if (place) this._arrange(place.side === "middle" ? swapped(this.tree, node, place.target) : moved(this.tree, node, place.target, place.side));
+    };
+  }
+
+  // Which panel is there, which side of it, and where the dragged one would be.
+  _under(node, x, y) {
+    for (const [target, body] of this._bodies) {
+      const box = body.closest(".panel").getBoundingClientRect();
+      if (target === node || x < box.left || x > box.right || y < box.top || y > box.bottom) continue;
+      const side = sideOf(box, x, y);
+      const [wide, high] = [side === "left" || side === "right" ? 0.5 : 1, side === "top" || side === "bottom" ? 0.5 : 1];
+      const style = {
+        left: `${box.left + (side === "right" ? box.width / 2 : 0)}px`, top: `${box.top + (side === "bottom" ? box.height / 2 : 0)}px`,
+        width: `${box.width * wide}px`, height: `${box.height * high}px`,
+      };
+      return { target, side, style };
+    }
+    return null;
+  }
+
+  // Arrow keys swap a panel with the one before or after it.
+  _step(node, event) {
+    const step = { ArrowLeft: -1, ArrowUp: -1, ArrowRight: 1, ArrowDown: 1 }[event.key];
+    if (!step) return;
+    event.preventDefault();
+    const all = panelsOf(this.tree);
+    const at = all.indexOf(node) + step;
+    if (!all[at]) return;
+    this._arrange(swapped(this.tree, node, all[at]));
+    this.root.querySelectorAll(".grip")[at]?.focus();
+  }
+
+  // A tree that is too deep would lose panels: then all stays as it is.
+  _arrange(tree) {
+    const cleaned = this._clean(tree, 0);
+    if (panelsOf(cleaned).length !== panelsOf(this.tree).length) return;
+    this.tree = cleaned;
+    this._again();
+  }
+}
+
+// A picture of two halves, of which the second is new.
+function halves(split) {
+  const half = split === "row" ? { x: 8, y: 2, width: 5, height: 12 } : { x: 2, y: 8, width: 12, height: 6 };
+  return s("svg", { viewBox: "0 0 16 16", width: 15, height: 15, "aria-hidden": "true" },
+    s("rect", { x: 1.5, y: 1.5, width: 13, height: 13, rx: 2, fill: "none", stroke: "currentColor" }), s("rect", { ...half, width: half.width + (split === "row" ? 1 : 0), fill: "currentColor" }));
 }

@@ -153,7 +153,8 @@ class BagPanel {
     this.facts = facts;
     this._describe();
     if (!facts.topics.length) {
-      fill(this.other, h("div.empty", {}, h("h3", {}, "This bag is empty"), h("p", {}, "It has no messages.")));
+      fill(this.other, h("div.empty", {}, h("h3", {}, "This bag is empty"), h("p", {}, "It has no messages: nothing was published while it was recorded, or only on other topics."),
+        h("p", {}, h("button", { onclick: () => this._choose() }, "Choose another one"))));
       return;
     }
     this.other.hidden = true;

@@ -4,6 +4,7 @@ import { command, empty, fill, h, save } from "../lib/dom.js";
 import { number, plural, rate } from "../lib/format.js";
 
 const OLD = 1; // seconds
+const RECORDED = 86400; // seconds: no robot runs for so long without a transform, but bags are so old
 
 export default {
   title: "Frames",
@@ -46,7 +47,9 @@ class Frames {
   _draw() {
     const { data } = this;
     if (!data) return;
-    this.place.problem(data.problem || (data.ignored ? "there are more frames than can be shown" : ""));
+    const recorded = data.frames.some((frame) => !frame.static && frame.age > RECORDED);
+    this.place.problem(data.problem || (data.ignored ? "there are more frames than can be shown" : "")
+      || (recorded ? "these transforms are of a recording, and nodes have the time of now: set its time with `pyros1 param set /use_sim_time true`, and play it with `pyros1 bag play --clock`" : ""));
     fill(this.count, plural(data.frames.length + data.roots.length, "frame"));
     if (!data.frames.length) {
       this.drawn = null;
@@ -107,7 +110,7 @@ class Frames {
       put(problem, frame.problem || "");
       put(hz, frame.root ? "" : frame.static ? "static" : rate(frame.hz));
       put(old, frame.root || frame.static ? "" : age(frame.age));
-      old.classList.toggle("wrong", frame.age > OLD);
+      old.classList.toggle("wrong", frame.age > OLD && frame.age <= RECORDED);
       put(who, (frame.publishers || []).join(" "));
     } };
   }

@@ -3,6 +3,7 @@
 import { command, empty, fill, h } from "../lib/dom.js";
 import { number, rate } from "../lib/format.js";
 import { drawPicture } from "../lib/images.js";
+import { Zoom } from "../lib/zoom.js";
 
 const KINDS = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
 
@@ -28,14 +29,15 @@ class Picture {
     } }, "Pause");
     const limit = (index, hint) => h("input", {
       type: "number", step: "any", placeholder: hint, "aria-label": `${hint} value`, title: `the ${hint} value of depth and other pictures of one channel; empty: what the picture has`,
-      value: this.range?.[index] ?? "", size: 6, className: "limit", onchange: () => this._limits(),
+      value: this.range?.[index] ?? "", className: "limit", hidden: true, onchange: () => this._limits(),
     });
     this.limits = [limit(0, "least"), limit(1, "greatest")];
     place.tools.append(this.choice, this.pause,
       h("button.quiet", { title: "turn by a quarter", onclick: () => { this.turned = (this.turned + 1) % 4; this._save(); this._fit(); } }, "Turn"),
       h("button.quiet", { title: "save this picture", onclick: () => this._png() }, "PNG"), ...this.limits);
     this.canvas = h("canvas", { onmousemove: (event) => this._point(event), onmouseleave: () => this._status() });
-    this.frame = h("div.frame", {}, this.canvas);
+    this.frame = h("div.frame", { title: "wheel or two fingers: larger; drag; double click: all of it" }, this.canvas);
+    this.zoom = new Zoom(this.frame, () => this._fit());
     this.status = h("div.status.mono");
     this.hint = h("div.hint");
     place.body.classList.add("image");
@@ -77,6 +79,7 @@ class Picture {
     this.stream = null;
     this.topic = topic;
     this.facts = null;
+    this.zoom.reset();
     this.choice.value = topic;
     this.place.problem("");
     this._save();
@@ -108,6 +111,8 @@ class Picture {
       this.place.problem(error.message);
       return;
     }
+    const ranged = this.values && !["mono8", "8uc1"].includes(facts.encoding.toLowerCase());
+    for (const field of this.limits) field.hidden = !ranged && !this.range;
     const first = !this.facts;
     this.facts = facts;
     this.data = data;
@@ -121,8 +126,9 @@ class Picture {
     const { clientWidth, clientHeight } = this.frame;
     const { width, height } = this.canvas;
     const [across, down] = this.turned % 2 ? [height, width] : [width, height];
-    const scale = Math.min(clientWidth / across, clientHeight / down) || 1;
-    this.canvas.style.transform = `translate(-50%, -50%) rotate(${this.turned * 90}deg) scale(${scale})`;
+    const { scale: larger, shift: [x, y] } = this.zoom;
+    const scale = (Math.min(clientWidth / across, clientHeight / down) || 1) * larger;
+    this.canvas.style.transform = `translate(calc(-50% + ${x}px), calc(-50% + ${y}px)) rotate(${this.turned * 90}deg) scale(${scale})`;
     this.canvas.style.imageRendering = scale > 2 ? "pixelated" : "auto";
   }
 

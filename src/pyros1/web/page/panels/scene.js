@@ -3,11 +3,12 @@
 import { empty, fill, h, save } from "../lib/dom.js";
 import { DESCRIPTION, ROBOT, offersOf, picturesOf, readKey } from "../lib/scene/kinds.js";
 import { DisplayList } from "../lib/scene/list.js";
+import { FixedChoice } from "../lib/scene/fixed_choice.js";
+import { Toolbox } from "../lib/scene/toolbox.js";
 import { ViewChoice } from "../lib/scene/view_choice.js";
 
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9"];
 const PARTS = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay", "camera_view", "efforts", "select"];
-const WRITING = ["goal", "estimate", "point"]; // tools that publish
 const FRAMES = "frames"; // keys of displays: those of kinds.js, or these
 const GRID = "grid";
 
@@ -24,7 +25,7 @@ class Scene {
   constructor(place) {
     this.place = place;
     const { fixed, topics, robots, options, hidden, view, target } = place.settings; // a link may say anything
-    this.fixed = String(fixed || "");
+    this.fixed = new FixedChoice(String(fixed || ""), () => this._fix());
     this.topics = texts(topics) || []; // keys of shown topics
     this.robots = texts(robots) || [DESCRIPTION]; // parameters with URDFs
     this.options = { ...options }; // key of a display -> what was chosen
@@ -34,10 +35,10 @@ class Scene {
     this.types = {};
     this._build();
     const { notes } = place.settings; // what a file has and this panel does not
-    if (texts(notes)?.length) this._say(notes.join("\n"));
-    this.onAbout = () => this._mayWrite();
+    if (texts(notes)?.length) this.say(notes.join("\n"));
+    this.onAbout = () => this.toolbox.mayWrite();
     place.robot.addEventListener("about", this.onAbout);
-    this._mayWrite();
+    this.toolbox.mayWrite();
     this._begin();
   }
 
@@ -56,7 +57,7 @@ class Scene {
     this.look.begin(this.stage, this.frames);
     this.stage.before.push(() => this.frames.face(this.stage), () => this._ease());
     this.place.body.scene = this; // for tests, and the curious
-    this.onTheme = () => this.stage.colours();
+    this.onTheme = () => { this.frames.colours(); this.stage.colours(); };
     addEventListener("themechange", this.onTheme);
     const { robot } = this.place;
     this._enter({ key: FRAMES, display: this.frames, title: "TF", kind: "TF", fixed: true });
@@ -65,13 +66,13 @@ class Scene {
     for (const key of this.topics) this._show(key);
     this.mouse = new this.lib.Interaction(this.stage, {
       sets: () => [...this.displays.values()].map(({ display }) => display).filter((each) => each instanceof this.lib.InteractiveSet),
-      fixed: () => this._fixedFrame(),
+      fixed: () => this.fixedFrame(),
       publish: (topic, type, value) => robot.call("topics.publish", { topic, type, value }),
-      told: (text) => this._say(text),
+      told: (text) => this.say(text),
     });
-    this._mayWrite();
+    this.toolbox.mayWrite();
     this.system = robot.stream("system", {}, { data: (data) => this._system(data) });
-    this.world = robot.stream("scene_frames", { fixed: this.fixed }, {
+    this.world = robot.stream("scene_frames", { fixed: this.fixed.frame }, {
       data: (data, blob) => this._frames(data, blob),
       problem: (text) => this.place.problem(text),
     });
@@ -85,7 +86,7 @@ class Scene {
     for (const key of [...this.displays.keys()]) this._hide(key);
     if (this.onTheme) removeEventListener("themechange", this.onTheme);
     this.place.robot.removeEventListener("about", this.onAbout);
-    this.tool?.close();
+    this.toolbox.close();
     this.mouse?.close();
     this.stage?.close();
   }
@@ -97,13 +98,13 @@ class Scene {
   _build() {
     const { body, tools } = this.place;
     const file = h("input", { type: "file", accept: ".rviz,.yaml,.yml", hidden: true, onchange: () => this._open(file) });
-    this.fixedChoice = h("select.mono", { "aria-label": "fixed frame", title: "the frame that stands still", onchange: (event) => this._fix(event.target.value) });
-    this.buttons = new Map([["select", "Select"], ["measure", "Measure"], ["goal", "Nav goal"], ["estimate", "Pose estimate"], ["point", "Point"]].map(([name, text]) =>
-      [name, h("button", { "aria-pressed": "false", onclick: () => this._use(name) }, text)]));
-    tools.append(h("label.check", {}, "fixed", this.fixedChoice), h("label.check", {}, "view", this.look.views, this.look.axes), h("label.check", {}, "follow", this.look.frames),
-      ...this.buttons.values(),
+    this.toolbox = new Toolbox(this);
+    const more = h("span.more", {}, h("label.check", {}, "follow", this.look.frames), [...this.toolbox.buttons.values()],
       h("button.quiet", { title: "look from where one looked at first", onclick: () => this.look.reset() }, "Reset"),
       h("button.quiet", { title: "save the picture", onclick: () => this._png() }, "PNG"));
+    tools.append(this.fixed.element, h("label.check", {}, h("span.what", {}, "view"), this.look.views, this.look.axes),
+      h("button", { title: "see all that is shown", onclick: () => this.look.fit([...this.displays.values()]) }, "Fit"),
+      h("button.fold-tools", { "aria-expanded": "false", onclick: ({ currentTarget }) => currentTarget.setAttribute("aria-expanded", String(more.classList.toggle("open"))) }, "Tools"), more);
     this.view = h("div.view");
     this.word = h("div.word.mono", { hidden: true, role: "status" });
     this.pictures = h("div.pictures");
@@ -124,7 +125,7 @@ class Scene {
   }
 
   _save() {
-    this.place.save({ fixed: this.fixed, topics: this.topics, robots: this.robots, options: this.options, hidden: [...this.concealed], view: this.look.kept, target: this.look.target });
+    this.place.save({ fixed: this.fixed.frame, topics: this.topics, robots: this.robots, options: this.options, hidden: [...this.concealed], view: this.look.kept, target: this.look.target });
   }
 
   _system(data) {
@@ -142,20 +143,9 @@ class Scene {
   }
 
   _frames(data, blob) {
-    this.shownFixed = data.fixed;
-    const told = [...this.displays.values()].map(({ display }) => display.frame).filter(Boolean);
-    const names = [...new Set([...data.names, ...data.lost, ...told, this.fixed, this.look.target])].filter(Boolean).sort();
-    const key = JSON.stringify([names, data.fixed]);
-    const others = key !== this.names;
-    if (others) {
-      this.names = key;
-      const option = (name) => h("option", { value: name, selected: name === this.fixed }, name);
-      fill(this.fixedChoice, h("option", { value: "" }, data.names.length + data.lost.length ? `the root (${data.fixed})` : `no frames yet (${data.fixed})`), names.map(option));
-      this.look.offer(names);
-      if (!this.fixed) this._restream();
-    }
-    this.place.problem(data.lost.length ? `no way from ${data.fixed} to ${data.lost.slice(0, 5).join(", ")}${data.lost.length > 5 ? " …" : ""}` : "");
+    this.known = data;
     this.frames.take(data, blob);
+    const others = this._offer();
     for (const entry of this.displays.values()) {
       entry.display.place?.(this.frames);
       this.list.tell(entry);
@@ -164,30 +154,46 @@ class Scene {
     this.look.follow();
   }
 
-  _fix(frame) {
-    this.fixed = frame;
-    this.names = "";
+  // Frames to choose from: those of tf, and those that messages have. Without tf, what is shown first stands still.
+  _offer() {
+    const { fixed, names, lost } = this.known;
+    const told = [...new Set([...this.displays.values()].map(({ display }) => display.frame).filter(Boolean))];
+    const tf = names.length + lost.length > 0;
+    this.alone = tf ? "" : told[0] || "";
+    const usual = this.alone ? `${this.alone} (there is no tf)` : this.fixed.frame ? (tf ? "the root" : "no frames yet") : `${tf ? "the root" : "no frames yet"} (${fixed})`;
+    const all = [...new Set([...names, ...lost, ...told, this.fixed.frame, this.look.target])].filter(Boolean).sort();
+    const others = this.fixed.offer(all, usual);
+    if (others) {
+      this.look.offer(all);
+      if (!this.fixed.frame) this._restream();
+    }
+    const away = [...new Set([...lost, ...[...this.displays.values()].map(({ display }) => display.astray).filter(Boolean)])];
+    this.place.problem(away.length ? `no way from ${this.fixedFrame()} to ${away.slice(0, 5).join(", ")}${away.length > 5 ? " …" : ""}: choose another fixed frame, or publish a transform between them (tf)` : "");
+    return others;
+  }
+
+  _fix() {
     this.stage.followed = null;
-    this.world.change({ fixed: frame });
+    this.world.change({ fixed: this.fixed.frame });
     this._restream();
     this._save();
   }
 
   _restream() {
-    for (const entry of this.displays.values()) if (entry.topic && entry.kind !== "Image") this._again(entry); // a picture alone is nowhere
+    for (const entry of this.displays.values()) if (entry.topic && entry.kind !== "Image") this.again(entry); // a picture alone is nowhere
   }
 
   // A browser that has been slow may draw more points again.
   _ease() {
-    for (const entry of this.displays.values()) if (entry.topic && entry.display.hurry?.(this.stage.lag, false)) this._again(entry);
+    for (const entry of this.displays.values()) if (entry.topic && entry.display.hurry?.(this.stage.lag, false)) this.again(entry);
   }
 
-  _again({ stream, display, topic }) {
-    stream.change({ topic, fixed: this._fixedFrame(), ...display.args });
+  again({ stream, display, topic }) {
+    stream.change({ topic, fixed: this.fixedFrame(), ...display.args });
   }
 
-  _fixedFrame() {
-    return this.fixed || this.shownFixed || "";
+  fixedFrame() {
+    return this.fixed.frame || this.alone || this.known?.fixed || "";
   }
 
   _add(key) {
@@ -259,18 +265,18 @@ class Scene {
     else if (kind === "Effort") entry.display = new this.lib.EffortSet(host);
     else if (kind === "Camera") entry.display = new this.lib.CameraView(this.pictures, topic, host);
     else entry.display = new this.lib.Display(COLOURS[(this.displays.size - 1) % COLOURS.length], kind, host);
-    entry.display.inspect?.(this.using === "select");
+    entry.display.inspect?.(this.toolbox.using === "select");
     this._enter(entry);
     if (!kind) { // what it is will be known when the graph is
       entry.display.word = "nobody publishes it yet";
       return;
     }
     entry.topic = topic;
-    entry.stream = robot.stream(view, { topic, fixed: this._fixedFrame(), ...entry.display.args }, {
+    entry.stream = robot.stream(view, { topic, fixed: this.fixedFrame(), ...entry.display.args }, {
       data: (data, blob) => {
         const shown = entry.display.take(data, blob);
         entry.display.place?.(this.frames);
-        if (entry.display.hurry?.(this.stage.lag, true)) this._again(entry);
+        if (entry.display.hurry?.(this.stage.lag, true)) this.again(entry);
         this._touched(entry);
         return shown;
       },
@@ -279,6 +285,11 @@ class Scene {
   }
 
   _touched(entry, what) {
+    const told = `${entry.display.frame} ${entry.display.astray}`;
+    if (this.known && told !== entry.told) {
+      entry.told = told;
+      this._offer();
+    }
     if (what === "controls") this.list.draw();
     else this.list.tell(entry);
     this.stage.draw();
@@ -308,7 +319,7 @@ class Scene {
     this.options[key] = { ...this.options[key], [name]: value };
     const before = JSON.stringify(display.args);
     display.set({ [name]: value });
-    if (entry.topic && JSON.stringify(display.args) !== before) this._again(entry);
+    if (entry.topic && JSON.stringify(display.args) !== before) this.again(entry);
     this._save();
     this.stage.draw();
   }
@@ -320,59 +331,9 @@ class Scene {
     return robot && !robot.loading ? robot.object : null;
   }
 
-  _use(name) {
-    const before = this.using;
-    this.tool?.close();
-    this.tool = null;
-    this.using = "";
-    this.word.hidden = true;
-    if (name !== before && this.stage) {
-      this.using = name;
-      const { ArrowTool, MeasureTool, PointTool, SelectTool } = this.lib;
-      if (name === "select") this.tool = new SelectTool(this.stage, this.view, () => [...this.displays.values()]);
-      else if (name === "measure") this.tool = new MeasureTool(this.stage, (text) => this._say(text));
-      else if (name === "point") this.tool = new PointTool(this.stage, (point) => this._publish(name, point.toArray()));
-      else this.tool = new ArrowTool(this.stage, name === "goal" ? 0xae3ec9 : 0x2f9e44, (x, y, yaw) => this._publish(name, [x, y, 0], yaw));
-      if (name === "point") this._say("click the place that is published");
-      else if (name === "goal" || name === "estimate") this._say("press at the place, and release in the direction");
-    }
-    this._mayWrite();
-    if ("select" === before || "select" === this.using) this._inspect();
-    for (const [each, button] of this.buttons) button.setAttribute("aria-pressed", String(each === this.using));
-  }
-
-  // Tools that publish, and interactive markers, are of no use if the server is read-only.
-  _mayWrite() {
-    const { read_only: readOnly } = this.place.robot.about;
-    for (const name of WRITING) this.buttons.get(name).hidden = readOnly;
-    if (this.mouse) this.mouse.enabled = !this.using && !readOnly;
-  }
-
-  // While one selects, the server sends the numbers behind the points, too.
-  _inspect() {
-    for (const entry of this.displays.values()) {
-      const args = JSON.stringify(entry.display.args);
-      entry.display.inspect?.(this.using === "select");
-      if (entry.topic && JSON.stringify(entry.display.args) !== args) this._again(entry);
-    }
-  }
-
-  _say(text) {
+  say(text) {
     this.word.hidden = !text;
     fill(this.word, text);
-  }
-
-  async _publish(name, [x, y, z], yaw = 0) {
-    const pose = { position: { x, y, z }, orientation: { x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) } };
-    const [topic, type, value] = this.lib.MESSAGES[name](pose, this._fixedFrame());
-    this._use(name);
-    try {
-      const { subscribers } = await this.place.robot.call("topics.publish", { topic, type, value });
-      const place = name === "point" ? `(${x.toFixed(2)}, ${y.toFixed(2)}, ${z.toFixed(2)})` : `(${x.toFixed(2)}, ${y.toFixed(2)}), ${(yaw * 180 / Math.PI).toFixed(0)}°`;
-      this._say(`${topic}: ${place}, to ${subscribers} subscriber${subscribers === 1 ? "" : "s"}`);
-    } catch (error) {
-      this._say(error.message);
-    }
   }
 
   async _open(input) {
@@ -383,7 +344,7 @@ class Scene {
       const { settings, notes } = await this.place.robot.call("scene.rviz", { text: await file.text() });
       this.place.restart(notes.length ? { ...settings, notes } : settings);
     } catch (error) {
-      this._say(`${file.name} ${error.message}`);
+      this.say(`${file.name} ${error.message}`);
     }
   }
 

@@ -125,7 +125,7 @@ export class CameraView {
       const [left, right, top, bottom] = sight(this.seen, zoom);
       this.eye.projectionMatrix.makePerspective(NEAR * left, NEAR * right, NEAR * top, NEAR * bottom, NEAR, 5000);
       this.eye.projectionMatrixInverse.copy(this.eye.projectionMatrix).invert();
-      this.frames.face({ pixel: (point) => point.distanceTo(this.eye.position) * (right - left) / width });
+      this.frames.face({ camera: this.eye, size: [width, height], pixel: (point) => point.distanceTo(this.eye.position) * (right - left) / width });
       renderer.render(scene, this.eye);
       if (alpha > 0) this._sheet(renderer, alpha);
     }

@@ -40,3 +40,20 @@ export class Density {
     return true;
   }
 }
+
+// How often something comes, of the last few times.
+export class Pace {
+  constructor() {
+    this.times = []; // milliseconds
+  }
+
+  tick(now) {
+    this.times = [...this.times.slice(-9), now];
+  }
+
+  toString() {
+    const { times } = this;
+    const took = times.at(-1) - times[0];
+    return took > 0 ? `${((times.length - 1) * 1000 / took).toFixed(1)} a second` : "the first";
+  }
+}

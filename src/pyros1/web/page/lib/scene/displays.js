@@ -1,7 +1,7 @@
 // What topics look like in the scene. A display has an object, takes pushes of the view scene_topic, and has options.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
-import { Density } from "./density.js";
+import { Density, Pace } from "./density.js";
 import * as draw from "./draw.js";
 import { MapPlane, SCHEMES } from "./map.js";
 import { MarkerSet } from "./markers.js";
@@ -44,6 +44,7 @@ export class Display {
     this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { usual }]) => [key, usual]));
     this.host = { token, changed };
     this.density = new Density();
+    this.pace = new Pace();
   }
 
   // The arguments that its stream has besides topic and fixed frame.
@@ -92,6 +93,8 @@ export class Display {
       this.plane?.patch(data, new Int8Array(blob.buffer, blob.offset));
       return;
     }
+    this.frame = (data.frame ?? "").replace(/^\//, "");
+    this.astray = data.pose ? "" : this.frame;
     if (!data.pose) {
       this.problem = `no way to the frame ${data.frame || "“”"}`;
       this.lost = true;
@@ -102,7 +105,6 @@ export class Display {
     this.lost = false;
     this.object.visible = !this.hidden;
     if (!this._trailing) put(this.object, data.pose);
-    this.frame = data.frame.replace(/^\//, "");
     this._draw(data, blob);
   }
 
@@ -185,7 +187,8 @@ export class Display {
     this._style();
     Object.assign(this, { count, every });
     const why = this.density.enough < this.options.most ? ": this browser draws slowly" : "";
-    this.word = `${count} points${every > 1 ? ` (one of ${every}${why})` : ""}, colour: ${by}`;
+    this.pace.tick(performance.now());
+    this.word = `${count} points${every > 1 ? ` (one of ${every}${why}), ${this.pace}` : ""}, colour: ${by}`;
   }
 
   _map(data, blob) {
@@ -203,14 +206,15 @@ export class Display {
     const known = Object.keys(this.controls).length;
     for (const name of namespaces) this.controls[`ns:${name}`] ||= { text: name || "“”", kind: "check", usual: true };
     if (Object.keys(this.controls).length !== known) this.host.changed("controls");
-    this.lostFrame = Object.entries(data.poses).find(([, pose]) => !pose)?.[0];
+    this.astray = Object.entries(data.poses).find(([, pose]) => !pose)?.[0];
+    this.frame = Object.keys(data.poses)[0] ?? this.frame;
     this._say();
   }
 
   _say() {
     const { count, faults } = this.markers;
     this.word = `${count} markers`;
-    this.problem = this.lostFrame === undefined ? [...faults][0] || "" : `no way to the frame ${this.lostFrame}`;
+    this.problem = this.astray === undefined ? [...faults][0] || "" : `no way to the frame ${this.astray}`;
   }
 
   _style() {

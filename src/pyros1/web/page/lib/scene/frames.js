@@ -1,6 +1,7 @@
 // Frames as axes with names, and lines to their parents.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
+import { apart } from "./apart.js";
 import { label } from "./label.js";
 import { placed } from "./select.js";
 import { dispose, put } from "./stage.js";
@@ -57,9 +58,7 @@ export class FrameSet {
     if (!axes) {
       axes = new THREE.Group();
       axes.add(new THREE.AxesHelper(1));
-      const text = label(name, { height: HEIGHT, color: [0.55, 0.55, 0.6, 1], onTop: true });
-      text.userData.size = text.scale.clone();
-      axes.add(text);
+      axes.add(nameOf(name));
       this._look(axes);
       this.object.add(axes);
       this.axes.set(name, axes);
@@ -67,14 +66,33 @@ export class FrameSet {
     return axes;
   }
 
-  // Names are no higher than letters of the page, however near one is. Called before each picture.
+  // The page is light or dark now.
+  colours() {
+    for (const [name, axes] of this.axes) {
+      dispose(axes.children[1]);
+      axes.remove(axes.children[1]);
+      axes.add(nameOf(name));
+    }
+  }
+
+  // Names are as high as letters of the page, however near one is; of those that would cover each other, the nearest is
+  // seen. Called before each picture; of the stage are used camera, size and pixel(place).
   face(stage) {
+    const [width, height] = stage.size;
+    const seen = [];
     for (const axes of this.axes.values()) {
       const name = axes.children[1];
-      const size = Math.min(HEIGHT, LETTERS * stage.pixel(axes.position)) / HEIGHT;
+      const pixel = stage.pixel(axes.position);
+      const size = LETTERS * pixel / HEIGHT;
       name.scale.copy(name.userData.size).multiplyScalar(size);
       name.position.z = 0.75 * HEIGHT * size;
+      const { x, y, z } = axes.localToWorld(name.position.clone()).project(stage.camera);
+      const [wide, high] = [name.scale.x / pixel, name.scale.y / pixel];
+      seen.push({ name, z, left: (x + 1) * width / 2 - wide / 2, top: (1 - y) * height / 2 - high / 2, wide, high });
     }
+    seen.sort((one, other) => one.z - other.z);
+    const free = apart(seen);
+    seen.forEach(({ name }, index) => { name.visible = this.options.names && free[index]; });
   }
 
   show(shown) {
@@ -103,9 +121,16 @@ export class FrameSet {
   }
 
   _look(frame) {
-    const [axes, name] = frame.children;
+    const [axes] = frame.children;
     axes.visible = this.options.axes;
     axes.scale.setScalar(this.options.size);
-    name.visible = this.options.names;
   }
+}
+
+// A name, which is read on whatever is behind it.
+function nameOf(name) {
+  const dark = getComputedStyle(document.documentElement).colorScheme.includes("dark");
+  const text = label(name, { height: HEIGHT, color: dark ? [1, 1, 1, 1] : [0.1, 0.12, 0.15, 1], outline: dark ? "#14171bdd" : "#ffffffdd", onTop: true });
+  text.userData.size = text.scale.clone();
+  return text;
 }

@@ -5,7 +5,7 @@ import * as THREE from "../../vendor/three/three.module.min.js";
 const SIZE = 48; // pixels of the letters in their picture
 const MOST = 300; // letters
 
-export function label(text, { height = 0.15, color = [1, 1, 1, 1], background = null, onTop = false } = {}) {
+export function label(text, { height = 0.15, color = [1, 1, 1, 1], background = null, outline = "", onTop = false } = {}) {
   const lines = String(text).slice(0, MOST).split("\n").slice(0, 12);
   const canvas = document.createElement("canvas");
   const context = canvas.getContext("2d");
@@ -20,6 +20,10 @@ export function label(text, { height = 0.15, color = [1, 1, 1, 1], background = 
   if (background) {
     context.fillStyle = background;
     context.fillRect(0, 0, canvas.width, canvas.height);
+  }
+  if (outline) {
+    Object.assign(context, { strokeStyle: outline, lineWidth: 9, lineJoin: "round" });
+    lines.forEach((line, index) => context.strokeText(line, canvas.width / 2, (index + 0.5) * SIZE * 1.25 + 4));
   }
   const [red, green, blue, alpha] = color;
   context.fillStyle = `rgba(${Math.round(255 * red)}, ${Math.round(255 * green)}, ${Math.round(255 * blue)}, ${alpha})`;

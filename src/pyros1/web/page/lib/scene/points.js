@@ -75,6 +75,7 @@ export class PointSet {
     });
     this.object = new THREE.Points(new THREE.BufferGeometry(), this.material);
     this.object.frustumCulled = false;
+    this.object.userData.bound = () => this._bound();
     this.mode = 1;
     this.one = false;
   }
@@ -123,6 +124,18 @@ export class PointSet {
     attribute.clearUpdateRanges();
     attribute.addUpdateRange(0, numbers.length);
     attribute.needsUpdate = true;
+  }
+
+  // Say what room they take; what is kept of larger clouds does not count, nor do points without a place.
+  _bound() {
+    const { positions, count } = this.places;
+    const box = new THREE.Box3();
+    const point = new THREE.Vector3();
+    for (let index = 0; index < count; index += 1) {
+      point.fromArray(positions, 3 * index);
+      if (Number.isFinite(point.x + point.y + point.z)) box.expandByPoint(point);
+    }
+    this.object.geometry.boundingBox = box;
   }
 
   // Where they are: {positions, count}.

@@ -129,6 +129,11 @@ export class Stage {
     this.resize();
   }
 
+  // The pixels of the picture, across and down.
+  get size() {
+    return [this.canvas.clientWidth, this.canvas.clientHeight];
+  }
+
   // The metres that a pixel of the picture covers at a place.
   pixel(place) {
     const [deep, flat] = this.cameras;
@@ -147,17 +152,23 @@ export class Stage {
     return true;
   }
 
-  // Look at a thing as a whole, from where one looks now.
-  fit(object) {
-    const ball = new THREE.Box3().setFromObject(object).getBoundingSphere(new THREE.Sphere());
-    if (!(ball.radius > 0)) return;
+  // Look at things as a whole, from where one looks now. Returns whether there is anything.
+  fit(...objects) {
+    const box = new THREE.Box3();
+    for (const object of objects) {
+      object.traverse((each) => each.userData.bound?.());
+      box.expandByObject(object);
+    }
+    const ball = box.getBoundingSphere(new THREE.Sphere());
+    if (box.isEmpty() || !(ball.radius > 0)) return false;
     const narrow = Math.max(1, 1 / this.cameras[0].aspect); // a picture that is high shows less to the sides
-    const way = this.camera.position.clone().sub(this.controls.target).setLength(Math.max(0.5, 3.2 * narrow * ball.radius));
+    const way = this.camera.position.clone().sub(this.controls.target).setLength(Math.max(0.5, 2.6 * narrow * ball.radius));
     this.controls.target.copy(ball.center);
     this.camera.position.copy(ball.center).add(way);
-    if (this.camera === this.cameras[1]) this.camera.zoom = FLAT_HEIGHT / Math.max(1, 3 * narrow * ball.radius);
+    if (this.camera === this.cameras[1]) this.camera.zoom = FLAT_HEIGHT / Math.max(1, 2.4 * narrow * ball.radius);
     this.controls.update();
     this.resize();
+    return true;
   }
 
   // Whether one sits in the frame that is followed, or in the fixed one.

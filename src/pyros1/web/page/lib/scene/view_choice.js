@@ -52,6 +52,13 @@ export class ViewChoice {
     if (this.stage) this._begun([0, 0, 0]);
   }
 
+  // See all of what displays show, but not the grid, which is everywhere.
+  fit(entries) {
+    const shown = entries.filter(({ kind, display }) => kind !== "Grid" && display.object?.visible).map(({ display }) => display.object);
+    if (!this.stage || this.stage.sits || !this.stage.fit(...shown)) return;
+    this._moved();
+  }
+
   _look(name) {
     if (!this.stage) return;
     const { camera, controls, sits } = this.stage;

@@ -5,7 +5,7 @@ import { bytes } from "../../lib/format.js";
 
 const FEW = 12; // files for which no filter is needed
 
-// on: {open(path), problem(text), folder(path)}; folders: whether a folder is chosen, not a file.
+// on: {open(path), problem(text), folder(path, writable)}; folders: whether a folder is chosen, not a file.
 export class Files {
   constructor(robot, on, folder = "", folders = false) {
     this.robot = robot;
@@ -24,7 +24,7 @@ export class Files {
       this.listing = listing;
       this.filter = "";
       this.on.problem?.("");
-      this.on.folder?.(this.listing.folder);
+      this.on.folder?.(this.listing.folder, this.listing.writable);
       this._draw();
     } catch (error) {
       if (turn !== this.turn) return;
@@ -46,7 +46,7 @@ export class Files {
       more && h("p.muted.hint", {}, "This folder has more than can be shown."));
     const filter = !this.folders && files.length > FEW && h("input", { placeholder: "filter", "aria-label": "filter", value: this.filter, oninput: (event) => { this.filter = event.target.value; this._drawAgain(); } });
     const nothing = !this.folders && !files.length && (folders.length
-      ? h("p.muted.hint", {}, "There are no bags in this folder.")
+      ? h("p.muted.hint", {}, "There are no bags in this folder; its folders may have some. ● Record makes one; bags of elsewhere are shown by ", command("pyros1 web --bags FOLDER"))
       : empty("No bags here", "Record one with ● Record above, or in a terminal:", command("pyros1 bag record -a"), "Bags of another folder are shown by:", command("pyros1 web --bags FOLDER")));
     const none = !folder && !folders.length;
     fill(this.element, h("div.place-name.mono", {}, h("span", {}, folder || (none ? "" : "folders of this server")), h("span.gap"), filter),

@@ -76,7 +76,11 @@ export class Recorder {
     const problem = h("p.wrong", { hidden: true, role: "alert" });
     const say = (text) => { problem.hidden = !text; fill(problem, text); };
     const begin = h("button.primary", { disabled: true }, "Record");
-    const files = new Files(this.robot, { folder: (path) => { folder = path; begin.disabled = !path; }, problem: say }, this.folder || "", true);
+    const files = new Files(this.robot, { folder: (path, writable) => {
+      folder = path;
+      begin.disabled = !path || !writable;
+      say(path && !writable ? "this server may not write into this folder: choose another one, or start it with: pyros1 web --bags FOLDER" : "");
+    }, problem: (text) => { if (text) say(text); } }, this.folder || "", true);
     const prefix = h("input", { placeholder: "name, before the date", "aria-label": "name", maxLength: 100, value: this.prefix || "" });
     const compression = h("select", { "aria-label": "compression" }, ["none", "lz4", "bz2"].map((each) => h("option", { selected: each === (this.compression || "none") }, each)));
     const list = h("div.topics", { hidden: true });
@@ -105,7 +109,7 @@ export class Recorder {
     } },
     h("fieldset", {}, h("legend", {}, "what"), h("label.check", {}, all, "all topics, also new ones ", count), h("label.check", {}, some, "some"), list),
     h("fieldset", {}, h("legend", {}, "where"), files.element),
-    h("div.row", {}, prefix, compression), problem,
+    h("div.row", {}, prefix, h("label.check", { title: "lz4 is fast; bz2 is smaller, and takes long" }, "compression", compression)), problem,
     h("div.row", {}, h("span.gap"), h("button", { type: "button", onclick: () => this.dialog.close() }, "Cancel"), begin)));
     this.dialog.showModal();
   }

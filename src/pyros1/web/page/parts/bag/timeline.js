@@ -285,7 +285,7 @@ export class Timeline {
     context.fillStyle = style.getPropertyValue("--muted");
     context.strokeStyle = style.getPropertyValue("--border");
     const { step, times } = ticks(...this.view, Math.max(2, this.width / 90));
-    for (const time of times) {
+    for (const time of times.filter((each) => each > -step / 2)) { // the bag begins at 0
       const x = Math.round(this.x(time)) + 0.5;
       context.beginPath();
       context.moveTo(x, 17);

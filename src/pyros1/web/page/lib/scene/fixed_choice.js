@@ -1,0 +1,47 @@
+// The frame that stands still: the root, a frame of the list, or one that one types.
+
+import { fill, h } from "../dom.js";
+
+const OTHER = "\n"; // no name of a frame
+
+export class FixedChoice {
+  // chosen(frame): the user has chosen one; "" for the usual one.
+  constructor(frame, chosen) {
+    this.frame = frame;
+    this.chosen = chosen;
+    this.list = h("select.mono", { "aria-label": "fixed frame", title: "the frame that stands still", onchange: () => this._listed(this.list.value) });
+    this.field = h("input.mono", { "aria-label": "name of the fixed frame", placeholder: "frame", size: 10, maxLength: 200, hidden: true,
+      onchange: () => this._take(this.field.value.trim().replace(/^\/+/, "") || this.frame), onblur: () => this._typing(false),
+      onkeydown: (event) => { if (event.key === "Escape") this._typing(false); } });
+    this.element = h("label.check", {}, h("span.what", {}, "fixed"), this.list, this.field);
+  }
+
+  // names: frames there are; usual: says what stands still unless one chooses. Returns whether anything is new.
+  offer(names, usual) {
+    const key = JSON.stringify([names, usual, this.frame]);
+    if (key === this.key) return false;
+    this.key = key;
+    fill(this.list, h("option", { value: "" }, usual), names.map((name) => h("option", { value: name, selected: name === this.frame }, name)),
+      h("option", { value: OTHER }, "another …"));
+    return true;
+  }
+
+  _listed(name) {
+    if (name === OTHER) this._typing(true);
+    else this._take(name);
+  }
+
+  _typing(typing) {
+    this.list.hidden = typing;
+    this.field.hidden = !typing;
+    if (typing) this.field.focus();
+    else this.list.value = this.frame;
+  }
+
+  _take(frame) {
+    this._typing(false);
+    if (frame === this.frame) return;
+    this.frame = frame;
+    this.chosen(frame);
+  }
+}

@@ -1,0 +1,62 @@
+// A picture in its frame is made larger with the wheel or two fingers, and dragged; a double click shows all of it again.
+
+const MOST = 64; // times
+const NOTCH = 0.0015; // of the wheel
+
+export class Zoom {
+  // changed(): the picture is elsewhere, or of another size.
+  constructor(frame, changed) {
+    this.frame = frame;
+    this.changed = changed;
+    this.pointers = new Map();
+    this.scale = 1;
+    this.shift = [0, 0]; // pixels
+    frame.style.touchAction = "none"; // fingers are ours
+    frame.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      this._zoom(Math.exp(-Math.max(-200, Math.min(200, event.deltaY)) * NOTCH), this._place(event));
+    }, { passive: false });
+    frame.addEventListener("pointerdown", (event) => {
+      frame.setPointerCapture(event.pointerId);
+      this.pointers.set(event.pointerId, this._place(event));
+    });
+    frame.addEventListener("pointermove", (event) => this._move(event));
+    for (const name of ["pointerup", "pointercancel"]) frame.addEventListener(name, (event) => this.pointers.delete(event.pointerId));
+    frame.addEventListener("dblclick", () => this.reset());
+  }
+
+  reset() {
+    this.scale = 1;
+    this.shift = [0, 0];
+    this.changed();
+  }
+
+  _move(event) {
+    const before = this.pointers.get(event.pointerId);
+    if (!before) return;
+    const now = this._place(event);
+    this.pointers.set(event.pointerId, now);
+    const other = [...this.pointers].find(([id]) => id !== event.pointerId)?.[1];
+    if (other) this._zoom(far(now, other) / Math.max(1, far(before, other)), other);
+    else if (this.scale > 1) this.shift = this.shift.map((value, index) => value + now[index] - before[index]);
+    this.changed();
+  }
+
+  // What is at the place stays there.
+  _zoom(times, place) {
+    const scale = Math.min(MOST, Math.max(1, this.scale * times));
+    this.shift = scale === 1 ? [0, 0] : this.shift.map((value, index) => place[index] - (place[index] - value) * scale / this.scale);
+    this.scale = scale;
+    this.changed();
+  }
+
+  // From the middle of the frame.
+  _place({ clientX, clientY }) {
+    const { left, top, width, height } = this.frame.getBoundingClientRect();
+    return [clientX - left - width / 2, clientY - top - height / 2];
+  }
+}
+
+function far(one, other) {
+  return Math.hypot(one[0] - other[0], one[1] - other[1]);
+}
