@@ -1,4 +1,4 @@
-"""The guide's recipes for a network that is not trusted: only ssh is let in, and all of ROS goes through it."""
+"""The guide's recipes for networks that are not trusted: only ssh or WireGuard is let in, and ROS goes through it."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ def make_device() -> None:
         os.mknod(device, 0o20600, os.makedev(10, 200))
 
 
-def has_tunnel(host: Host) -> bool:
-    return host.run(["ip", "link", "show", "tun0"]).code == 0
+def has_tunnel(host: Host, device: str = "tun0") -> bool:
+    return host.run(["ip", "link", "show", device]).code == 0
 
 
 def test_all_of_ros_through_ssh_w(tmp_path: Path) -> None:
@@ -43,18 +43,52 @@ def test_all_of_ros_through_ssh_w(tmp_path: Path) -> None:
             until(lambda host=host: has_tunnel(host), "the tunnel is there", timeout=40)
             host.must(f"ip addr add {own} peer {other} dev tun0")
             host.must("ip link set tun0 up")
-        robot.start(robot.pyros1("core"), robot.environ(URI, PYROS1_BIND="10.99.0.1"), "core")
-        robot.await_port(11311)
-        talker = robot.peer("pyros1", "talker", URI, PYROS1_BIND="10.99.0.1")
-        listener = laptop.peer("roscpp", "listener", URI, ROS_IP="10.99.0.2")
-        for one, other in ((talker, listener), (listener, talker)):
-            topic = f"/from{one.name}"
-            other.subscribe(topic, STRING)
-            one.advertise(topic, STRING, latch=True)
-            one.publish(topic)
-            other.received(topic, timeout=40)
-        outside = laptop.run(["rostopic", "list"], laptop.environ("http://robot:11311", "stock"))
-        assert outside.code == 1 and "Unable to communicate with master" in outside.output
+        talk_through(robot, laptop)
+
+
+def talk_through(robot: Host, laptop: Host) -> None:
+    """Messages go both ways through the tunnel, and nothing beside it."""
+    robot.start(robot.pyros1("core"), robot.environ(URI, PYROS1_BIND="10.99.0.1"), "core")
+    robot.await_port(11311)
+    talker = robot.peer("pyros1", "talker", URI, PYROS1_BIND="10.99.0.1")
+    listener = laptop.peer("roscpp", "listener", URI, ROS_IP="10.99.0.2")
+    for one, other in ((talker, listener), (listener, talker)):
+        topic = f"/from{one.name}"
+        other.subscribe(topic, STRING)
+        one.advertise(topic, STRING, latch=True)
+        one.publish(topic)
+        other.received(topic, timeout=40)
+    outside = laptop.run(["rostopic", "list"], laptop.environ("http://robot:11311", "stock"))
+    assert outside.code == 1 and "Unable to communicate with master" in outside.output
+
+
+def test_all_of_ros_through_wireguard(tmp_path: Path) -> None:
+    """Both ways, with keys. The device is made by wireguard-go, as not every kernel has WireGuard."""
+    make_device()
+    with Network() as network:
+        robot, laptop = network.add("robot"), network.add("laptop")
+        for host in (robot, laptop):
+            key, public = tmp_path / host.name, tmp_path / f"{host.name}.pub"
+            host.must(f"sh -c 'umask 077; wg genkey > {key} && wg pubkey < {key} > {public}'")
+            # In the foreground it ends with the host; its socket's folder must not be another host's.
+            mount = "mkdir -p /var/run/wireguard && mount -t tmpfs tmpfs /var/run/wireguard"
+            host.must(f"sh -c '{mount}'")
+            host.start(["wireguard-go", "-f", "wg0"], {**host.environ(), "LOG_LEVEL": "error"}, "wireguard-go")
+            until(lambda host=host: has_tunnel(host, "wg0"), "the tunnel is there", timeout=40)
+        robot.must("ip addr add 10.99.0.1/24 dev wg0")
+        laptop.must("ip addr add 10.99.0.2/24 dev wg0")
+        keys = {host.name: (tmp_path / f"{host.name}.pub").read_text().strip() for host in (robot, laptop)}
+        robot.must(
+            f"wg set wg0 listen-port 51820 private-key {tmp_path}/robot peer {keys['laptop']} allowed-ips 10.99.0.2/32"
+        )
+        laptop.must(
+            f"wg set wg0 private-key {tmp_path}/laptop peer {keys['robot']} endpoint {robot.address}:51820 "
+            "allowed-ips 10.99.0.1/32"
+        )
+        for host in (robot, laptop):
+            host.must("ip link set wg0 up")
+        robot.firewall("udp dport 51820 accept", "iifname wg0 accept")
+        talk_through(robot, laptop)
 
 
 def test_one_way_through_ssh_l(tmp_path: Path) -> None:
