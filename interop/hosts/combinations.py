@@ -17,24 +17,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "peers"))
 
 from harness import Peer
 from hosts import Host, Network
+from mixed import ADDRESSES, KINDS, STRING
 
-KINDS = ("roscpp", "rospy", "pyros1")
-STRING, CALL = "std_msgs/String", "std_srvs/SetBool"
-ADDRESSES: dict[str, tuple[dict[str, str], str | None]] = {
-    "neither set": ({}, None),
-    "neither set, name unknown elsewhere": ({}, ""),
-    "neither set, own name is 127.0.1.1 here": ({}, "127.0.1.1"),
-    "ROS_IP right": ({"ROS_IP": "ADDRESS"}, None),
-    "ROS_IP right, name unknown elsewhere": ({"ROS_IP": "ADDRESS"}, ""),
-    "ROS_IP of nobody": ({"ROS_IP": "10.88.0.99"}, None),
-    "ROS_IP of another host": ({"ROS_IP": "10.88.0.3"}, None),
-    "ROS_IP is 127.0.0.1": ({"ROS_IP": "127.0.0.1"}, None),
-    "ROS_HOSTNAME right": ({"ROS_HOSTNAME": "NAME"}, None),
-    "ROS_HOSTNAME unknown": ({"ROS_HOSTNAME": "nobody"}, None),
-    "ROS_HOSTNAME is localhost": ({"ROS_HOSTNAME": "localhost"}, None),
-    "ROS_HOSTNAME unknown, ROS_IP right": ({"ROS_HOSTNAME": "nobody", "ROS_IP": "ADDRESS"}, None),
-}
-"""Variables of the odd host, and the address of its name: None for the right one; empty: the other does not know it."""
+CALL = "std_srvs/SetBool"
 
 
 def start(host: Host, uri: str, prefix: str, extra: dict[str, str]) -> list[Peer]:

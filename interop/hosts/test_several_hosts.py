@@ -6,36 +6,11 @@ All combinations of addresses: `combinations.py`, run by hand, makes the table i
 from __future__ import annotations
 
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-from harness import Peer, until
-from hosts import Host, Network
-
-KINDS = ("roscpp", "rospy", "pyros1")
-STRING = "std_msgs/String"
-
-
-def peers(host: Host, uri: str, prefix: str, **extra: str) -> list[Peer]:
-    """A peer of each kind on a host, started together."""
-    with ThreadPoolExecutor(len(KINDS)) as pool:
-        return list(pool.map(lambda kind: host.peer(kind, f"{prefix}_{kind}", uri, **extra), KINDS))
-
-
-def provide(talkers: list[Peer]) -> None:
-    """Let each publish a latched message on /t_KIND, and provide /s_KIND."""
-    for talker in talkers:
-        talker.advertise(f"/t_{talker.kind}", STRING, latch=True)
-        talker.publish(f"/t_{talker.kind}")
-        talker.serve(f"/s_{talker.kind}", "std_srvs/SetBool")
-
-
-def check_served(listener: Peer) -> None:
-    """Check that a peer gets the messages and answers of all kinds."""
-    for kind in KINDS:
-        listener.subscribe(f"/t_{kind}", STRING)
-        listener.received(f"/t_{kind}", timeout=40)
-        listener.call(f"/s_{kind}", "std_srvs/SetBool")
+from harness import until
+from hosts import Network
+from mixed import STRING, check_served, peers, provide
 
 
 def test_three_hosts() -> None:
