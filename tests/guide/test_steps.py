@@ -1,8 +1,8 @@
 """The guide is run as it stands there: each file, each command, and what it printed, but for numbers and times.
 
-``&`` lets a command run on in the background, here with its output in a pipe; the others print to a terminal, where some
-say more, or go on until Ctrl-C. `pyros1.guide.text` says the rest. As a program this types all steps one
-after the other, as a reader does: ``python tests/guide/test_steps.py [PORT PORT]``.
+``&`` lets a command run on in the background, here with its output in a pipe; the others print to a terminal, where
+some say more, or go on until Ctrl-C. `pyros1.guide.text` says the rest. As a program this types all steps one after
+the other, as a reader does: ``python tests/guide/test_steps.py [PORT PORT]``.
 """
 
 from __future__ import annotations
