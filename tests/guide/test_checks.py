@@ -151,6 +151,9 @@ def test_a_parameter(ask: Check, make_node: MakeNode, measured: dict[str, float]
     node.advertise("/topic1", Float64)
     measured["/topic1"] = 1.0
     assert "start the publisher again" in ask(8)
+    by_hand = make_node("by_hand").advertise("/topic1", Float64)
+    assert ask(8).endswith("comes 1.0 times per second: end /by_hand, which publishes there, too")
+    by_hand.unregister()
     measured["/topic1"] = 5.0
     assert ask(8) == ""
 

@@ -195,7 +195,11 @@ def parameter(looking: Looking) -> str:
     if missing:
         return missing
     measured = looking.rate("/topic1")
-    return "" if 4.0 < measured < 6.0 else f"/topic1 comes {measured:.1f} times per second: start the publisher again"
+    if 4.0 < measured < 6.0:
+        return ""
+    others = [node for node in looking.state().publishers["/topic1"] if node != "/minimal_publisher"]
+    cure = f"end {', '.join(others)}, which publishes there, too" if others else "start the publisher again"
+    return f"/topic1 comes {measured:.1f} times per second: {cure}"
 
 
 def service(looking: Looking) -> str:
