@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import ast
+import os
 import re
+import subprocess
 from functools import cache
 from pathlib import Path
 
 import pytest
 import yaml
+
+import pyros1
 
 pytestmark = pytest.mark.once
 
@@ -144,6 +148,27 @@ def test_what_runs_elsewhere_names_what_there_is() -> None:
     assert extras and all(f"\n{extra} = [" in project for extra in extras)
     assert re.findall(r"run: (tests/\w+)", text) == ["tests/run"] and (ROOT / "tests" / "run").is_file()
     assert "pyros1 wtf --report" in text
+
+
+def test_the_version_is_in_one_place_and_the_citation_says_the_same() -> None:
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert citation["version"] == pyros1.__version__
+
+
+def test_what_the_release_adds_is_part_of_the_project(tmp_path: Path) -> None:
+    tomllib = pytest.importorskip("tomllib", reason="Python 3.10 has none")
+    flow = yaml.safe_load((ROOT / ".github" / "workflows" / "release.yml").read_text(encoding="utf-8"))
+    adding = next(
+        step["run"] for step in flow["jobs"]["build"]["steps"] if step.get("name", "").startswith("addresses")
+    )
+    (tmp_path / "pyproject.toml").write_bytes((ROOT / "pyproject.toml").read_bytes())
+    known = {"GITHUB_REPOSITORY": "someone/pyros1", "GITHUB_REPOSITORY_OWNER": "someone", "PATH": os.environ["PATH"]}
+    subprocess.run(["bash", "-c", adding], cwd=tmp_path, env=known, check=True)
+    project = tomllib.loads((tmp_path / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert project["urls"] == {
+        "Source": "https://github.com/someone/pyros1",
+        "Documentation": "https://someone.github.io/pyros1",
+    }
 
 
 def test_top_level_folders() -> None:

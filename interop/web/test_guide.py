@@ -23,6 +23,7 @@ def test_a_step_beside_what_it_does(browser: Browser, web: Web, tmp_path: Path) 
     assert not browser.run("return document.querySelector('.guide-text').innerHTML.includes('```')")
     browser.choose('.tools select[aria-label="step or page"]', "simulator")
     browser.wait(f"{TITLE}.startsWith('7. ')")
+    browser.wait("document.querySelector('.guide-picture img')?.naturalWidth === 1280")
     browser.picture(tmp_path / "guide.png")
     width = "document.querySelector('.guide-text').clientWidth"
     before = browser.run(f"return {width}")

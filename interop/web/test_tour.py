@@ -20,7 +20,7 @@ from PIL import Image
 
 import pyros1.bag
 from pyros1.ground.timing import Time
-from pyros1.guide.text import pages
+from pyros1.guide.text import pages, steps
 from pyros1.msgs import load_message
 from pyros1.msgs.geometry_msgs.msg import PoseStamped, TransformStamped
 from pyros1.msgs.nav_msgs.msg import OccupancyGrid
@@ -37,6 +37,9 @@ CURVES = "document.querySelector('.plot')?.plot?.curves"
 GRAPH = "document.querySelector('.graph')?.graph"
 SCENE = "document.querySelector('.scene')?.scene"
 ROOT = Path(__file__).parents[2]
+SHIPPED = Path(pyros1.__file__).parent / "web" / "page" / "pictures"
+GUIDE = {file for step in steps() for file in re.findall(r"pictures/(\w+)\.webp", step.text)}
+"""Pictures that the guide shows in the browser, too, so they are in the wheel."""
 ROBOT = Path(pyros1.__file__).parent / "packages" / "two_wheeler" / "urdf" / "two_wheeler.urdf"
 
 
@@ -57,6 +60,9 @@ def take(browser: Browser, tmp_path: Path) -> Callable[[str], None]:
         assert len(colours) > 50, f"{name}: only {len(colours)} colours"
         assert max(count for count, _ in colours) < 0.98 * 1280 * 720, f"{name} is empty"
         picture.save(file, optimize=True)
+        if name in GUIDE:
+            place = SHIPPED if "PYROS1_PICTURES" in os.environ else folder
+            picture.save(place / f"{name}.webp", quality=70, method=6)
 
     return take
 

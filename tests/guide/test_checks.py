@@ -144,13 +144,16 @@ def test_a_mass_that_stands_still(ask: Check, make_node: MakeNode) -> None:
 
 
 def test_a_parameter(ask: Check, make_node: MakeNode, measured: dict[str, float]) -> None:
-    assert "/minimal_publisher/rate is None" in ask(8)
+    assert "/minimal_publisher/rate is not set: pyros1 run" in ask(8)
     node = make_node("minimal_publisher")
     node.params["~rate"] = 5
     assert ask(8) == "nobody publishes /topic1"
     node.advertise("/topic1", Float64)
     measured["/topic1"] = 1.0
     assert "start the publisher again" in ask(8)
+    by_hand = make_node("by_hand").advertise("/topic1", Float64)
+    assert ask(8).endswith("comes 1.0 times per second: end /by_hand, which publishes there, too")
+    by_hand.unregister()
     measured["/topic1"] = 5.0
     assert ask(8) == ""
 
@@ -278,7 +281,9 @@ def test_a_test(ask: Check, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     path.write_text("def test_nothing(ros_run): pass\n")
     assert ask(14) == "the test does without /stopwatch/reset"
     path.write_text(GOOD.replace("1 == 1", "1 == 2"))
-    assert re.fullmatch(r"python3 -m pytest my_robot/tests/test_stopwatch.py: 1 failed in .*s", ask(14))
+    said = ask(14).splitlines()
+    assert re.fullmatch(r"python3 -m pytest my_robot/tests/test_stopwatch.py: 1 failed in .*s", said[0])
+    assert [line.split() for line in said[1:]] == [["E", "assert", "1", "==", "2"]]
     path.write_text(GOOD)
     assert ask(14) == ""
     monkeypatch.setattr(checks, "LONGEST_TEST", 0.01)

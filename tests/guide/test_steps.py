@@ -1,7 +1,8 @@
 """The guide is run as it stands there: each file, each command, and what it printed, but for numbers and times.
 
-``&`` lets a command run on in the background; `pyros1.guide.text` says the rest. As a program this types all steps one
-after the other, as a reader does: ``python tests/guide/test_steps.py [PORT PORT]``.
+``&`` lets a command run on in the background, here with its output in a pipe; the others print to a terminal, where
+some say more, or go on until Ctrl-C. `pyros1.guide.text` says the rest. As a program this types all steps one after
+the other, as a reader does: ``python tests/guide/test_steps.py [PORT PORT]``.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import re
 import shlex
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -32,6 +34,8 @@ from pyros1.guide.text import GuideStep, steps
 from pyros1.net.master_client import MasterClient
 
 DEADLINE = 40.0
+SIZE = (40, 120)
+"""Rows and columns of the terminal."""
 
 pytestmark = [
     pytest.mark.once,
@@ -71,7 +75,7 @@ def commands(text: str) -> list[Typed]:
 NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 _HOST = re.compile(r"http://[\w.-]+:\d+/?")
 _TOKEN = re.compile(r"token=[\w-]+")
-_COLOUR = re.compile(r"\x1b\[\d*m")
+_ESCAPE = re.compile(r"\x1b\[[\d;?]*[A-Za-z]|\x1b\][^\x07]*\x07")
 _STRAY = "names no topic or service: this is an HTTP request"
 """An HTTP request at a TCPROS port: programs of other tests may call a port that was theirs before."""
 
@@ -85,15 +89,25 @@ def pattern(lines: list[str]) -> re.Pattern[str]:
             continue
         if line == "^C":
             break
-        text = _TOKEN.sub("TOKEN", _HOST.sub("URI", line.rstrip()))
+        text = _TOKEN.sub("TOKEN", _HOST.sub("URI", line.rstrip())).replace("/home/me", "HOME")
         escaped = re.escape(text).replace(r"\ ", " ")
         flexible = re.sub(r"(?<![A-Za-z_/])(?:\\-)?\d+(?:\\\.\d+)?(?:e[+-]?\d+)?", lambda _: NUMBER, escaped)
         flexible = re.sub(r"(?<=[^ ])  +", "  +", flexible)  # columns are as wide as they must be
         flexible = (
             flexible.replace(" " + NUMBER, " +" + NUMBER).replace("URI", _HOST.pattern).replace("TOKEN", _TOKEN.pattern)
-        )
+        ).replace("HOME", r"\S+")
         parts.append(flexible + r"[ \t]*\n")
     return re.compile("".join(parts))
+
+
+def open_terminal() -> tuple[int, int]:
+    """Return two file descriptors: what is written to the second is for a terminal, whose screen the first reads."""
+    import fcntl
+    import termios
+
+    reading, writing = os.openpty()
+    fcntl.ioctl(writing, termios.TIOCSWINSZ, struct.pack("HHHH", *SIZE, 0, 0))
+    return reading, writing
 
 
 class Running:
@@ -104,12 +118,15 @@ class Running:
         folder: where.
         environ: environment variables.
         forks: starts commands of pyros1; None: a shell starts all of them.
+        terminal: whether it prints to a terminal.
     """
 
-    def __init__(self, command: str, folder: Path, environ: dict[str, str], forks: Forks | None) -> None:
+    def __init__(
+        self, command: str, folder: Path, environ: dict[str, str], forks: Forks | None, *, terminal: bool = False
+    ) -> None:
         self.command = command
         self._shell: subprocess.Popen[bytes] | None = None
-        reading, writing = os.pipe()
+        reading, writing = open_terminal() if terminal else os.pipe()
         words = shlex.split(command)
         if forks and words[0] == "pyros1":
             self._pid = forks.start(words, folder, environ, writing)
@@ -129,12 +146,13 @@ class Running:
         self._reader.start()
 
     def _read(self, reading: int) -> None:
-        with open(reading, encoding="utf-8") as lines:
+        # A terminal whose programs have ended is an error to Linux.
+        with contextlib.suppress(OSError), open(reading, encoding="utf-8") as lines:
             for line in lines:
                 if _STRAY in line:
                     continue
                 with self._more:
-                    self.output += _COLOUR.sub("", line)
+                    self.output += _ESCAPE.sub("", line)
                     self._more.notify_all()
         with self._more:
             self._ended = True
@@ -160,7 +178,7 @@ class Running:
 
 
 def environment(home: Path, master_port: int) -> dict[str, str]:
-    """A home of its own, a master of its own, and nothing of a stock ROS."""
+    """A home of its own, a master of its own, and no settings of a stock ROS; its packages may be on this machine."""
     programs = home / "bin"
     programs.mkdir(parents=True)
     source = Path(__file__).resolve().parents[2] / "src"
@@ -178,7 +196,6 @@ def environment(home: Path, master_port: int) -> dict[str, str]:
         "ROS_HOME": str(home / ".ros"),
         "ROS_MASTER_URI": f"http://localhost:{master_port}",
         "ROS_IP": "127.0.0.1",
-        "ROS_PACKAGE_PATH": str(source / "pyros1" / "packages"),  # before a stock ROS on this machine
         "BROWSER": "true",  # the program, which opens nothing
         "PYTEST_ADDOPTS": "-p no:hypothesispytest",  # which readers need not have, and which takes a second to load
     }
@@ -250,7 +267,7 @@ class Reader:
         self.typed += 1
         line = typed.command.replace("11312", self.second).replace("pyros1 web", "pyros1 web --port 0")
         if not typed.background:
-            command = Running(line, self.folder, self.environ, self._forks)
+            command = Running(line, self.folder, self.environ, self._forks, terminal=True)
             try:
                 command.expect(typed.output, whole=not typed.interrupted)
             finally:

@@ -78,6 +78,7 @@ def test_steps_are_numbered_and_named_once_each() -> None:
     for step in known:
         assert [block.text for block in step.blocks if block.kind == "title"] == [step.title]
         assert [block.text for block in step.blocks if block.kind == "heading"][-1] == "Exercise"
+        assert step.text.endswith(f"\n\n`pyros1 guide check {step.number}` looks whether it is done.\n")
 
 
 def test_the_page_has_panels_for_steps_that_there_are() -> None:
@@ -87,3 +88,14 @@ def test_the_page_has_panels_for_steps_that_there_are() -> None:
     named = set(re.findall(r"^  (\w+): \[", beside[1], re.M))
     assert len(named) > 5 and named <= {step.name for step in steps()}
     assert all((folder / f"{panel}.js").is_file() for panel in re.findall(r'\["(\w+)", "', beside[1]))
+
+
+def test_pictures_are_shown_on_the_page_and_are_small() -> None:
+    found = [block for step in steps() for block in step.blocks if block.kind == "picture"]
+    page = Path(__file__).parents[2] / "src" / "pyros1" / "web" / "page"
+    files = [page / block.file for block in found]
+    assert len(files) > 4 and {*files} == {*(page / "pictures").iterdir()}
+    assert sum(file.stat().st_size for file in files) < 300_000
+    look = steps()[2]
+    assert found[0].text not in for_terminal(look, 100, colour=False)
+    assert not any("![" in block.text for step in steps() for block in step.blocks if block.kind != "code")

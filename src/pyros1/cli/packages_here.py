@@ -27,12 +27,13 @@ def add_packages_here(environ: MutableMapping[str, str]) -> None:
     except OSError:  # it was removed
         return
     known = [part for part in environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
-    found = [folder for folder in _around(here) if not any(_is_in(folder, root) for root in known)]
+    found = [folder for folder in packages_around(here) if not any(_is_in(folder, root) for root in known)]
     if found and os.pathsep not in "".join(found):
         environ["ROS_PACKAGE_PATH"] = os.pathsep.join([*known, *found])
 
 
-def _around(here: str) -> list[str]:
+def packages_around(here: str) -> list[str]:
+    """Return the folders of the packages around a folder, or the folder in which all of them are."""
     found = list(_packages_in(here))
     folder = here
     while not found:

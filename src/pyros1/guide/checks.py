@@ -39,6 +39,8 @@ NEAR = 0.005
 SECOND_PORT = 11312
 LONGEST_TEST = 60.0
 """Seconds that a reader's test may take."""
+LAST_LINES = 5
+"""Of the reasons that pytest gives."""
 
 
 class Looking:
@@ -187,12 +189,17 @@ def halted(looking: Looking) -> str:
 def parameter(looking: Looking) -> str:
     rate = looking.node.params.get("/minimal_publisher/rate", None)
     if rate != 5:
-        return f"/minimal_publisher/rate is {rate}: pyros1 run minimal_nodes minimal_publisher _rate:=5"
+        said = "not set" if rate is None else rate
+        return f"/minimal_publisher/rate is {said}: pyros1 run minimal_nodes minimal_publisher _rate:=5"
     missing = _published(looking, "/topic1")
     if missing:
         return missing
     measured = looking.rate("/topic1")
-    return "" if 4.0 < measured < 6.0 else f"/topic1 comes {measured:.1f} times per second: start the publisher again"
+    if 4.0 < measured < 6.0:
+        return ""
+    others = [node for node in looking.state().publishers["/topic1"] if node != "/minimal_publisher"]
+    cure = f"end {', '.join(others)}, which publishes there, too" if others else "start the publisher again"
+    return f"/topic1 comes {measured:.1f} times per second: {cure}"
 
 
 def service(looking: Looking) -> str:
@@ -291,7 +298,7 @@ def tested(looking: Looking) -> str:
     for word in ("def test_", "ros_run", "/stopwatch/reset", "/stopwatch/read", "assert"):
         if word not in text:
             return f"the test does without {word}"
-    command = [sys.executable, "-m", "pytest", "-q", "--tb=line", str(path)]
+    command = [sys.executable, "-m", "pytest", "-q", "--tb=short", str(path)]
     with subprocess.Popen(
         command, cwd=looking.folder, env=dict(looking.environ), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         text=True, errors="replace", start_new_session=True,
@@ -306,8 +313,11 @@ def tested(looking: Looking) -> str:
             raise
     if "No module named pytest" in wrong:
         return "there is no pytest here: pip install pytest"
-    last = shown.one_line((out.strip().splitlines() or ["it prints nothing"])[-1])
-    return "" if child.returncode == 0 else f"python3 -m pytest my_robot/tests/test_stopwatch.py: {last}"
+    if child.returncode == 0:
+        return ""
+    lines = [shown.one_line(line) for line in out.strip().splitlines()] or ["it prints nothing"]
+    why = [line for line in lines if line.startswith("E ")][-LAST_LINES:]
+    return "\n".join([f"python3 -m pytest my_robot/tests/test_stopwatch.py: {lines[-1]}", *why])
 
 
 def _kill(child: subprocess.Popen[str]) -> None:

@@ -2,7 +2,8 @@
 
 In a step's ``console`` blocks a line with ``$`` is a command, and what follows is what it prints; ``...`` stands for
 lines that are left out, ``^C`` for the key. A block with a file's name after its language is a file that the reader
-makes. Pages also have tables and links; pictures are for those who read the files in the repository.
+makes. Pages also have tables and links. Pictures that are files of the web page, each in a paragraph of its own, are
+shown in the browser, too; others only to those who read the files in the repository.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ STEPS = Path(__file__).parent / "steps"
 HOWTO = Path(__file__).parent / "howto"
 _BOLD, _RESET = "\x1b[1m", "\x1b[0m"
 _CODE = re.compile(r"(?ms)^```(?P<language>\w+)(?: (?P<file>\S+))?\n(?P<text>.*?)^```$")
-_UNSEEN = re.compile(r"(?m)^<!--.*-->\n|!\[[^\]]*\]\([^)]*\)")
+_UNSEEN = re.compile(r"(?m)^<!--.*-->\n|!\[[^\]]*\]\((?![./]+/web/page/)[^)]*\)")
+_PICTURE = re.compile(r"!\[(?P<text>[^\]]+)\]\([./]+/web/page/(?P<file>pictures/[\w.]+)\)")
 _BREAK = re.compile(r"\n\s*\n|\n(?=- )")
 _RULE = re.compile(r"[|:\s-]+")
 _BAR = re.compile(r"(?<!\\)\|")
@@ -32,10 +34,10 @@ class Block(NamedTuple):
     """A part of a step or page.
 
     Attributes:
-        kind: "title", "heading", "paragraph", "item" (of a list), "table" or "code".
+        kind: "title", "heading", "paragraph", "item" (of a list), "table", "picture" or "code".
         text: in code as it is typed or printed; else one line, with marks for `code`, *words* and [links](x.md).
         language: of code: "console", "python", "xml", "text" and others.
-        file: name of the file that the reader makes of this code; empty if it is none.
+        file: name of the file that the reader makes of this code; of a picture, its place in the page. Else empty.
         rows: of a table, whose text is empty: the cells' texts; the first row is its head, whose cells may be empty.
     """
 
@@ -69,7 +71,7 @@ class GuideStep(NamedTuple):
     @property
     def files(self) -> dict[str, str]:
         """The files that the reader makes: name -> content."""
-        return {block.file: block.text for block in self.blocks if block.file}
+        return {block.file: block.text for block in self.blocks if block.kind == "code" and block.file}
 
     @property
     def exercise(self) -> str:
@@ -124,6 +126,10 @@ def blocks(text: str) -> list[Block]:
 
 def _prose(text: str) -> Iterator[Block]:
     for part in _BREAK.split(_UNSEEN.sub("", text).strip()):
+        picture = _PICTURE.fullmatch(part.strip())
+        if picture:
+            yield Block("picture", picture["text"], file=picture["file"])
+            continue
         lines = [line.strip() for line in part.splitlines()]
         if part.startswith("|"):
             rows = [_cells(line) for line in lines if not _RULE.fullmatch(line) or line == lines[0]]
@@ -174,6 +180,8 @@ def for_terminal(page: GuideStep | GuidePage, width: int, colour: bool) -> str:
     lines: list[str] = []
     before = ""
     for block in page.blocks:
+        if block.kind == "picture":
+            continue
         if before and (before, block.kind) != ("item", "item"):
             lines.append("")
         before = block.kind

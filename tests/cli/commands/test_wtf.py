@@ -484,3 +484,15 @@ def test_a_report_for_those_who_help(shell: pytest.MonkeyPatch, make_node: MakeN
     assert f"| pyros1 | {pyros1.__version__}, in " in out
     assert "| ROS_MASTER_URI | http://" in out
     assert "\x1b" not in out
+
+
+def test_a_report_says_that_packages_of_this_folder_were_not_set(
+    shell: pytest.MonkeyPatch, tmp_path: Path, capsys: Any
+) -> None:
+    shell.delenv("ROS_PACKAGE_PATH", raising=False)
+    (tmp_path / "my_robot").mkdir()
+    (tmp_path / "my_robot" / "package.xml").write_text("<package><name>my_robot</name></package>")
+    shell.chdir(tmp_path)
+    assert run_command("wtf", ["--report", "--offline"]) == 0
+    said = f"| packages around this folder | {tmp_path}/my_robot; pyros1 itself adds them to ROS_PACKAGE_PATH |"
+    assert said in capsys.readouterr().out

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pyros1.finding.packages import OWN_PACKAGES
-from pyros1.finding.python_modules import modules_environment
+from pyros1.finding.python_modules import modules_environment, system_python
 from pyros1.ground.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.plan import NodePlan
 from pyros1.launch.reading.resources import PackageFinder
@@ -55,9 +55,10 @@ def check_script(node: NodePlan, executable: Path, environ: Mapping[str, str]) -
     Raises:
         LaunchError: the system cannot start it; the text says why.
     """
-    if node.prefix or is_own(executable):  # another program starts it
+    env = {**environ, **node.env}
+    if node.prefix or executable_words(executable, env)[0] != str(executable):  # another program starts it
         return
-    trouble = script_trouble(executable, {**environ, **node.env})
+    trouble = script_trouble(executable, env)
     if trouble:
         raise LaunchError(f"cannot run {executable}: {trouble}")
 
@@ -67,14 +68,16 @@ def is_own(executable: Path) -> bool:
     return os.path.realpath(executable).startswith(OWN_PACKAGES + os.sep)
 
 
-def executable_words(executable: Path) -> list[str]:
-    """Return the words that start a file. pyros1's own Python nodes run in this interpreter, others directly.
+def executable_words(executable: Path, environ: Mapping[str, str] = os.environ) -> list[str]:
+    """Return the words that start a file.
 
+    pyros1's own Python nodes run in this interpreter, scripts of the system's packages in the system's.
     Installers may drop the executable bit of our nodes, and other interpreters may lack pyros1.
     """
     if is_own(executable) and _is_python(executable):
         return [sys.executable, str(executable)]
-    return [str(executable)]
+    python = system_python(executable, environ)
+    return [python, str(executable)] if python else [str(executable)]
 
 
 def _is_python(path: Path) -> bool:
@@ -88,10 +91,11 @@ def _is_python(path: Path) -> bool:
     return first.startswith(b"#!") and b"python" in first
 
 
-def node_words(node: NodePlan, executable: Path) -> list[str]:
+def node_words(node: NodePlan, executable: Path, environ: Mapping[str, str] = os.environ) -> list[str]:
     """Return a node's command line, without ``__log``."""
     remaps = [f"{old}:={new}" for old, new in node.remappings]
-    return [*node.prefix, *executable_words(executable), *node.args, *remaps, f"__name:={node.name}"]
+    words = executable_words(executable, {**environ, **node.env})
+    return [*node.prefix, *words, *node.args, *remaps, f"__name:={node.name}"]
 
 
 def node_environment(node: NodePlan, executable: Path, environ: Mapping[str, str], master_uri: str) -> dict[str, str]:

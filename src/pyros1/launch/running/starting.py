@@ -221,7 +221,7 @@ class Starter:
         return ProcessSpec(
             label=label,
             node=node.full_name,
-            words=[*node_words(node, executable), f"__log:={log_base}.log"],
+            words=[*node_words(node, executable, self.environ), f"__log:={log_base}.log"],
             env=node_environment(node, executable, environ, self.run.master_uri),
             cwd=str(executable.parent) if node.cwd == "node" else str(home),
             log_base=str(log_base),

@@ -13,6 +13,7 @@ _TYPES = {
     ".css": "text/css; charset=utf-8",
     ".svg": "image/svg+xml",
     ".json": "application/json",
+    ".webp": "image/webp",
     ".LICENSE": "text/plain; charset=utf-8",
 }
 SECURITY = {

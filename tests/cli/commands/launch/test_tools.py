@@ -58,9 +58,9 @@ def ask(tmp_path: Path) -> Ask:
     }
     env.pop("ROS_LOG_DIR", None)
 
-    def ask(*words: str) -> Answer:
+    def ask(*words: str, cwd: Path = place) -> Answer:
         command = [sys.executable, "-m", "pyros1", "launch", *words]
-        done = subprocess.run(command, cwd=place, env=env, capture_output=True, text=True, timeout=60, check=False)
+        done = subprocess.run(command, cwd=cwd, env=env, capture_output=True, text=True, timeout=60, check=False)
         return Answer(done.returncode, done.stdout, done.stderr)
 
     return ask
@@ -127,7 +127,13 @@ def test_a_folder_is_checked_with_all_below_l174(ask: Ask) -> None:
     assert (code, err) == (0, "")
     lines = ["checking *.launch in directory good", "checking good/b.launch", "checking good/deep/a.launch", "passed"]
     assert out.splitlines() == lines
-    assert ask("--check", "good", "no_setting").code == 2
+
+
+def test_a_file_of_a_package_that_lies_here_is_checked_x05(ask: Ask, tmp_path: Path) -> None:
+    code, out, err = ask("--check", "mine", "good.launch", cwd=tmp_path)
+    assert (code, out, err) == (0, "no problems: 1 file, 1 node, 0 parameters\n", "")
+    assert ask("--check", "mine", "absent.launch", cwd=tmp_path).code == 1
+    assert ask("--check", "mine/good", "SET_HERE=1", cwd=tmp_path).out.endswith("passed\n")
 
 
 def test_the_check_under_its_stock_name_l174(

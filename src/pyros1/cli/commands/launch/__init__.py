@@ -65,7 +65,7 @@ def _run(options: Any, words: list[str], arguments: dict[str, str]) -> int:
     from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
 
     resources = make_resources()
-    if options.check and (options.output_file or any(map(os.path.isdir, words))):
+    if options.check and (options.output_file or _is_folder(words)):
         from pyros1.cli.commands.launch._tools import check_package_files  # noqa: PLC0415
 
         return check_package_files(words, arguments, options)
@@ -84,6 +84,12 @@ def _run(options: Any, words: list[str], arguments: dict[str, str]) -> int:
 
         print(contents(plan))
     return launch(plan, options, resources, title=",".join(os.path.basename(file) for file in files) or "roscore")
+
+
+def _is_folder(words: list[str]) -> bool:
+    """Return whether a folder is to be checked: beside it are only settings. Else a package may have its name."""
+    places = [word for word in words if "=" not in word]
+    return len(places) == 1 and os.path.isdir(places[0])
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:

@@ -45,7 +45,7 @@ def answer(files: list[str], arguments: dict[str, str], resources: Resources, op
 
         node = _find_node(plan, options.node_args, files, resources)
         executable = locate(node.package, node.type, resources.packages)
-        print(report.node_args(node, node_words(node, executable), resources.environ))
+        print(report.node_args(node, node_words(node, executable, resources.environ), resources.environ))
     elif options.find_node:
         try:
             print(_find_node(plan, options.find_node, files, resources).file)

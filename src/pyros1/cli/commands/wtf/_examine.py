@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from pyros1 import __version__
+from pyros1.cli.packages_here import packages_around
 from pyros1.cli.shared.printing import use_colour
 from pyros1.doctor.facts import Machine, System
 from pyros1.doctor.finding import ERROR, WARNING, Finding
@@ -112,6 +113,9 @@ def report_of(examined: Examined) -> str:
         "stock ROS": ", ".join(str(each) for each in sorted(Path("/opt/ros").glob("*"))) or "not in /opt/ros",
         "libraries": ", ".join(f"{name} {version}" for name, version in versions().items()),
     }
+    around = packages_around(os.getcwd())
+    if around:
+        about["packages around this folder"] = f"{', '.join(around)}; pyros1 itself adds them to ROS_PACKAGE_PATH"
     return report(about, examined.machine, examined.system, examined.types, examined.findings)
 
 

@@ -53,7 +53,7 @@ def get_node_args(node_name: str, roslaunch_files: Any) -> list[str]:
         if f"{node.namespace}{node.name}" == wanted:
             plan, resources = plan_of_node(node), make_resources()
             executable = locate(plan.package, plan.type, resources.packages)
-            return node_arg_words(plan, node_words(plan, executable), resources.environ)
+            return node_arg_words(plan, node_words(plan, executable, resources.environ), resources.environ)
     names = "\n".join(f" * {name}" for name in get_node_list(config))
     files = ", ".join(map(str, roslaunch_files))
     raise RLException(f"ERROR: Cannot find node named [{node_name}] in [{files}].\nNode names are:\n{names}")

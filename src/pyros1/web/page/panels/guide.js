@@ -97,7 +97,6 @@ class Guide {
     if (!step.number) return null;
     const next = this.pages[this.at + 1];
     return h("div.guide-end", {},
-      h("p", {}, "Done? ", copied(`pyros1 guide check ${step.number}`), " in the folder where you type says what is missing."),
       next?.number && h("button.primary", { onclick: () => this._show(this.at + 1) }, `Next: ${next.title}`));
   }
 }
@@ -112,6 +111,7 @@ function blocks(page, open) {
     else if (kind === "heading") made.push(h("h3", {}, text));
     else if (kind === "paragraph") made.push(h("p", {}, inline(text)));
     else if (kind === "table") made.push(table(rows, inline));
+    else if (kind === "picture") made.push(h("figure.guide-picture", {}, h("img", { src: file, alt: text, loading: "lazy" }), h("figcaption", {}, text)));
     else if (kind === "code") made.push(code(text, language, file));
     else if (last?.tagName === "UL") last.append(h("li", {}, inline(text)));
     else made.push(h("ul", {}, h("li", {}, inline(text))));
