@@ -221,7 +221,7 @@ def test_other_settings_of_python_get_another_server(
     assert first[1] == third[1] != second[1]
 
 
-NODE = "import os, rospy\nrospy.init_node('x')\nprint('up', flush=True)\nrospy.spin()\n"
+NODE = "import os, rospy\nrospy.init_node('x')\nos.write(1, b'up\\n')  # in one piece\nrospy.spin()\n"
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
