@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from pyros1.finding.python_modules import modules_environment
+from pyros1.launch.running import preloading
 from pyros1.launch.running.preloading import Forked, Preloader, script_of
 
 from .test_fifty import left
@@ -219,6 +220,78 @@ def test_other_settings_of_python_get_another_server(
     third = run(preloader, words, {**environ, "OTHER": "1"}, tmp_path).out.split()
     assert [first[0], second[0]] == ["0", "1"]
     assert first[1] == third[1] != second[1]
+
+
+def test_a_signal_reaches_a_program_that_was_just_forked(
+    preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path
+) -> None:
+    """It leads its group as soon as it is known, also before its script runs."""
+    words = [script("import time\ntime.sleep(60)\n")]
+    for _ in range(20):
+        forked, _, _ = begin(preloader, words, environ, tmp_path)
+        os.killpg(forked.pid, signal.SIGINT)
+        assert forked.wait() == -signal.SIGINT
+
+
+def test_a_program_that_was_given_up_does_not_run(
+    preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """If a server answers too late, the launcher has started the node in the usual way: there must not be two."""
+    words = [script("print('ran')\n")]
+    reader, writer = os.pipe()
+    with monkeypatch.context() as patched:
+        patched.setattr(preloading, "_ANSWER", 0.01)
+        assert preloader.start(words, environ, str(tmp_path), writer, writer) is None
+    os.close(writer)
+    assert run(preloader, words, environ, tmp_path).out == "ran\n"
+    with os.fdopen(reader) as late:
+        assert late.read() == ""
+
+
+def test_a_server_without_room_lives_on(
+    preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path
+) -> None:
+    """It says so, tells how its programs end, and forks others once it can."""
+    resource = pytest.importorskip("resource")
+    sleeper = [script("import os, time\nprint(os.getppid(), flush=True)\ntime.sleep(60)\n")]
+    forked, out, _ = begin(preloader, sleeper, environ, tmp_path)
+    while not out.read_text():
+        subprocess.run(["true"], check=True)
+    server = int(out.read_text())
+    others = [str(tmp_path / "other")]
+    Path(others[0]).write_text(f"#!{sys.executable}\nimport os\nprint(os.getppid())\n")
+    _, most = resource.prlimit(server, resource.RLIMIT_NOFILE)
+    for files in range(4, 12):
+        resource.prlimit(server, resource.RLIMIT_NOFILE, (files, most))
+        ended = preloader.start(others, environ, str(tmp_path), 1, 2)
+        assert ended is None or ended.wait() in (0, 1)
+    resource.prlimit(server, resource.RLIMIT_NOFILE, (256, most))
+    assert run(preloader, others, environ, tmp_path).out == f"{server}\n"
+    forked.send_signal(signal.SIGTERM)
+    assert forked.wait() == -signal.SIGTERM
+
+
+def test_modules_are_not_those_of_the_folder_of_the_launcher(
+    script: Any, environ: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    for name in ("select", "json", "rospy", "std_msgs"):
+        (tmp_path / "elsewhere" / f"{name}.py").write_text(f"print('the wrong {name}')\n")
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    made = Preloader(environ)
+    words = [script("import json, sys\nprint('wrong' in json.__file__, sys.path)\n")]
+    for more in ({}, {"PYTHONSAFEPATH": "1"}):
+        wanted = usual(words, {**environ, **more}, tmp_path).out
+        assert run(made, words, {**environ, **more}, tmp_path).out == wanted
+    made.close()
+
+
+def test_a_launcher_without_standard_output_forks_nothing(
+    preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its servers would have none either, and their programs no sys.stdout although they have a file for it."""
+    monkeypatch.setattr(sys, "__stdout__", None)
+    assert preloader.start([script("")], environ, str(tmp_path), 1, 2) is None
 
 
 NODE = "import os, rospy\nrospy.init_node('x')\nprint('up', flush=True)\nrospy.spin()\n"

@@ -34,7 +34,11 @@ KEPT = (
     "HOME",
 )
 """Beginnings of the names of variables in which the environments of a server and its nodes must agree."""
-_START = "from pyros1.launch.running.fork_server import main; exec(*main({}))"
+# The launcher's folder is no place for modules: one of its files may be called like one of Python's.
+_START = (
+    "import sys; '' in sys.path and sys.path.remove(''); "
+    "from pyros1.launch.running.fork_server import main; exec(*main({}))"
+)
 _ANSWER = 30.0
 """Seconds that a server has to start, and to fork."""
 _LONGEST_LINE = 200
@@ -113,13 +117,15 @@ class _Server:
                 socket.send_fds(self._control, [b"+"], [theirs.fileno(), out, err])
             link.sendall(LENGTH.pack(len(text)) + text)
             data = link.recv(NUMBER.size)
-            if len(data) < NUMBER.size:
-                raise ConnectionError("the process that forks nodes has ended")
+            pid = NUMBER.unpack(data)[0] if len(data) == NUMBER.size else 0
+            if pid <= 0:  # it was killed at once
+                raise ConnectionError("the process that forks nodes has ended, or cannot fork")
+            link.sendall(b"+")  # it waits for that: one that comes too late must not run beside its substitute
             link.settimeout(None)
         except BaseException:
             link.close()
             raise
-        return Forked(NUMBER.unpack(data)[0], link)
+        return Forked(pid, link)
 
     def close(self) -> None:
         """End the server."""
@@ -152,10 +158,11 @@ class Preloader:
             out, err: descriptors of its standard output and standard error.
 
         Returns:
-            The process; None if it must be started in the usual way.
+            The process; None if it must be started in the usual way, as all are if this one has no standard output.
         """
         script = script_of(words, environ)
-        if script is None or not os.path.isdir(folder):
+        closed = None in (sys.__stdin__, sys.__stdout__, sys.__stderr__)  # then a server has no such files either
+        if script is None or closed or not os.path.isdir(folder):
             return None
         kept = {name: value for name, value in environ.items() if name.startswith(KEPT)}
         key = tuple(sorted(kept.items()))
