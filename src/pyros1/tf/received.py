@@ -79,9 +79,10 @@ def decoder(decode_message: Callable[[bytes, int, int], Any]) -> Callable[[bytes
                 except KeyError:
                     if len(names) >= _MOST_NAMES:
                         names.clear()
-                    names[parent] = parent.decode()
-                    names[child] = child.decode()
-                    rows.append((names[parent], names[child], secs * _NS + nsecs, numbers))
+                    # /tf_static comes in another thread: what it clears must not be looked up again here.
+                    names[parent] = above = parent.decode()
+                    names[child] = below = child.decode()
+                    rows.append((above, below, secs * _NS + nsecs, numbers))
         except (StructError, UnicodeDecodeError):
             return decode_message(buffer, start, end)
         return Received(rows) if at == end else decode_message(buffer, start, end)
