@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -15,6 +16,7 @@ import pytest
 
 from pyros1.finding.python_modules import modules_environment
 from pyros1.launch.running import preloading
+from pyros1.launch.running.fork_server import serve
 from pyros1.launch.running.preloading import Forked, Preloader, script_of
 
 from .test_fifty import left
@@ -194,6 +196,27 @@ def test_a_server_that_is_killed(preloader: Preloader, script: Any, environ: dic
     forked.send_signal(signal.SIGKILL)
     assert forked.wait() == -signal.SIGKILL
     assert err.read_text() == ""
+
+
+def test_a_zombie_has_ended() -> None:
+    """Where process 1 waits for nobody, as in many containers, programs of a killed server stay as zombies."""
+    ours, theirs = socket.socketpair()
+    theirs.close()
+    with subprocess.Popen(["true"]) as child:
+        assert Forked(child.pid, ours).wait() == -signal.SIGKILL
+
+
+def test_a_server_that_ends_hears_no_more_signals() -> None:
+    """Else a program that ends just then lets Python write an error about the closed socket to the terminal."""
+    ours, theirs = socket.socketpair()
+    ours.close()
+    before = signal.getsignal(signal.SIGCHLD)
+    try:
+        with theirs:
+            assert serve(theirs) is None
+        assert signal.set_wakeup_fd(-1) == -1
+    finally:
+        signal.signal(signal.SIGCHLD, before)
 
 
 def test_what_cannot_be_forked(preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path) -> None:

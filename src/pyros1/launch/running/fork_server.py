@@ -93,6 +93,9 @@ def serve(control: socket.socket) -> Request | None:
             continue
         data, descriptors, _, _ = socket.recv_fds(control, 1, 3)
         if not data:
+            signal.set_wakeup_fd(-1)
+            for each in (awake, wake, *children.values()):
+                each.close()
             return None
         try:
             request = Request(descriptors)

@@ -64,12 +64,9 @@ class Forked:
                 data = link.recv(NUMBER.size)
         if len(data) == NUMBER.size:
             return int(NUMBER.unpack(data)[0])
-        while True:  # the server was killed: nobody else can wait for the process
-            try:
-                os.kill(self.pid, 0)
-            except OSError:
-                return -signal.SIGKILL
+        while _runs(self.pid):  # the server was killed: nobody else can wait for the process
             time.sleep(0.1)
+        return -signal.SIGKILL
 
     def send_signal(self, number: int) -> None:
         """Send it a signal, if it runs."""
@@ -79,6 +76,20 @@ class Forked:
     def terminate(self) -> None:
         """Send it SIGTERM."""
         self.send_signal(signal.SIGTERM)
+
+
+def _runs(pid: int) -> bool:
+    """Return whether a process runs that is not a child of this one. Zombies, which process 1 may leave, do not."""
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:  # it has changed its user
+        pass
+    try:
+        return Path(f"/proc/{pid}/stat").read_text(errors="replace").rpartition(")")[2].split()[0] not in "ZX"
+    except OSError:  # this system has no such files; or it has just ended, which the next look tells
+        return True
 
 
 class _Server:
