@@ -263,7 +263,7 @@ def test_a_program_that_was_given_up_does_not_run(
     words = [script("print('ran')\n")]
     reader, writer = os.pipe()
     with monkeypatch.context() as patched:
-        patched.setattr(preloading, "_ANSWER", 0.01)
+        patched.setattr(preloading, "ANSWER", 0.01)
         assert preloader.start(words, environ, str(tmp_path), writer, writer) is None
     os.close(writer)
     assert run(preloader, words, environ, tmp_path).out == "ran\n"

@@ -39,7 +39,7 @@ _START = (
     "import sys; '' in sys.path and sys.path.remove(''); "
     "from pyros1.launch.running.fork_server import main; exec(*main({}))"
 )
-_ANSWER = 30.0
+ANSWER = 30.0
 """Seconds that a server has to start, and to fork."""
 _LONGEST_LINE = 200
 
@@ -122,7 +122,7 @@ class _Server:
         wanted = {"script": script, "words": list(words), "environ": dict(environ), "folder": folder}
         text = json.dumps(wanted).encode()
         link, theirs = socket.socketpair()
-        link.settimeout(_ANSWER)
+        link.settimeout(ANSWER)
         try:
             with theirs, self._lock:
                 socket.send_fds(self._control, [b"+"], [theirs.fileno(), out, err])
