@@ -136,6 +136,15 @@ def test_names_that_are_not_there(text: str, said: str) -> None:
     assert said in run(text, {}, code=1)
 
 
+def test_a_program_may_ask_whether_what_is_left_out_is_there(path: Path) -> None:
+    """Only an import raises, with a reason: who asks gets None, as for every module that is nowhere."""
+    text = "import importlib.util as u\nprint(u.find_spec('rviz'), u.find_spec('rosmaster'), u.find_spec('nowhere'))"
+    assert output(path, f"{text}\ntry:\n    import rviz\nexcept ImportError as e:\n    print(e)").splitlines() == [
+        "None None None",
+        "No module named 'rviz': pyros1 has none: see the command `pyros1 web scene`",
+    ]
+
+
 def test_two_threads_import_at_once(path: Path) -> None:
     for name in "abcdefgh":
         package(path, f"{name}_msgs", **{"msg/A.msg": "int32 x"})

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import struct
+import sys
+import threading
 import tracemalloc
 import warnings
 from random import Random
 from typing import Any
 
+import pytest
+
 from pyros1.ground.errors import MessageError
 from pyros1.msgs import load_message
-from pyros1.tf import Buffer
+from pyros1.tf import Buffer, received
 from pyros1.tf.listener import fill
 from pyros1.tf.received import Received, decoder
 
@@ -118,6 +122,35 @@ def test_the_memory_for_names_is_bounded() -> None:
         assert tracemalloc.get_traced_memory()[0] < 8e6  # 10,000 names as bytes and as texts take 5 MB
     finally:
         tracemalloc.stop()
+
+
+def test_two_threads_may_receive_new_names_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """/tf and /tf_static share the names; one must not look for what the other has just forgotten."""
+    monkeypatch.setattr(received, "MOST_NAMES", 4)
+    take: Any = decoder(lambda *_: None)
+    bodies, failed, interval = [], [], sys.getswitchinterval()
+    for number in range(500):
+        made = MESSAGE(transforms=[STAMPED(child_frame_id=f"child{number}")])
+        made.transforms[0].header.frame_id = f"parent{number}"
+        bodies.append(encode(made))
+
+    def receive() -> None:
+        try:
+            for body in bodies * 20:
+                take(body, 0, len(body))
+        except KeyError as error:
+            failed.append(error)
+
+    threads = [threading.Thread(target=receive) for _ in range(2)]
+    sys.setswitchinterval(1e-6)
+    try:
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(30)
+    finally:
+        sys.setswitchinterval(interval)
+    assert failed == []
 
 
 def test_a_buffer_is_filled_in_the_same_way() -> None:

@@ -14,7 +14,7 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from importlib.machinery import ModuleSpec, PathFinder
-from types import ModuleType
+from types import FrameType, ModuleType
 from typing import Any
 
 from pyros1.drop_in import configs
@@ -30,6 +30,15 @@ VARIABLE = "PYROS1_ROSPY"
 """Environment variable: "pyros1" prefers our modules to installed ones, "stock" leaves ours out."""
 MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
 """Folder of our modules."""
+
+
+def _only_asked() -> bool:
+    """Return whether a program only asks if there is a module: `importlib.util.find_spec` is to answer None then."""
+    frame: FrameType | None = sys._getframe(1)
+    ours = (__name__, "pyros1_modules", "importlib._bootstrap")
+    while frame is not None and frame.f_globals.get("__name__") in ours:
+        frame = frame.f_back
+    return frame is not None and frame.f_globals.get("__name__") == "importlib.util"
 
 
 class Finder:
@@ -82,7 +91,7 @@ class Finder:
         if spec is None and below and not rest[-1].startswith("__"):
             # Another name than that of the module, else Python would forget this text in "from rospy import x".
             raise ModuleNotFoundError(f"pyros1 has no {name}{word_on(name)}", name=top)
-        if spec is None and not rest and word_on(name):
+        if spec is None and not rest and word_on(name) and not _only_asked():
             raise ModuleNotFoundError(f"No module named {name!r}: pyros1 has none{word_on(name)}", name=name)
         return spec
 

@@ -20,7 +20,7 @@ _COUNT = Struct("<I").unpack_from
 _HEAD = Struct("<4I").unpack_from  # number, seconds, nanoseconds, length of the parent's name
 _NUMBERS = Struct("<7d").unpack_from
 _NS = 1_000_000_000
-_MOST_NAMES = 10_000
+MOST_NAMES = 10_000
 """Names that are kept; a sender that always invents new ones must not fill the memory with them."""
 
 
@@ -77,11 +77,12 @@ def decoder(decode_message: Callable[[bytes, int, int], Any]) -> Callable[[bytes
                 try:
                     rows.append((names[parent], names[child], secs * _NS + nsecs, numbers))
                 except KeyError:
-                    if len(names) >= _MOST_NAMES:
+                    if len(names) >= MOST_NAMES:
                         names.clear()
-                    names[parent] = parent.decode()
-                    names[child] = child.decode()
-                    rows.append((names[parent], names[child], secs * _NS + nsecs, numbers))
+                    # /tf_static comes in another thread: what it clears must not be looked up again here.
+                    names[parent] = above = parent.decode()
+                    names[child] = below = child.decode()
+                    rows.append((above, below, secs * _NS + nsecs, numbers))
         except (StructError, UnicodeDecodeError):
             return decode_message(buffer, start, end)
         return Received(rows) if at == end else decode_message(buffer, start, end)

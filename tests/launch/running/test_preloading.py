@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -14,6 +15,8 @@ from typing import Any
 import pytest
 
 from pyros1.finding.python_modules import modules_environment
+from pyros1.launch.running import preloading
+from pyros1.launch.running.fork_server import serve
 from pyros1.launch.running.preloading import Forked, Preloader, script_of
 
 from .test_fifty import left
@@ -195,6 +198,27 @@ def test_a_server_that_is_killed(preloader: Preloader, script: Any, environ: dic
     assert err.read_text() == ""
 
 
+def test_a_zombie_has_ended() -> None:
+    """Where process 1 waits for nobody, as in many containers, programs of a killed server stay as zombies."""
+    ours, theirs = socket.socketpair()
+    theirs.close()
+    with subprocess.Popen(["true"]) as child:
+        assert Forked(child.pid, ours).wait() == -signal.SIGKILL
+
+
+def test_a_server_that_ends_hears_no_more_signals() -> None:
+    """Else a program that ends just then lets Python write an error about the closed socket to the terminal."""
+    ours, theirs = socket.socketpair()
+    ours.close()
+    before = signal.getsignal(signal.SIGCHLD)
+    try:
+        with theirs:
+            assert serve(theirs) is None
+        assert signal.set_wakeup_fd(-1) == -1
+    finally:
+        signal.signal(signal.SIGCHLD, before)
+
+
 def test_what_cannot_be_forked(preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path) -> None:
     other = tmp_path / "other"
     for first in (b"#!/bin/sh\n", b"#!/usr/bin/python9\n", b"\x7fELF", b"", b"#!/usr/bin/env -S python3 -u\n", b"#!\n"):
@@ -219,6 +243,78 @@ def test_other_settings_of_python_get_another_server(
     third = run(preloader, words, {**environ, "OTHER": "1"}, tmp_path).out.split()
     assert [first[0], second[0]] == ["0", "1"]
     assert first[1] == third[1] != second[1]
+
+
+def test_a_signal_reaches_a_program_that_was_just_forked(
+    preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path
+) -> None:
+    """It leads its group as soon as it is known, also before its script runs."""
+    words = [script("import time\ntime.sleep(60)\n")]
+    for _ in range(20):
+        forked, _, _ = begin(preloader, words, environ, tmp_path)
+        os.killpg(forked.pid, signal.SIGINT)
+        assert forked.wait() == -signal.SIGINT
+
+
+def test_a_program_that_was_given_up_does_not_run(
+    preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """If a server answers too late, the launcher has started the node in the usual way: there must not be two."""
+    words = [script("print('ran')\n")]
+    reader, writer = os.pipe()
+    with monkeypatch.context() as patched:
+        patched.setattr(preloading, "ANSWER", 0.01)
+        assert preloader.start(words, environ, str(tmp_path), writer, writer) is None
+    os.close(writer)
+    assert run(preloader, words, environ, tmp_path).out == "ran\n"
+    with os.fdopen(reader) as late:
+        assert late.read() == ""
+
+
+def test_a_server_without_room_lives_on(
+    preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path
+) -> None:
+    """It says so, tells how its programs end, and forks others once it can."""
+    resource = pytest.importorskip("resource")
+    sleeper = [script("import os, time\nprint(os.getppid(), flush=True)\ntime.sleep(60)\n")]
+    forked, out, _ = begin(preloader, sleeper, environ, tmp_path)
+    while not out.read_text():
+        subprocess.run(["true"], check=True)
+    server = int(out.read_text())
+    others = [str(tmp_path / "other")]
+    Path(others[0]).write_text(f"#!{sys.executable}\nimport os\nprint(os.getppid())\n")
+    _, most = resource.prlimit(server, resource.RLIMIT_NOFILE)
+    for files in range(4, 12):
+        resource.prlimit(server, resource.RLIMIT_NOFILE, (files, most))
+        ended = preloader.start(others, environ, str(tmp_path), 1, 2)
+        assert ended is None or ended.wait() in (0, 1)
+    resource.prlimit(server, resource.RLIMIT_NOFILE, (256, most))
+    assert run(preloader, others, environ, tmp_path).out == f"{server}\n"
+    forked.send_signal(signal.SIGTERM)
+    assert forked.wait() == -signal.SIGTERM
+
+
+def test_modules_are_not_those_of_the_folder_of_the_launcher(
+    script: Any, environ: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    for name in ("select", "json", "rospy", "std_msgs"):
+        (tmp_path / "elsewhere" / f"{name}.py").write_text(f"print('the wrong {name}')\n")
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    made = Preloader(environ)
+    words = [script("import json, sys\nprint('wrong' in json.__file__, sys.path)\n")]
+    for more in ({}, {"PYTHONSAFEPATH": "1"}):
+        wanted = usual(words, {**environ, **more}, tmp_path).out
+        assert run(made, words, {**environ, **more}, tmp_path).out == wanted
+    made.close()
+
+
+def test_a_launcher_without_standard_output_forks_nothing(
+    preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its servers would have none either, and their programs no sys.stdout although they have a file for it."""
+    monkeypatch.setattr(sys, "__stdout__", None)
+    assert preloader.start([script("")], environ, str(tmp_path), 1, 2) is None
 
 
 NODE = "import os, rospy\nrospy.init_node('x')\nos.write(1, b'up\\n')  # in one piece\nrospy.spin()\n"

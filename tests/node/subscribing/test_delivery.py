@@ -507,6 +507,20 @@ def test_who_subscribed_before_a_message_was_sent_gets_it_though_others_are_behi
     assert said == ["old", "begun", "new"]
 
 
+def test_only_the_thread_of_an_asyncio_loop_does_the_jobs_of_its_deliveries() -> None:
+    """They may move links from the loop to other threads, which a publisher's thread must not do."""
+    said: list[object] = []
+    driver = _Driver()
+    delivery: Delivery = Delivery(driver, None, lambda _, item: said.append(item), None, None, None)  # type: ignore[arg-type]
+    delivery.in_publisher = driver.cooperative = True
+    delivery.submit(lambda: said.append("moved"))
+    assert not delivery.deliver_now(_Here(), "message")
+    assert said == []
+    delivery.run(None)
+    assert delivery.deliver_now(_Here(), "message")
+    assert said == ["moved", "message"]
+
+
 def test_a_callback_that_raises_what_nobody_catches_costs_no_other_message() -> None:
     said: list[object] = []
     inbox: Inbox[Any, Any] = Inbox(_Here())

@@ -226,6 +226,31 @@ def test_a_callback_may_end_all(make_node: Make) -> None:
     assert numbers == [1] and not node.ok()
 
 
+@pytest.mark.parametrize("own", [True, False])
+def test_a_node_that_ends_during_a_callback_closes_its_links(make_node: Make, fake_node: Any, own: bool) -> None:
+    """Also those to other processes, although the threads that receive have ended before the callback has."""
+    node, kept, far = make_node("a"), Kept(), fake_node("/far")
+
+    def heard(message: Any) -> None:
+        kept(message)
+        if message.data == 1 and own:
+            node.shutdown("done")
+        elif message.data == 1:
+            other = threading.Thread(target=node.shutdown)
+            other.start()
+            other.join(20)
+
+    node.subscribe("t", Float64, heard, in_publisher=True)
+    far.publish("/t")
+    publisher = linked(make_node("b"), "t")
+    sock = far.accept_subscriber()
+    settle(publisher, kept)
+    publisher.publish(Float64(1))
+    assert kept.numbers == [1]
+    sock.settimeout(5)
+    assert sock.recv(10) == b""
+
+
 def test_other_kinds_of_messages(make_node: Make, collect: Any) -> None:
     """Messages with a header get their number, numpy views and messages of another class are made for the callback."""
     node, seen = make_node("a"), collect()

@@ -37,17 +37,22 @@ class Request:
     """What to become.
 
     Args:
-        text: JSON of the script's path, its words, environment and folder.
-        outputs: descriptors of the standard output and the standard error.
+        descriptors: of the socket to the launcher, from which a JSON text comes with the script's path, its words,
+            environment and folder; of the standard output and the standard error.
+
+    Raises:
+        OSError, ValueError: the launcher has ended, or there was no room for all descriptors.
     """
 
-    def __init__(self, text: bytes, outputs: list[int]) -> None:
-        wanted = json.loads(text)
+    def __init__(self, descriptors: list[int]) -> None:
+        self.link, *self.outputs = descriptors
+        if len(self.outputs) < len((sys.stdout, sys.stderr)):
+            raise ValueError("no room for descriptors")
+        wanted = json.loads(read_text(self.link))
         self.script: str = wanted["script"]
         self.words: list[str] = wanted["words"]
         self.environ: dict[str, str] = wanted["environ"]
         self.folder: str = wanted["folder"]
-        self.outputs = outputs
 
 
 def preload() -> None:
@@ -88,22 +93,43 @@ def serve(control: socket.socket) -> Request | None:
             continue
         data, descriptors, _, _ = socket.recv_fds(control, 1, 3)
         if not data:
+            signal.set_wakeup_fd(-1)
+            for each in (awake, wake, *children.values()):
+                each.close()
             return None
-        link = socket.socket(fileno=descriptors[0])
-        request = Request(read_text(link), descriptors[1:])
-        child = os.fork()
+        try:
+            request = Request(descriptors)
+            child = os.fork()
+        except (OSError, ValueError):  # the launcher notices, and starts this one in the usual way
+            for descriptor in descriptors:
+                os.close(descriptor)
+            continue
+        link = socket.socket(fileno=request.link)
         if not child:
             signal.set_wakeup_fd(-1)
-            for each in (control, awake, wake, link, *children.values()):
+            for each in (control, awake, wake, *children.values()):
                 each.close()
+            await_word(link)
             return request
         for descriptor in request.outputs:
             os.close(descriptor)
         children[child] = link
-        tell(link, child)
 
 
-def read_text(link: socket.socket) -> bytes:
+def await_word(link: socket.socket) -> None:
+    """Be a process that signals reach, tell the launcher so, and end if it does not want it any more."""
+    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    os.setsid()
+    tell(link, os.getpid())
+    word = b""
+    with link, contextlib.suppress(OSError):
+        word = link.recv(1)
+    if not word:
+        os._exit(0)
+
+
+def read_text(link: int) -> bytes:
     """Return a text that comes with its length in front.
 
     Raises:
@@ -111,7 +137,7 @@ def read_text(link: socket.socket) -> bytes:
     """
     data = b""
     while len(data) < LENGTH.size or len(data) < LENGTH.size + LENGTH.unpack_from(data)[0]:
-        more = link.recv(1 << 16)
+        more = os.read(link, 1 << 16)
         if not more:
             raise ConnectionError("the request ends in the middle")
         data += more
@@ -143,9 +169,6 @@ def become(request: Request) -> tuple[Any, dict[str, Any]]:
     Raises:
         OSError, SyntaxError: it cannot be read.
     """
-    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    os.setsid()
     for place, descriptor in enumerate(request.outputs, 1):
         os.dup2(descriptor, place)
         os.close(descriptor)
@@ -155,7 +178,8 @@ def become(request: Request) -> tuple[Any, dict[str, Any]]:
     time.tzset()
     sys.argv = [request.script, *request.words]
     sys.orig_argv = [sys.executable, *sys.argv]
-    sys.path[0] = os.path.dirname(os.path.realpath(request.script))
+    if not getattr(sys.flags, "safe_path", False):  # of Python 3.11
+        sys.path.insert(0, os.path.dirname(os.path.realpath(request.script)))
     stdout: Any = sys.stdout
     stdout.reconfigure(line_buffering=os.isatty(1))
     main = types.ModuleType("__main__")

@@ -34,8 +34,12 @@ KEPT = (
     "HOME",
 )
 """Beginnings of the names of variables in which the environments of a server and its nodes must agree."""
-_START = "from pyros1.launch.running.fork_server import main; exec(*main({}))"
-_ANSWER = 30.0
+# The launcher's folder is no place for modules: one of its files may be called like one of Python's.
+_START = (
+    "import sys; '' in sys.path and sys.path.remove(''); "
+    "from pyros1.launch.running.fork_server import main; exec(*main({}))"
+)
+ANSWER = 30.0
 """Seconds that a server has to start, and to fork."""
 _LONGEST_LINE = 200
 
@@ -60,12 +64,9 @@ class Forked:
                 data = link.recv(NUMBER.size)
         if len(data) == NUMBER.size:
             return int(NUMBER.unpack(data)[0])
-        while True:  # the server was killed: nobody else can wait for the process
-            try:
-                os.kill(self.pid, 0)
-            except OSError:
-                return -signal.SIGKILL
+        while _runs(self.pid):  # the server was killed: nobody else can wait for the process
             time.sleep(0.1)
+        return -signal.SIGKILL
 
     def send_signal(self, number: int) -> None:
         """Send it a signal, if it runs."""
@@ -75,6 +76,20 @@ class Forked:
     def terminate(self) -> None:
         """Send it SIGTERM."""
         self.send_signal(signal.SIGTERM)
+
+
+def _runs(pid: int) -> bool:
+    """Return whether a process runs that is not a child of this one. Zombies, which process 1 may leave, do not."""
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:  # it has changed its user
+        pass
+    try:
+        return Path(f"/proc/{pid}/stat").read_text(errors="replace").rpartition(")")[2].split()[0] not in "ZX"
+    except OSError:  # this system has no such files; or it has just ended, which the next look tells
+        return True
 
 
 class _Server:
@@ -107,19 +122,21 @@ class _Server:
         wanted = {"script": script, "words": list(words), "environ": dict(environ), "folder": folder}
         text = json.dumps(wanted).encode()
         link, theirs = socket.socketpair()
-        link.settimeout(_ANSWER)
+        link.settimeout(ANSWER)
         try:
             with theirs, self._lock:
                 socket.send_fds(self._control, [b"+"], [theirs.fileno(), out, err])
             link.sendall(LENGTH.pack(len(text)) + text)
             data = link.recv(NUMBER.size)
-            if len(data) < NUMBER.size:
-                raise ConnectionError("the process that forks nodes has ended")
+            pid = NUMBER.unpack(data)[0] if len(data) == NUMBER.size else 0
+            if pid <= 0:  # it was killed at once
+                raise ConnectionError("the process that forks nodes has ended, or cannot fork")
+            link.sendall(b"+")  # it waits for that: one that comes too late must not run beside its substitute
             link.settimeout(None)
         except BaseException:
             link.close()
             raise
-        return Forked(NUMBER.unpack(data)[0], link)
+        return Forked(pid, link)
 
     def close(self) -> None:
         """End the server."""
@@ -152,10 +169,11 @@ class Preloader:
             out, err: descriptors of its standard output and standard error.
 
         Returns:
-            The process; None if it must be started in the usual way.
+            The process; None if it must be started in the usual way, as all are if this one has no standard output.
         """
         script = script_of(words, environ)
-        if script is None or not os.path.isdir(folder):
+        closed = None in (sys.__stdin__, sys.__stdout__, sys.__stderr__)  # then a server has no such files either
+        if script is None or closed or not os.path.isdir(folder):
             return None
         kept = {name: value for name, value in environ.items() if name.startswith(KEPT)}
         key = tuple(sorted(kept.items()))

@@ -139,6 +139,8 @@ class Delivery(Taking):
                 return False
             self._owner = threading.get_ident()
             if self._jobs:
+                if self.links.driver.cooperative:  # they may take sockets from the driver, which only its thread can
+                    return False
                 self._run_jobs()  # who subscribed before the message was sent gets it
             if self._callbacks is None:
                 self._deliver_item(source, item)
@@ -150,7 +152,10 @@ class Delivery(Taking):
                 self._owner = 0
                 self._ownership.release()
                 # Nobody was woken for it meanwhile. `_something` would take as long as the rest.
-                if self._local or self._readable or self._new or self._jobs or self._begun or self._closed:
+                if self._closed:
+                    if not self._disposed:  # the driver's threads may have ended, if the node has
+                        self.close(wait=False)
+                elif self._local or self._readable or self._new or self._jobs or self._begun:
                     self.links.driver.wake(self)
 
     def _make_room(self) -> None:
