@@ -118,3 +118,12 @@ def test_wake_after_close() -> None:
     poller = Poller()
     poller.close()
     poller.wake()
+
+
+def test_sockets_are_given_up_after_close(pair: Any) -> None:
+    """By a thread that ends its work for a node that has ended."""
+    for portable in (False, True):
+        poller = Poller(portable=portable)
+        poller.register(pair[0].fileno())
+        poller.close()
+        poller.unregister(pair[0].fileno())

@@ -39,7 +39,7 @@ class Poller:
         self._poll.add(fd)
 
     def unregister(self, fd: int) -> None:
-        """Stop to wait for a descriptor that is still open. `wait` may have returned it just before."""
+        """Stop to wait for a descriptor that is open, also after `close`. `wait` may have returned it just before."""
         self._poll.remove(fd)
 
     def rearm(self, fd: int) -> None:
@@ -87,7 +87,11 @@ class _Epoll:
         self._epoll.modify(fd, self._mask)
 
     def remove(self, fd: int) -> None:
-        self._epoll.unregister(fd)
+        try:
+            self._epoll.unregister(fd)
+        except ValueError:
+            if not self._epoll.closed:  # with which it has forgotten all
+                raise
 
     def wait(self, timeout: float) -> int | None:
         events = self._epoll.poll(timeout, 1)
