@@ -17,6 +17,8 @@ from harness import Master, Peer, Process, free_port
 CROWD = 10_000
 ROOM = 64 << 20
 """Bytes of memory that a process may take more than before."""
+MOST_CONNECTIONS = 4096
+"""That a server of XML-RPC keeps, if it may open twice as many files."""
 TYPE = "std_msgs/String"
 
 ATTACK = """
@@ -112,7 +114,7 @@ def test_ten_thousand_connections_leave_master_and_node_alive(robot: tuple[Maste
     assert sender.publish("/chat", 99) == late.received("/chat") == receiver.received("/chat")
     for process, size in zip(watched, before, strict=True):
         assert memory(process) < size + ROOM, process.label
-        assert len(list(Path(f"/proc/{process.pid}/fd").iterdir())) < 1000, process.label
+        assert len(list(Path(f"/proc/{process.pid}/fd").iterdir())) < MOST_CONNECTIONS + 500, process.label
 
 
 def test_requests_and_headers_that_come_byte_by_byte_hold_up_nobody(robot: tuple[Master, Peer, Peer]) -> None:

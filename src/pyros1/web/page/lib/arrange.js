@@ -32,7 +32,10 @@ export function moved(tree, panel, target, side) {
     const at = each.parts.indexOf(target);
     if (at < 0 || each.split !== split || each.parts.length >= MOST) return { ...each, parts: each.parts.map(put) };
     const half = each.sizes[at] / 2;
-    return { ...each, sizes: each.sizes.toSpliced(at, 1, half, half), parts: each.parts.toSpliced(at + after, 0, panel) };
+    const [sizes, parts] = [[...each.sizes], [...each.parts]]; // toSpliced is younger than many a browser
+    sizes.splice(at, 1, half, half);
+    parts.splice(at + after, 0, panel);
+    return { ...each, sizes, parts };
   };
   return put(without(tree, panel));
 }
