@@ -356,7 +356,9 @@ send("7", 150)  # older than the request to cancel
 wait(lambda: len(results) == 6)
 send("8", 300)
 wait(lambda: "begin 8" in events)
+before = events.count("preempt")
 send("9", 301)
+wait(lambda: events.count("preempt") > before)  # a request to cancel that comes before its goal leaves 8 running
 cancels.publish(GoalID(id="9"))  # cancelled while it waits, or once it has begun
 wait(lambda: len(results) == 8)
 for message in results:
