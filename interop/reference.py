@@ -5,9 +5,11 @@ It needs the extra ``docs``. FOLDER is ``dist/reference`` if it is not given. A 
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import sys
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 from typing import get_type_hints
@@ -55,10 +57,23 @@ def make(folder: Path) -> None:
     pdoc.pdoc(*(word for name in NAMES for word in (name, rf"!{name}\.")), output_directory=folder)
 
 
-if __name__ == "__main__":
-    target = Path(sys.argv[1] if len(sys.argv) > 1 else "dist/reference")
+def run(make: Callable[[Path], None], usual: str, first: str) -> None:
+    """Make pages in the folder that the command line names.
+
+    Args:
+        make: writes them into a folder.
+        usual: the folder if none is named.
+        first: the page that one opens first.
+    """
+    parser = argparse.ArgumentParser(description="Make pages from docstrings and the guide.")
+    parser.add_argument("folder", type=Path, nargs="?", default=Path(usual), help=f"where to write them [{usual}]")
+    folder = parser.parse_args().folder
     try:
-        make(target)
+        make(folder)
     except ModuleNotFoundError as error:
         sys.exit(f"{error}: pip install -e '.[docs]'")
-    print(target / "pyros1.html")
+    print(folder / first)
+
+
+if __name__ == "__main__":
+    run(make, "dist/reference", "pyros1.html")

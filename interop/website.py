@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import re
 import shutil
-import sys
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -127,9 +126,4 @@ def make(target: Path) -> None:
 
 
 if __name__ == "__main__":
-    place = Path(sys.argv[1] if len(sys.argv) > 1 else "dist/site")
-    try:
-        make(place)
-    except ModuleNotFoundError as error:
-        sys.exit(f"{error}: pip install -e '.[docs]'")
-    print(place / "index.html")
+    reference.run(make, "dist/site", "index.html")

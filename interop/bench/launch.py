@@ -113,7 +113,9 @@ def processor_time(mark: str) -> float:
         with contextlib.suppress(OSError):
             words = (folder / "cmdline").read_bytes().decode(errors="replace")
             node = mark in words and "__name:=r" in words and "__name:=rosout" not in words
-            if node or ("fork_server" in words and mark in (folder / "environ").read_bytes().decode(errors="replace")):
+            if node or (
+                "launch.preload.server" in words and mark in (folder / "environ").read_bytes().decode(errors="replace")
+            ):
                 # Threads in nanoseconds: many a node does not even last for one tick of the usual account.
                 total += sum(int((task / "schedstat").read_text().split()[0]) for task in folder.glob("task/*"))
     return total / 1e9

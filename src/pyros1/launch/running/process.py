@@ -17,7 +17,7 @@ from pyros1.launch.running.usage import UNKNOWN, Usage
 from pyros1.launch.running.warden import GROUPS, group_exists, leaderless
 
 if TYPE_CHECKING:
-    from pyros1.launch.running.preloading import Forked, Preloader
+    from pyros1.launch.preload.preloader import Forked, Preloader
     from pyros1.launch.running.screen import Screen
     from pyros1.launch.running.warden import Warden
 

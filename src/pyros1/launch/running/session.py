@@ -27,6 +27,7 @@ from pyros1.ground.errors import (
 )
 from pyros1.ground.whole_file import write_whole
 from pyros1.launch.plan import NodePlan, Plan, TestPlan
+from pyros1.launch.preload.preloader import Preloader
 from pyros1.launch.reading.report import summary
 from pyros1.launch.reading.resources import PackageFinder
 from pyros1.launch.running.api import LaunchServer
@@ -37,7 +38,6 @@ from pyros1.launch.running.core import ROSVERSION, Core, write_pid_file
 from pyros1.launch.running.core_file import CoreFile, read_core_file
 from pyros1.launch.running.logs import make_run_folder, ros_home, run_log
 from pyros1.launch.running.options import Options
-from pyros1.launch.running.preloading import Preloader
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.screen import Screen
 from pyros1.launch.running.starting import Run, Starter

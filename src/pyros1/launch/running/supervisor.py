@@ -22,7 +22,7 @@ from pyros1.launch.running.screen import Screen
 from pyros1.launch.running.warden import GROUPS, Warden
 
 if TYPE_CHECKING:
-    from pyros1.launch.running.preloading import Preloader
+    from pyros1.launch.preload.preloader import Preloader
 
 _KILL_WAIT = 2.0
 _UNHEARD = 2.0  # seconds that processes have for ending by themselves where they cannot be sent SIGINT

@@ -2,7 +2,7 @@
 
 A node can be one if its script's first line names the interpreter of this launcher, and nothing else starts it. Nodes
 share a server if their environments agree in all that an interpreter, or what the server imports, looks at when it
-starts (`KEPT`); a server is started with its first node. The program's code is in `fork_server`.
+starts (`KEPT`); a server is started with its first node. The program's code is in `server`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from pyros1.launch.running.fork_server import LENGTH, NUMBER
+from pyros1.launch.preload.server import LENGTH, NUMBER
 
 KEPT = (
     "PYTHON",
@@ -36,8 +36,7 @@ KEPT = (
 """Beginnings of the names of variables in which the environments of a server and its nodes must agree."""
 # The launcher's folder is no place for modules: one of its files may be called like one of Python's.
 _START = (
-    "import sys; '' in sys.path and sys.path.remove(''); "
-    "from pyros1.launch.running.fork_server import main; exec(*main({}))"
+    "import sys; '' in sys.path and sys.path.remove(''); from pyros1.launch.preload.server import main; exec(*main({}))"
 )
 ANSWER = 30.0
 """Seconds that a server has to start, and to fork."""

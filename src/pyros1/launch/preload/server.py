@@ -1,8 +1,8 @@
 """A process that has imported pyros1 once, and becomes a Python program for each request, by a fork.
 
 Fifty nodes import the same modules fifty times, which is most of what they do until they are registered. The launcher
-starts this program with ``--preload``; see `preloading`, its other side. It has one thread, and the modules that it
-imports begin none and keep nothing of the environment but what `preloading.KEPT` names, so a forked program is like
+starts this program with ``--preload``; see `preloader`, its other side. It has one thread, and the modules that it
+imports begin none and keep nothing of the environment but what `preloader.KEPT` names, so a forked program is like
 one that was started: with its own session, folder, environment, arguments, output and ``__main__``.
 
 It must be the last frame below the program: `become` returns what the program's own top level is.
@@ -46,7 +46,7 @@ class Request:
 
     def __init__(self, descriptors: list[int]) -> None:
         self.link, *self.outputs = descriptors
-        if len(self.outputs) < len((sys.stdout, sys.stderr)):
+        if len(self.outputs) < 2:
             raise ValueError("no room for descriptors")
         wanted = json.loads(read_text(self.link))
         self.script: str = wanted["script"]

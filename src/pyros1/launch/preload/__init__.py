@@ -1,0 +1,1 @@
+"""Python nodes as forks of processes that have imported pyros1 already."""
