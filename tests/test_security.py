@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.once
+
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "src" / "pyros1"
 TABLE = ROOT / "interop" / "security.md"

@@ -15,6 +15,8 @@ from .scenes.subscribing import Spinning, Within
 from .scheduler import Plan
 from .stage import Scenario, stage_for
 
+pytestmark = pytest.mark.once
+
 FAILED_BEFORE: list[tuple[type[Scenario], Plan]] = [
     (RaisingLanes, RandomPlan(66)),  # the rest of the jobs was forgotten when one raised
     (Ending, RandomPlan(114)),  # a frame was torn, as another thread had half of it on the wire

@@ -26,6 +26,8 @@ from pyros1.graph import Graph
 from pyros1.master.server import Master
 from pyros1.net.master_client import MasterClient
 
+pytestmark = pytest.mark.once
+
 Start = Callable[..., "subprocess.Popen[str]"]
 
 

@@ -11,6 +11,8 @@ import yaml
 
 from pyros1.web.scene.rviz.file import MOST_BYTES, RvizFile, RvizFileError, read_rviz
 
+pytestmark = pytest.mark.once
+
 FILE = """
 Panels:
   - {Class: rviz/Displays, Name: Displays}

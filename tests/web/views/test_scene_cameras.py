@@ -16,6 +16,8 @@ from pyros1.msgs.std_msgs.msg import String
 from pyros1.tf import StaticTransformBroadcaster
 from pyros1.web.server.wire import RequestError
 
+pytestmark = pytest.mark.once
+
 Make = Callable[..., Any]
 PATIENCE = 20.0
 
