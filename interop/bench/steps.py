@@ -50,8 +50,7 @@ class Bench:
         words = program.options.split()
         command = [*PROGRAMS[program.kind], program.role, *words, f"seconds={seconds}"]
         variables = self._variables(program.kind)
-        if LOCAL in words:
-            variables["PYROS1_TRANSPORTS"] = "local,tcp"
+        variables["PYROS1_TRANSPORTS"] = "local,tcp" if LOCAL in words else "tcp"
         return self.master.run(command, label=program.label, **variables)
 
     def output(self, *command: str, kind: str, timeout: float = 120) -> str:

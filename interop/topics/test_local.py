@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import threading
@@ -62,13 +63,12 @@ class Heard:
 @pytest.fixture
 def node(launcher: Master, topic: str) -> Iterator[Node]:
     """A node of ours in this process that shares memory with whoever can."""
-    environ = {**launcher.environ("ours"), "PYROS1_TRANSPORTS": "local,tcp"}
-    with Node("local_" + topic.rpartition("/")[2], environ=environ, argv=[], handle_signals=False) as node:
+    with Node("local_" + topic.rpartition("/")[2], environ=launcher.environ("ours"), argv=[], handle_signals=False) as node:
         yield node
 
 
 def relay(launcher: Master, kind: str, source: str, target: str) -> Process:
-    variables = {"PYROS1_TRANSPORTS": "local,tcp", **({"PYTHONPATH": str(SOURCE)} if kind == "ours" else {})}
+    variables = {"PYTHONPATH": str(SOURCE)} if kind == "ours" else {}
     return launcher.run([*RELAYS[kind], source, target], label=f"relay of {kind}", **variables)
 
 
@@ -103,6 +103,31 @@ def test_there_and_back(launcher: Master, node: Node, topic: str, kind: str) -> 
         check=False,
     )
     assert f"topic: {topic}\n    * to: " in shown.stdout and f"transport: {expected}" in shown.stdout, shown.stdout
+
+
+OUT_OF_REACH = {
+    "a program of another user": ["setpriv", "--reuid=65534", "--clear-groups", "env", "HOME=/nonexistent"],
+    "a program that has no /proc": ["unshare", "--mount", "sh", "-c", 'mount -t tmpfs none /proc && exec "$@"', "sh"],
+}
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can start programs of other users")
+@pytest.mark.parametrize("who", OUT_OF_REACH)
+def test_who_cannot_share_memory_is_linked_over_tcp(launcher: Master, node: Node, topic: str, who: str) -> None:
+    heard = Heard()
+    node.subscribe(topic + "/out", Image, heard, arrays="memoryview")
+    publisher = node.advertise(topic, Image, queue_size=10)
+    launcher.run(
+        [*OUT_OF_REACH[who], *RELAYS["ours"], topic, topic + "/out"],
+        label=who,
+        PYTHONPATH=str(SOURCE),
+        ROS_LOG_DIR="/nonexistent",  # it cannot write the log of this user, and goes on
+    )
+    assert publisher.wait_for_subscribers(timeout=20)
+    publisher.publish(Image(height=7, data=bytes([7]) * SIZE))
+    wait_for_height(heard, 7)
+    bus = launcher.node(node.name, "getBusInfo")[2]
+    assert [entry[3] for entry in bus if entry[4].startswith(topic)] == ["TCPROS", "TCPROS"]
 
 
 def test_all_of_them_at_once(launcher: Master, node: Node, topic: str) -> None:

@@ -379,7 +379,7 @@ sys.stdin.read()
 def killed(environ: dict[str, str], role: str) -> subprocess.Popen[str]:
     return subprocess.Popen(
         [sys.executable, "-c", KILLED, role],
-        env={**os.environ, **environ, "PYROS1_TRANSPORTS": "local,tcp"},
+        env={**os.environ, **environ},
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,

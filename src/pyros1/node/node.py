@@ -277,7 +277,7 @@ class Node(ServiceMethods, TimeMethods):
                 "memoryview" or "numpy" for read-only arrays of the field's type that refer to the received bytes,
                 without a copy.
             transports: one or several transports in the order of preference: "tcp" (TCPROS), "local" (shared memory
-                and Unix sockets, with pyros1's publishers of this machine if PYROS1_TRANSPORTS has it), "udp"
+                and Unix sockets, with pyros1's publishers of this machine and user; used by itself), "udp"
                 (UDPROS: lost messages are not sent again, and nothing waits for them; see
                 https://wiki.ros.org/ROS/UDPROS). rospy's publishers have "tcp" only. The first subscriber of a topic
                 in a node decides.

@@ -36,7 +36,7 @@ def host_key() -> str:
 
 
 def local_key(environ: Mapping[str, str]) -> str:
-    """Return `host_key` if PYROS1_TRANSPORTS wants the local transport, else an empty text.
+    """Return `host_key` unless PYROS1_TRANSPORTS leaves out the local transport, else an empty text.
 
     Raises:
         SettingError: its value is wrong.

@@ -122,4 +122,4 @@ def wants_local(setting: str) -> bool:
         raise SettingError(f"PYROS1_TRANSPORTS: {unknown[0][:40]!r} is none of {', '.join(_TRANSPORTS)}")
     if words and "tcp" not in words:
         raise SettingError("PYROS1_TRANSPORTS needs tcp: it is how nodes of other machines and of stock ROS connect")
-    return "local" in words
+    return not words or "local" in words

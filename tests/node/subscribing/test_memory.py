@@ -68,7 +68,7 @@ def bytes_body() -> bytes:
         ("std_msgs/String", "std_msgs/String", string_body, False, 3),
         ("std_msgs/String", "std_msgs/String", string_body, True, 3),
         ("std_msgs/String", "*", string_body, False, 3),
-        ("std_msgs/String", "std_msgs/String", not_text_body, False, 6),
+        ("std_msgs/String", "std_msgs/String", not_text_body, False, 7),
         ("std_msgs/UInt8MultiArray", "std_msgs/UInt8MultiArray", bytes_body, False, 3),
         ("std_msgs/UInt8MultiArray", "std_msgs/UInt8MultiArray", too_long_body, False, 3)
     ],

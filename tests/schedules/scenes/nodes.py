@@ -104,7 +104,11 @@ class Meeting(Nodes):
 class MeetingOverTcp(Meeting):
     """The same over connections."""
 
-    limits = (*Nodes.limits, ("pyros1.node.subscribing.connector", "find_local_context", lambda _: None))
+    limits = (
+        *Nodes.limits,
+        ("pyros1.node.subscribing.connector", "find_local_context", lambda _: None),
+        ("pyros1.node.same_host", "wants_local", lambda _: False),
+    )
 
 
 class Changing(Nodes):

@@ -29,6 +29,7 @@ from pyros1.ground.errors import (
 from pyros1.ground.shown import one_line
 from pyros1.msgs import Message, Service
 from pyros1.net.dial import dial
+from pyros1.net.eager import Eager
 from pyros1.net.hosts import parse_uri
 from pyros1.net.keepalive import is_gone, keep_alive
 from pyros1.net.reach import how_to_reach
@@ -54,8 +55,11 @@ STEP = 0.2
 class _Call:
     """The connection to a service's provider; every read and write ends at the deadline, or when the node stops."""
 
-    def __init__(self, context: Context, service: str, uri: str, deadline: float | None) -> None:
+    def __init__(
+        self, context: Context, service: str, uri: str, deadline: float | None, eager: Eager | None = None
+    ) -> None:
         self._context = context
+        self._eager = eager or Eager()
         self.service = service
         self.deadline = deadline
         host, port = parse_uri(uri, "rosrpc")
@@ -118,7 +122,7 @@ class _Call:
         while True:
             self._bound_wait()
             try:
-                data = self.sock.recv(65536)
+                data = self._eager.wait(self._receive)
             except WaitOver as error:
                 self._check_peer(error)  # and _left raises at the deadline
                 self._name_silent()
@@ -127,6 +131,9 @@ class _Call:
                 self._context.check_running()
                 raise ConnectionError("the provider closed the connection")
             return data
+
+    def _receive(self, flags: int) -> bytes:
+        return self.sock.recv(65536, flags)
 
     def _name_silent(self) -> None:
         if not self.greeted and monotonic() > self._silent_at:
@@ -184,6 +191,7 @@ class ServiceClient:
         self._persistent = persistent
         self._headers = dict(headers)
         self._wire_type = service_type(service_class)
+        self._eager = Eager()  # of all calls: a series may have a new connection for each
         # The class is made when it is first used: here, not in a signal handler in the middle of an import.
         service_class._request_class()
         _ = service_class._request_class._encode_frame, service_class._response_class._decode
@@ -289,7 +297,7 @@ class ServiceClient:
             raise ServiceUnavailableError(f"service [{self.name}] unavailable: no node provides it") from None
 
     def _connect(self, deadline: float | None) -> _Call:
-        return _Call(self._context, self.name, self._look_up(), deadline)
+        return _Call(self._context, self.name, self._look_up(), deadline, self._eager)
 
     def _exchange(self, call: _Call, request: bytes) -> Any:
         """Send the request, on a new connection after the header, and return the response."""
@@ -323,7 +331,12 @@ class ServiceClient:
                 f"service [{self.name}] responded with an error: {one_line(body.decode('utf-8', 'replace'))}", body
             )
         response_class = self.type._response_class
-        return response_class().deserialize(body) if self.lenient else response_class._decode(body, 0, len(body))
+        try:
+            return response_class._decode(body, 0, len(body))
+        except MessageError:
+            if not self.lenient:
+                raise
+            return response_class().deserialize(body)
 
     def _greet(self, call: _Call) -> None:
         header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)

@@ -9,8 +9,8 @@ States::
 * *waiting*: on the loop, for a whole request. A client that sends nothing, or one byte at a time, costs no thread. A
   request must go on once it has begun, and not slower than SLOWEST in the long run; a client that is not persistent
   must begin it.
-* *answering*: in a worker's thread, until the response is sent. If a persistent client calls again at once, the same
-  thread answers, without a detour over the loop.
+* *answering*: in a worker's thread, until the response is sent. It also waits there, for a moment, for the first
+  request and for the next one of a persistent client: that saves the detour over the loop.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from pyros1.ground.errors import ProtocolError
+from pyros1.net.eager import Eager
 from pyros1.net.loop import READ
 from pyros1.net.timeouts import Patience, WaitOver, bound_waits
 from pyros1.wire.framing import FrameBuffer
@@ -48,7 +49,7 @@ class ServiceLink:
         first: bytes that came after the header.
         answer: ``answer(data, start, end, header)`` returns the bytes that answer a request; runs in a worker.
         submit: ``submit(job)`` runs a job in a worker, or returns why that is not possible.
-        may_linger: whether a worker may wait a moment for more.
+        may_linger: whether a worker that has answered so many requests may wait a moment for more.
         on_closed: called once, with the link and the error, or None.
     """
 
@@ -60,7 +61,7 @@ class ServiceLink:
         first: bytes,
         answer: Callable[[bytes, int, int, dict[str, str]], bytes],
         submit: Callable[[Callable[[], None]], str | None],
-        may_linger: Callable[[], bool],
+        may_linger: Callable[[int], bool],
         on_closed: Callable[[ServiceLink, Exception | None], None],
     ) -> None:
         self.header = header
@@ -75,6 +76,7 @@ class ServiceLink:
         self._timer: TimerHandle | None = None
         self._patience = Patience(REQUEST_TIMEOUT)  # while there is a timer
         self._ending = False
+        self._eager = Eager()
 
     def begin(self, greeting: bytes) -> None:
         """Send our header and wait for a request. On the loop."""
@@ -87,7 +89,7 @@ class ServiceLink:
             return
         if frames:
             self._hand_over(frames)
-        else:
+        elif not self._may_linger(0) or self._submit(lambda: self._serve([])) is not None:
             self._wait()
 
     def end(self) -> None:
@@ -162,27 +164,42 @@ class ServiceLink:
 
     def _serve(self, frames: Frames) -> None:
         sock, buffer, header = self._sock, self._buffer, self.header
+        answered = 0
         try:
             bounded = bound_waits(sock, REQUEST_TIMEOUT, LINGER)
-            while frames:
+            while frames or (bounded and not buffer.partial and self._may_linger(answered)):
+                frames = frames or self._linger()
+                if not frames:
+                    break
                 data = buffer.take(frames)
                 for start, end in frames:
                     sock.sendall(self._answer(data, start, end, header))
                     if not self._persistent or self._ending:
                         self._close(None)
                         return
+                answered += len(frames)
                 frames = []
-                if bounded and not buffer.partial and self._may_linger():
-                    with contextlib.suppress(*WaitOver):
-                        count = sock.recv_into(buffer.writable())
-                        if not count or self._ending:
-                            self._close(None)
-                            return
-                        frames = buffer.received(count)
         except (OSError, ProtocolError) as error:
             self._close(error)
         else:
             self._loop.call_soon(self._wait)
+
+    def _linger(self) -> Frames:
+        """Return the requests that come within a moment; none if they are not whole by then.
+
+        Raises:
+            OSError: the client is gone, or this side ends.
+        """
+        try:
+            count = self._eager.wait(self._receive)
+        except WaitOver:
+            return []
+        if not count or self._ending:
+            raise ConnectionError("closed")
+        return self._buffer.received(count)
+
+    def _receive(self, flags: int) -> int:
+        return self._sock.recv_into(self._buffer.writable(), 0, flags)
 
     def _close(self, error: Exception | None) -> None:
         self._sock.close()

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 MOST_CALLS = 256
 """Most calls of one service at the same time; more are refused."""
+MOST_EARLY = 8
+"""Calls of a service under way up to which a thread waits a moment for a new client's first request."""
 PATIENCE = 5.0
 """Seconds that a call waits for the program to spin before the log says so."""
 
@@ -113,8 +115,9 @@ class ServiceServer:
             self._under_way -= 1
         return f"too many calls of services of {self._context.name} at the same time, try again later"
 
-    def _may_linger(self) -> bool:
-        return self._under_way < MOST_CALLS // 2 and not self._closed
+    def _may_linger(self, answered: int) -> bool:
+        # Few wait for those who have only connected: that they cost a thread is no way to use up all threads.
+        return self._under_way < (MOST_CALLS // 2 if answered else MOST_EARLY) and not self._closed
 
     def _forget(self, link: ServiceLink, error: Exception | None) -> None:
         with self._lock:

@@ -11,6 +11,7 @@ from time import perf_counter
 from typing import NamedTuple
 
 from pyros1.msgs.large import SplitBody
+from pyros1.net.eager import Eager
 from pyros1.net.timeouts import bound_waits
 from pyros1.wire.framing import FrameBuffer
 
@@ -77,6 +78,7 @@ class TcpSource:
         self.last_time = 0.0
         self.expected: Expected | None = None
         self.eager = False
+        self._wait = Eager().wait
         if sock.family == getattr(socket, "AF_UNIX", None):
             self.address = f"LOCAL connection on port 0 to [127.0.0.1:0 on socket {self.fd}]"
             return
@@ -102,8 +104,13 @@ class TcpSource:
         flags = 0 if wait else _AT_ONCE
         if self.expected is not None and not self.buffer.partial:
             return self._receive_large(self.expected, flags)
-        if wait and self.eager and (count := self._look()) is not None:
+        if not wait:
+            return self._receive(flags)
+        if self.eager and (count := self._look()) is not None:
             return count
+        return self._wait(self._receive)
+
+    def _receive(self, flags: int) -> int:
         return self.sock.recv_into(self.buffer.writable(), 0, flags)
 
     def _look(self) -> int | None:

@@ -43,6 +43,12 @@ _NS = 1_000_000_000
 __all__ = ["Rate", "Timer", "TimerEvent", "sleep"]
 
 
+def _now() -> int:
+    """Return the node's time in nanoseconds; of wall time without an object, as loops of 1 kHz do little else."""
+    node = PROCESS.node
+    return get_rostime().to_nsec() if node is None or node.simulated_time else time.time_ns()
+
+
 def sleep(duration: float | _Duration) -> None:
     """Sleep in the node's time. A sleep in wall time ends early, without an exception, when the node begins to end.
 
@@ -123,7 +129,7 @@ class Rate:
         Raises:
             ROSInterruptException, ROSTimeMovedBackwardsException: as `sleep`.
         """
-        now = get_rostime().to_nsec()  # a jump of simulated time in the sleep is seen by the next one, as in stock
+        now = _now()  # a jump of simulated time in the sleep is seen by the next one, as in stock
         try:
             sleep(self._left(now) / _NS)
         except ROSTimeMovedBackwardsException:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import struct
+from functools import cached_property
 from typing import Any
 
 from pyros1.ground.errors import ProtocolError, ServiceRefusal
@@ -30,26 +31,29 @@ class Exchange(Transport):
         request: the request.
 
     Attributes:
-        write_buff: what has been written, but not sent.
         header: the caller's connection header.
     """
 
     transport_type = "TCPROS"
+    _message: Any = None
+    _data = b""
 
     def __init__(self, name: str, request: Any) -> None:
         super().__init__(BIDIRECTIONAL, name)
         self.header: dict[str, str] = getattr(request, "_connection_header", None) or {}
         self.endpoint_id = self.header.get("callerid", "")
-        self.write_buff = io.BytesIO()
-        self._message: Any = None
-        self._data = b""
+
+    @cached_property
+    def write_buff(self) -> io.BytesIO:
+        """Takes what a program writes before it sends it."""
+        return io.BytesIO()
 
     def send_message(self, msg: Any, seq: int) -> None:
         """Answer with a message; ``seq`` is put into its header, if it has one."""
         if getattr(msg, "_has_header", False):
             msg.header.seq = seq
         self._message = msg
-        self.write_buff = io.BytesIO()
+        self.__dict__.pop("write_buff", None)
 
     def write_data(self, data: bytes) -> bool:
         """Answer with bytes: 1, length and response; or 0, length and reason."""

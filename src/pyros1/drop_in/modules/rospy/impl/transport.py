@@ -25,17 +25,18 @@ class Transport:
     """
 
     transport_type = "UNKNOWN"
+    done = False  # in the class, as there is an object of a subclass for each call of a service
+    cleanup_cb: Callable[[Any], object] | None = None
+    endpoint_id = ""
+    stat_bytes = 0
+    stat_num_msg = 0
+    md5sum: str | None = None
+    type: str | None = None
 
     def __init__(self, direction: str, name: str = "unnamed") -> None:
         self.name = name
         self.direction = direction
-        self.done = False
-        self.cleanup_cb: Callable[[Any], object] | None = None
-        self.endpoint_id = ""
-        self.stat_bytes = self.stat_num_msg = 0
         self.id = next(_numbers)
-        self.md5sum: str | None = None
-        self.type: str | None = None
 
     def fileno(self) -> int | None:
         """Return the socket's number.

@@ -1,0 +1,71 @@
+"""Looks for data a moment before it sleeps, in a series of calls that take microseconds each.
+
+To go to sleep and to be woken takes longer than a short call of a service.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+from collections.abc import Callable
+from time import perf_counter
+from typing import Final, TypeVar
+
+ResultT = TypeVar("ResultT")
+
+LOOK: Final = 150e-6
+"""Seconds that a side looks for data before it sleeps; waits that are shorter than this count as short."""
+SERIES: Final = 1e-3
+"""Seconds after a wait within which the next one belongs to the same series."""
+
+LOST: Final = 250e-6
+"""Seconds between two looks from which on another program must have had the processor meanwhile."""
+BUSY: Final = 1.0
+"""Seconds for which a machine counts as busy after that."""
+
+_AT_ONCE: Final = getattr(socket, "MSG_DONTWAIT", 0)
+_yield: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: None)
+
+
+class Eager:
+    """How one side of a series of calls waits for the other.
+
+    After a short wait, the next one of the series looks for data for up to LOOK seconds before it sleeps. After one that
+    looked in vain, waits sleep at once until one is short again. So calls that are slow, or come one now and then, cost
+    no more processor time than they need. On a busy machine all sleep: who is woken gets a processor sooner there than
+    who never left it.
+    """
+
+    __slots__ = ("_busy_until", "_ended", "_short")
+
+    def __init__(self) -> None:
+        self._busy_until = 0.0
+        self._ended = 0.0
+        self._short = False
+
+    def wait(self, receive: Callable[[int], ResultT]) -> ResultT:
+        """Return what ``receive(flags)`` returns, a call of a blocking socket's ``recv`` or ``recv_into``.
+
+        Raises:
+            OSError: what it raises when it sleeps, and other errors than that nothing is there yet.
+        """
+        began = now = perf_counter()
+        if self._short and _AT_ONCE and began - self._ended < SERIES and began > self._busy_until:
+            self._short = False
+            while now - began < LOOK:
+                try:
+                    result = receive(_AT_ONCE)
+                except BlockingIOError:
+                    _yield()  # let other threads run first, perhaps the other side
+                    before, now = now, perf_counter()
+                    if now - before > LOST:
+                        self._busy_until = now + BUSY
+                    continue
+                self._short = True
+                self._ended = now
+                return result
+            return receive(0)
+        result = receive(0)
+        self._ended = perf_counter()
+        self._short = self._ended - began < LOOK
+        return result
