@@ -33,6 +33,8 @@ pytestmark = [
 ]
 PATIENCE = 20.0
 LARGE = 300_000
+KILLS = int(os.environ.get("PYROS1_KILLS", "3"))
+"""Programs that `test_killed` kills in each role; a number of hundreds is for a patient reader."""
 
 
 @pytest.fixture
@@ -413,7 +415,7 @@ def test_killed(make_node: Any, environ: dict[str, str], transport: str, role: s
         thread = threading.Thread(target=publish)
         thread.start()
     try:
-        for _ in range(3):
+        for _ in range(KILLS):
             process = killed(environ, role)
             assert process.stdout is not None
             assert process.stdout.readline() == "ready\n"
