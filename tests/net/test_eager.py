@@ -17,7 +17,7 @@ class Peer:
         self.calls: list[str] = []
         self.step = 1e-6
         monkeypatch.setattr(eager, "perf_counter", lambda: self.now)
-        monkeypatch.setattr(eager, "_AT_ONCE", 64)
+        monkeypatch.setattr(eager, "AT_ONCE", 64)
 
     def receive(self, flags: int) -> str:
         self.now += self.step
@@ -85,7 +85,7 @@ def test_on_a_busy_machine_waits_sleep(peer: Peer) -> None:
 
 
 def test_systems_without_such_a_look(peer: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(eager, "_AT_ONCE", 0)
+    monkeypatch.setattr(eager, "AT_ONCE", 0)
     waiting = Eager()
     for _ in range(3):
         assert peer.how(waiting, LOOK / 2) == ["sleep"]

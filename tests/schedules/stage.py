@@ -131,6 +131,7 @@ def stage_for(scenario: Scenario) -> Iterator[Stage]:
 
 
 def _put_stand_ins(stage: Stage, put: Callable[[Any, str, Any], None]) -> None:
+    import pyros1.net.eager
     import pyros1.net.loop
 
     class LoopThread(stage.threading.Thread):  # type: ignore[name-defined,misc]
@@ -154,4 +155,4 @@ def _put_stand_ins(stage: Stage, put: Callable[[Any, str, Any], None]) -> None:
         for name, value in list(vars(module).items()):
             if id(value) in stand_in:
                 put(module, name, stand_in[id(value)])
-    put(pyros1.net.loop, "_yield", lambda: stage.time.sleep(0))
+    put(pyros1.net.eager, "give_way", lambda: stage.time.sleep(0))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import socket
+import time
 from collections.abc import Callable
 from time import perf_counter
 from typing import Final, TypeVar
@@ -23,17 +24,19 @@ LOST: Final = 250e-6
 BUSY: Final = 1.0
 """Seconds for which a machine counts as busy after that."""
 
-_AT_ONCE: Final = getattr(socket, "MSG_DONTWAIT", 0)
-_yield: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: None)
+AT_ONCE: Final = getattr(socket, "MSG_DONTWAIT", 0)
+"""Flag of a receive that does not wait; 0 where there is none."""
+give_way: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: time.sleep(0))
+"""Let other threads run first."""
 
 
 class Eager:
     """How one side of a series of calls waits for the other.
 
-    After a short wait, the next one of the series looks for data for up to LOOK seconds before it sleeps. After one that
-    looked in vain, waits sleep at once until one is short again. So calls that are slow, or come one now and then, cost
-    no more processor time than they need. On a busy machine all sleep: who is woken gets a processor sooner there than
-    who never left it.
+    After a short wait, the next one of the series looks for data for up to LOOK seconds before it sleeps. After one
+    that looked in vain, waits sleep at once until one is short again. So calls that are slow, or come one now and then,
+    cost no more processor time than they need. On a busy machine all sleep: who is woken gets a processor sooner there
+    than who never left it.
     """
 
     __slots__ = ("_busy_until", "_ended", "_short")
@@ -50,13 +53,13 @@ class Eager:
             OSError: what it raises when it sleeps, and other errors than that nothing is there yet.
         """
         began = now = perf_counter()
-        if self._short and _AT_ONCE and began - self._ended < SERIES and began > self._busy_until:
+        if self._short and AT_ONCE and began - self._ended < SERIES and began > self._busy_until:
             self._short = False
             while now - began < LOOK:
                 try:
-                    result = receive(_AT_ONCE)
+                    result = receive(AT_ONCE)
                 except BlockingIOError:
-                    _yield()  # let other threads run first, perhaps the other side
+                    give_way()  # the other side may need this processor
                     before, now = now, perf_counter()
                     if now - before > LOST:
                         self._busy_until = now + BUSY
