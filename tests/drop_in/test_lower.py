@@ -37,7 +37,7 @@ assert genpy.struct_I.size == 4 and issubclass(genpy.DeserializationError, genpy
 assert str(genpy.DeserializationError("text")) == "text"
 try:
     genpy.dynamic.generate_dynamic("a/B", "int8")
-except genpy.dynamic.MsgGenerationException as error:
+except genmsg.InvalidMsgSpec:
     print("done")
 """
 
