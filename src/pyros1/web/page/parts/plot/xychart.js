@@ -11,7 +11,7 @@ const REACH = 30; // pixels from the cursor to a point
 const FADED = [0.3, 0.5, 0.75, 1]; // of the quarters of a trail, the oldest first
 
 export class XYChart {
-  // pairs: [{pair: {x, y} (names), x: Points, y: Points, colour}]; on: {cursor(found or null)}, with {trail, x, y, time} of a point.
+  // pairs: [{pair: {x, y} (names), x: Points, y: Points, colour, dash}]; on: {cursor(found or null)}, with {trail, x, y, time} of a point.
   constructor(area, size, pairs, isEqual, on) {
     this.pairs = pairs;
     this.equal = isEqual;
@@ -103,8 +103,9 @@ export class XYChart {
       ctx.stroke();
     };
     this.trails.forEach(({ xs, ys }, number_) => {
-      const { colour } = this.pairs[number_];
+      const { colour, dash = [] } = this.pairs[number_];
       ctx.strokeStyle = colour;
+      ctx.setLineDash(dash.map((length) => length * ratio));
       FADED.forEach((alpha, quarter) => {
         const from = Math.floor((xs.length * quarter) / FADED.length);
         const to = Math.min(xs.length - 1, Math.floor((xs.length * (quarter + 1)) / FADED.length));
@@ -117,6 +118,7 @@ export class XYChart {
         ctx.stroke();
       });
       ctx.globalAlpha = 1;
+      ctx.setLineDash([]);
       if (xs.length) dot(xs[xs.length - 1], ys[ys.length - 1], 4.5, colour);
     });
     if (this.found) dot(this.found.x, this.found.y, 5, "transparent", this.ink);
