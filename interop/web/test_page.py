@@ -75,6 +75,11 @@ def test_a_master_that_comes_later_is_found(
     browser.click(".tools form button", "Add")
     browser.wait_for_text("start one with: pyros1 core")
     browser.wait("document.querySelector('.state.lost').textContent === 'no master'")
+    browser.click(".tab", "Topics")
+    browser.wait_for_text("no ROS master at")
+    shown = "[...document.querySelectorAll('.panel button')].filter((each) => each.checkVisibility())"
+    assert browser.run(f"return {shown}.every((each) => each.textContent || each.ariaLabel)")
+    browser.click(".tab", "Plot")
     master = Master(port=port, bind_host="127.0.0.1")
     master.start()
     try:
@@ -93,7 +98,7 @@ def test_nothing_from_the_robot_becomes_markup(browser: Browser, web: Web, make_
     browser.wait_for_text(evil)
     browser.click(".entry", "img src")
     browser.wait("document.querySelector('.detail pre').textContent.includes('onerror')")
-    assert browser.run("return document.title") == "pyros1"
+    assert browser.run("return document.title") == "Console \u2013 pyros1"
     assert browser.run("return document.querySelectorAll('.panel img, .panel script').length") == 0
 
 
