@@ -244,10 +244,12 @@ def test_a_box_zooms_time_and_the_height_of_its_chart(
     browser: Browser, web: Web, make_node: Callable[..., Any]
 ) -> None:
     publisher = make_node("talker").advertise("numbers", "std_msgs/Float64MultiArray", latch=True)
-    publisher.publish(publisher.type(data=[1.0, 2.0]))
+    publisher.publish(publisher.type(data=[1795706847.0, 2.0]))
     browser.open(panel_link(web.link, "plot", {"curves": ["/numbers/data"], "stacked": True, "paused": True}))
     charts = "document.querySelector('.plot')?.plot.charts"
     browser.wait(f"{charts}?.length === 2 && {charts}[1].over.clientWidth > 200 && {charts}[1].scales.x.max")
+    lefts = f"{charts}.map((each) => each.over.getBoundingClientRect().left)"
+    browser.wait(f"new Set({lefts}).size === 1")  # times are below each other, however wide the numbers are
     box = browser.run(f"return {charts}[1].over.getBoundingClientRect().toJSON()")
     places = [(box["x"] + 100, box["y"] + 60), (box["x"] + 250, box["y"] + 160)]
     for kind, (x, y) in (("mousePressed", places[0]), ("mouseMoved", places[1]), ("mouseReleased", places[1])):

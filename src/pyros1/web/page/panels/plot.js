@@ -212,6 +212,7 @@ class Plot {
   _layOut() {
     for (const chart of this.charts) chart.destroy();
     this.charts = [];
+    this.axis = 0;
     this.lines = this._lines();
     this._drawLegend();
     if (this.xy && !this.pairs.list.some(({ y }) => y)) {
@@ -247,6 +248,7 @@ class Plot {
         this._showPause();
       },
       all: () => this._follow(), cursor: (chart) => this._cursor(chart),
+      room: (width) => { this.axis = Math.max(this.axis, width); return this.axis; }, // one for all charts, so that times are below each other
     };
     for (const lines of groups) this.charts.push(timeChart(this.area, lines, this._size(groups.length), on));
     this.dirty = true;

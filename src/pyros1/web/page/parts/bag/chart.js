@@ -5,6 +5,7 @@ import { Points, grid, sample } from "../../lib/curves.js";
 import { fill, h } from "../../lib/dom.js";
 import { number } from "../../lib/format.js";
 import { lookOf, say, swatch } from "../plot/looks.js";
+import { marks } from "../plot/words.js";
 import { RIGHT } from "./timeline.js";
 
 const MOST = 16;
@@ -159,7 +160,7 @@ export class Chart {
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, y: false },
       scales: { x: { time: false, auto: false }, y: { range: (_, least, most) => spread(least, most) } },
-      axes: [{ ...axis, show: false }, { ...axis, size: this.gutter, values: (_, marks) => marks.map((mark) => number(mark)) }],
+      axes: [{ ...axis, show: false }, { ...axis, size: this.gutter, values: (_, ticks) => marks(ticks) }],
       series: [{}, ...this.lines.map((line) => ({ label: line.label, stroke: line.colour, dash: line.dash, width: 1.5, spanGaps: true, points: { show: false } }))],
     }, [new Float64Array(0), ...this.lines.map(() => [])], this.area);
     this.mark = h("i.cursor");

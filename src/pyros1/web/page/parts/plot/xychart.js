@@ -1,8 +1,8 @@
 // A chart of curves against each other: trails that fade, the newest point, and the point under the cursor.
 
 import uPlot from "../../vendor/uplot.js";
-import { number } from "../../lib/format.js";
 import { gestures } from "./gestures.js";
+import { axisWidth, marks } from "./words.js";
 import { boxAround, equal, join, nearest } from "../../lib/xy.js";
 
 const MOST = 12000; // points of a trail
@@ -22,7 +22,7 @@ export class XYChart {
     this.found = null;
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => style.getPropertyValue(name).trim();
-    const axis = { stroke: colour("--muted"), grid: { stroke: colour("--border"), width: 1 }, ticks: { stroke: colour("--border"), width: 1 }, values: (_, ticks) => ticks.map((tick) => number(tick)) };
+    const axis = { stroke: colour("--muted"), grid: { stroke: colour("--border"), width: 1 }, ticks: { stroke: colour("--border"), width: 1 }, values: (_, ticks) => marks(ticks) };
     this.ink = colour("--text");
     const named = (key) => {
       const names = [...new Set(pairs.map(({ pair }) => pair[key]))].join(", ");
@@ -34,7 +34,7 @@ export class XYChart {
       legend: { show: false },
       cursor: { drag: { x: true, y: true, setScale: false }, points: { show: false } },
       scales: { x: { time: false, auto: false, range: () => this.shown.x }, y: { auto: false, range: () => this.shown.y } },
-      axes: [{ ...axis, size: 30, ...named("x") }, { ...axis, size: 64, ...named("y") }],
+      axes: [{ ...axis, size: 30, space: 90, ...named("x") }, { ...axis, size: axisWidth, ...named("y") }],
       series: [{}, { points: { show: false } }],
       hooks: {
         draw: [() => this._drawTrails()],
