@@ -27,7 +27,7 @@ class Plot {
   constructor(place) {
     this.place = place;
     this.curves = []; // {id, text, hidden, points: Map(part -> Points), problem, waits: for what}
-    this.period = place.settings.period || 20;
+    this.period = Number(place.settings.period) || 20;
     this.stacked = Boolean(place.settings.stacked);
     this.xy = Boolean(place.settings.xy); // curves against each other instead of over time
     this.equal = place.settings.equal !== false; // whether a unit is as long on both axes then
