@@ -13,6 +13,7 @@ from pyros1.actions.client_goal import ClientGoal
 from pyros1.actions.errors import ActionError
 from pyros1.actions.goal_id import GoalNames
 from pyros1.actions.parts import Action, listen
+from pyros1.actions.progress import GONE
 from pyros1.actions.states import Stage
 from pyros1.ground.errors import NodeShutdownError, WaitTimeoutError
 from pyros1.ground.timing import Time
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 
 _QUEUE = 10
 _INCOMING = 1000
-GONE = 5.0
-"""Seconds without a connection to the server after which its goals are lost."""
 
 
 class Client:
@@ -117,6 +116,7 @@ class Client:
             raise WaitTimeoutError(f"no server of action {self.name} within {timeout} s")
         now = self.node.now()
         sent = ClientGoal(self, self._names.next(now), on_feedback, on_stage, on_done)
+        sent.links = self._links
         message = self.types.action_goal(goal_id=self._goal_id(now, sent.name), goal=goal)
         message.header.stamp = now
         with self.lock:
@@ -134,9 +134,11 @@ class Client:
         """Ask the server to cancel all goals, those of other clients too, that were sent at or before a time."""
         self._cancels.publish(self._goal_id(time, ""))
 
-    def cancel(self, name: str) -> None:
-        """Ask the server to cancel one goal, by name."""
+    def cancel(self, name: str) -> frozenset[object]:
+        """Ask the server to cancel one goal, by name; returns the links on which it is asked."""
+        links = frozenset(self._cancels.links)
         self._cancels.publish(self._goal_id(Time(), name))
+        return links
 
     def forget(self, name: str) -> None:
         """Follow a goal no more."""
@@ -201,6 +203,12 @@ class Client:
         """Call a function of the program, after those before it, in a thread of its own: it may wait for goals."""
         self._calls.add(callback)
 
+    @property
+    def _links(self) -> frozenset[object]:
+        """The links on which goals go, and results come; none if there are not both."""
+        there, back = self._goals.links, self._results.links
+        return frozenset((*there, *back)) if there and back else frozenset()
+
     # What comes -------------------------------------------------------------------------------------------------------
 
     def _on_statuses(self, message: Any) -> None:
@@ -209,8 +217,9 @@ class Client:
             goals = list(self._open.values())
         if goals:
             statuses = {status.goal_id.id: status for status in message.status_list}
+            links, cancels, now = self._links, frozenset(self._cancels.links), monotonic()
             for goal in goals:
-                goal.take(lambda progress: progress.take_statuses(statuses))
+                goal.take_statuses(statuses, links, cancels, now)
         self.changed()
 
     def _on_result(self, message: Any) -> None:
