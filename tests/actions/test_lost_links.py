@@ -77,7 +77,9 @@ def test_a_goal_or_result_that_was_on_its_way_is_lost(make_node: Make, client: C
 
 def test_a_goal_is_not_lost_while_its_link_lives(make_node: Make, client: Client) -> None:
     server = Server(make_node("server"))
-    goal = client.send(FibonacciGoal(), timeout=DEADLINE)
+    with make_node("ear").subscribe(f"{ACTION}/goal", FibonacciActionGoal, lambda _: None) as ear:
+        assert ear.wait_for_publishers(timeout=DEADLINE)
+        goal = client.send(FibonacciGoal(), timeout=DEADLINE)
     for _ in range(20):
         server.say()
         time.sleep(0.01)

@@ -12,7 +12,7 @@ from pyros1.actions.calls import Calls
 from pyros1.actions.client_goal import ClientGoal
 from pyros1.actions.errors import ActionError
 from pyros1.actions.goal_id import GoalNames
-from pyros1.actions.parts import Action, listen
+from pyros1.actions.parts import Action, listen, of_node
 from pyros1.actions.progress import GONE
 from pyros1.actions.states import Stage
 from pyros1.ground.errors import NodeShutdownError, WaitTimeoutError
@@ -54,6 +54,7 @@ class Client:
         self._bell = Bell()
         self._calls = Calls(f"pyros1-action {self.name}", node.log, self._look)
         self._said = False  # a status has come: a server runs
+        self._server = ""  # the node that has sent it
         self._alone_since: float | None = None
         self._closed = False
         self._goals = node.advertise(f"{name}/goal", self.types.action_goal, queue_size=_QUEUE)
@@ -136,7 +137,7 @@ class Client:
 
     def cancel(self, name: str) -> frozenset[object]:
         """Ask the server to cancel one goal, by name; returns the links on which it is asked."""
-        links = frozenset(self._cancels.links)
+        links = self._asking
         self._cancels.publish(self._goal_id(Time(), name))
         return links
 
@@ -205,21 +206,28 @@ class Client:
 
     @property
     def _links(self) -> frozenset[object]:
-        """The links on which goals go, and results come; none if there are not both."""
-        there, back = self._goals.links, self._results.links
-        return frozenset((*there, *back)) if there and back else frozenset()
+        """The links on which goals go to the server, and results come from it; none if there are not both."""
+        there = of_node(self._goals.links, self._server, lambda link: link.peer)
+        back = of_node(self._results.links, self._server, lambda link: link.header.get("callerid"))
+        return there | back if there and back else frozenset()
+
+    @property
+    def _asking(self) -> frozenset[object]:
+        """The links on which requests to cancel go to the server."""
+        return of_node(self._cancels.links, self._server, lambda link: link.peer)
 
     # What comes -------------------------------------------------------------------------------------------------------
 
     def _on_statuses(self, message: Any) -> None:
         self._said = True
+        self._server = (message._connection_header or {}).get("callerid", "")
         with self.lock:
             goals = list(self._open.values())
         if goals:
             statuses = {status.goal_id.id: status for status in message.status_list}
-            links, cancels, now = self._links, frozenset(self._cancels.links), monotonic()
+            links, asking, now = self._links, self._asking, monotonic()
             for goal in goals:
-                goal.take_statuses(statuses, links, cancels, now)
+                goal.take_statuses(statuses, links, asking, now)
         self.changed()
 
     def _on_result(self, message: Any) -> None:

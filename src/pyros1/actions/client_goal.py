@@ -188,20 +188,20 @@ class ClientGoal:
             self._tell()
 
     def take_statuses(
-        self, statuses: dict[str, Any], links: frozenset[object], cancels: frozenset[object], now: float
+        self, statuses: dict[str, Any], links: frozenset[object], asking: frozenset[object], now: float
     ) -> None:
         """Take a list of statuses: see `Progress.take_statuses`. A request to cancel that was lost is sent again.
 
         Args:
             statuses, now: as there.
             links: those for goals and results that there are now.
-            cancels: those for requests to cancel.
+            asking: those for requests to cancel.
         """
         whole = bool(self.links) and self.links <= links
         self.take(lambda progress: progress.take_statuses(statuses, not whole, now))
         asked = self._asked
         waits = self.stage is Stage.WAITING_FOR_CANCEL_ACK and self.name in statuses
-        if waits and asked is not None and cancels and not asked & cancels:
+        if waits and asked is not None and asking and not asked & asking:
             self._asked = self._client.cancel(self.name)
 
     def take_feedback(self, feedback: Any) -> None:

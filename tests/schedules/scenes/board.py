@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from pyros1.ground.timing import Time
 
@@ -53,6 +53,23 @@ class Board:
             thread.join()
 
 
+class Link(NamedTuple):
+    """As a link between nodes.
+
+    Attributes:
+        peer: the node at the other end.
+        cuts: what differs from link to link.
+    """
+
+    peer: str
+    cuts: int
+
+    @property
+    def header(self) -> dict[str, str]:
+        """Connection header of the node at the other end."""
+        return {"callerid": self.peer}
+
+
 class Publisher:
     """As a node's publisher."""
 
@@ -74,12 +91,12 @@ class Publisher:
     def link(self, subscriber: Subscriber) -> None:
         """Begin with the latched message."""
         if self._latched:
-            subscriber.waiting.append(self._latched)
+            subscriber.waiting.append((self.node.name, self._latched))
 
     @property
-    def links(self) -> list[object]:
-        """Return what differs from link to link."""
-        return [(self._board.cuts, subscriber) for subscriber in self.linked()]
+    def links(self) -> list[Link]:
+        """Return the links."""
+        return [Link(each.node.name, self._board.cuts) for each in self.linked()]
 
     @property
     def num_connections(self) -> int:
@@ -93,7 +110,7 @@ class Publisher:
         if self.latch:
             self._latched = body
         for subscriber in self.linked():
-            subscriber.waiting.append(body)
+            subscriber.waiting.append((self.node.name, body))
         self._board.stage.scheduler.point()
 
     def unregister(self) -> None:
@@ -105,9 +122,9 @@ class Publisher:
 class Subscriber:
     """As a node's subscriber."""
 
-    def __init__(self, board: Board, name: str, kind: Any, callback: Callable[[Any], None]) -> None:
-        self.name, self.kind = name, kind
-        self.waiting: deque[bytes] = deque()
+    def __init__(self, board: Board, node: Station, name: str, kind: Any, callback: Callable[[Any], None]) -> None:
+        self.node, self.name, self.kind = node, name, kind
+        self.waiting: deque[tuple[str, bytes]] = deque()  # the publishers' nodes, and messages
         self._board, self._callback = board, callback
         self._over = False
         board.subscribers.append(self)
@@ -117,9 +134,9 @@ class Subscriber:
         board.threads += board.stage.spawn(self._deliver)
 
     @property
-    def links(self) -> list[object]:
-        """Return what differs from link to link."""
-        return [(self._board.cuts, each) for each in self._board.publishers if self in each.linked()]
+    def links(self) -> list[Link]:
+        """Return the links."""
+        return [Link(each.node.name, self._board.cuts) for each in self._board.publishers if self in each.linked()]
 
     @property
     def num_connections(self) -> int:
@@ -132,8 +149,10 @@ class Subscriber:
             scheduler.wait(lambda: self.waiting or self._over)
             if self._over:
                 return
-            body = self.waiting.popleft()
-            self._callback(decode(self.kind, body))
+            sender, body = self.waiting.popleft()
+            message = decode(self.kind, body)
+            message._connection_header = {"callerid": sender}
+            self._callback(message)
 
     def unregister(self) -> None:
         """End it."""
@@ -198,4 +217,4 @@ class Station:
 
     def subscribe(self, name: str, kind: Any, callback: Any, queue_size: int, direct: bool) -> Subscriber:
         """Listen to a topic."""
-        return Subscriber(self._board, name, kind, callback)
+        return Subscriber(self._board, self, name, kind, callback)
