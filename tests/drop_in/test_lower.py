@@ -9,7 +9,7 @@ from programs import run
 from smach_modules import imported
 
 GENPY = """
-import io, genpy, genpy.message as gm, genpy.dynamic, roslib.message
+import io, genmsg, genpy, genpy.message as gm, genpy.dynamic, roslib.message
 from genpy.rostime import Time, Duration, TVal
 from geometry_msgs.msg import TwistStamped
 from std_msgs.msg import Header, String

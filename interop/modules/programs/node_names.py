@@ -182,6 +182,12 @@ proxy = rospy.msproxy.MasterProxy(rospy.get_master().getUri()[2])
 print(proxy.search_param("x"), proxy.get_param_cached("x"))
 t("none", lambda: proxy.get_param_cached("none"))
 master = rosgraph.masterapi.Master("/me")
+for value in (None, 2**40, {1: 2}, rospy.Duration(1), {"a": [1, None]}):
+    try:
+        master.setParam("/odd", value)
+    except (TypeError, OverflowError) as error:
+        print(type(error).__name__)
+print([genpy.message.get_message_class(name) for name in ("time", "duration")])
 print(master.getUri() == rospy.get_master().getUri()[2], ["/words", "std_msgs/String"] in master.getTopicTypes())
 for kind, call in (
     (rosgraph.masterapi.Error, lambda: master.lookupNode("/nobody")),
