@@ -64,6 +64,7 @@ export class Chart {
   }
 
   _changed() {
+    this.on.problem("");
     this.on.changed(this.curves.map(({ text }) => text));
     this._ask();
   }
