@@ -86,12 +86,13 @@ Programs that Debian's packages install, unmodified, with the same results on st
 | joint_state_publisher, diagnostic_common_diagnostics, diagnostic_analysis, rosdiagnostic, tf_monitor of Python | `test_programs.py` |
 | tf's and tf2_tools' programs, buffer servers and clients | `test_tf_programs.py` |
 | actionlib_tools' library; clients and servers of actionlib in all pairs, with roscpp too | `test_actionlib.py` |
+| axclient and axserver of actionlib_tools, with a stand-in for wxPython | `test_action_windows.py` |
+| image_view's extract_images_sync | `test_image_view.py` |
 | camera_calibration: calibrator, its node without a window, camera checker | `test_camera_calibration.py` |
 | rosunit, interactive_markers, laser_geometry, image_geometry, message_filters | `test_rosunit.py` and so on |
 | ports of the classic tutorials, in mixed pairs too | `test_tutorials.py` |
 
-axclient and axserver need wxPython and a display: under Xvfb axclient starts on our modules as on stock's, which no test repeats; nor are the windows
-of camera_calibration tested. Compiled
+No test opens a window: axclient and axserver print what theirs would show, and camera_calibration's are left out. Compiled
 modules, such as PyKDL, are left out; what Python offers of them is in `tf2_kdl` and `tf_conversions`.
 """
 

@@ -34,7 +34,7 @@ def with_ratios(text: str) -> str:
     lines += [
         "",
         "The ratio is that of the medians, turned round where less is better; there is none for what has no better or worse. The",
-        f"goal is {GOAL}. {len(below)} of {rows} rows of these short runs are below it: {'; '.join(below)}.",
+        f"goal is {GOAL}. {len(below)} of {rows} rows of these runs are below it: {'; '.join(below)}.",
         f"The ranges of both overlap in all of these{but}.",
     ]
     return "\n".join(lines) + "\n"

@@ -41,5 +41,5 @@ def test_ratios_are_those_of_medians_turned_round_where_less_is_better() -> None
     rows = page.splitlines()
     assert [row.rpartition(" | ")[2] for row in rows[:1] + rows[2:5]] == ["ours / Node |", "1.20 |", "0.50 |", "0.80 |"]
     assert rows[5].endswith(" | |")
-    assert "2 of 3 rows of these short runs are below it: slow; unsure." in page
+    assert "2 of 3 rows of these runs are below it: slow; unsure." in page
     assert "overlap in all of these but slow." in page

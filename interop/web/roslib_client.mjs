@@ -11,9 +11,18 @@ const within = (promise) =>
 const ask = (call) => within(new Promise((done, fail) => call(done, (problem) => fail(new Error(String(problem))))));
 const ends = [];
 
-function first(options) {
+let pieces = 0;
+const parse = JSON.parse;
+JSON.parse = (text) => {
+  const value = parse(text);
+  pieces += value?.op === 'fragment';
+  return value;
+};
+
+function first({ fragment_size, ...options }) {
   return within(new Promise((done) => {
     const topic = new ROSLIB.Topic({ ros, ...options });
+    if (fragment_size) topic.callForSubscribeAndAdvertise = (message) => ros.callOnConnection({ ...message, fragment_size });
     topic.subscribe((message) => { topic.unsubscribe(); done(message); });
     ends.push(topic);
   }));
@@ -40,6 +49,14 @@ async function main() {
   const raw = await first({ name: '/floats', messageType: 'std_msgs/Float64MultiArray', compression: 'cbor-raw' });
   say('floats cbor-raw', raw.bytes.length);
 
+  if (all.Ros) { // version 1 does not put fragments together
+    for (const compression of ['none', 'png']) {
+      pieces = 0;
+      const message = await first({ name: '/floats', messageType: 'std_msgs/Float64MultiArray', compression, fragment_size: 25 });
+      say(`fragments of ${compression}`, [message.data, pieces]);
+    }
+  }
+
   // What comes every 20 ms is throttled; what is sent in fragments is put together.
   const slow = new ROSLIB.Topic({ ros, name: '/fast', messageType: 'std_msgs/Float64', throttle_rate: 300, queue_length: 1 });
   const times = [];
@@ -47,14 +64,29 @@ async function main() {
   slow.unsubscribe();
   say('throttled', times.slice(1).map((time, index) => time - times[index]));
 
+  // Of what comes faster than it is throttled, the newest wait, as many as the queue is long.
+  const queued = new ROSLIB.Topic({ ros, name: '/echo', messageType: 'std_msgs/String', throttle_rate: 300, queue_length: 2 });
+  const burst = new ROSLIB.Topic({ ros, name: '/words', messageType: 'std_msgs/String' });
+  const newest = [];
+  await within(new Promise((done) => {
+    queued.subscribe(({ data }) => {
+      if (!newest.length) for (let number = 1; number < 10; number += 1) burst.publish({ data: String(number) });
+      newest.push(data);
+      if (data === '9') done();
+    });
+    burst.publish({ data: '0' });
+  }));
+  queued.unsubscribe();
+  say('newest', newest);
+
   const whole = JSON.stringify({ op: 'publish', topic: '/words', type: 'std_msgs/String', msg: { data: 'in pieces' } });
-  const pieces = first({ name: '/echo', messageType: 'std_msgs/String' });
+  const spoken = first({ name: '/echo', messageType: 'std_msgs/String' });
   ros.callOnConnection({ op: 'advertise', topic: '/words', type: 'std_msgs/String' });
   for (let num = 0; num < 3; num += 1) {
     const size = Math.ceil(whole.length / 3);
     ros.callOnConnection({ op: 'fragment', id: 'whole', num, total: 3, data: whole.slice(num * size, (num + 1) * size) });
   }
-  say('fragments', (await pieces).data);
+  say('fragments', (await spoken).data);
 
   const echo = first({ name: '/echo', messageType: 'std_msgs/String' });
   const words = new ROSLIB.Topic({ ros, name: '/words', messageType: 'std_msgs/String' });

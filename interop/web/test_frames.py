@@ -11,7 +11,8 @@ from pyros1.ground.timing import Time
 from pyros1.msgs.geometry_msgs.msg import TransformStamped
 from pyros1.msgs.tf2_msgs.msg import TFMessage
 from pyros1.node import Node
-from pyros1.tf import TransformBroadcaster
+from pyros1.tf import StaticTransformBroadcaster, TransformBroadcaster
+from pyros1.web.links import layout_link
 
 
 def test_the_tree(
@@ -42,6 +43,23 @@ def test_the_tree(
     browser.wait("/translation\\s+1\\s+2\\s+0\\s+m/.test(document.querySelector('.detail').innerText)")
     browser.click(".fold")
     browser.wait(f"{rows}.length === 1")
+
+
+def test_a_phone_shows_all_frames_above_another_panel(
+    browser: Browser, web: Web, make_node: Callable[..., Node]
+) -> None:
+    links = [TransformStamped(child_frame_id=f"link{number}") for number in range(16)]
+    for link in links:
+        link.header.frame_id, link.transform.rotation.w = "map", 1.0
+    StaticTransformBroadcaster(make_node("sender")).send_transform(links)
+    browser.resize(390, 844)
+    parts = [{"panel": "frames"}, {"panel": "console"}]
+    browser.open(layout_link(web.link, "two", {"split": "column", "sizes": [1, 1], "parts": parts}))
+    browser.wait("document.querySelectorAll('.frames tbody tr').length === 17")
+    high, seen = browser.run(
+        "const { scrollHeight, clientHeight } = document.querySelector('.frames'); return [scrollHeight, clientHeight]"
+    )
+    assert high == seen > 480
 
 
 def test_transforms_of_a_recording(browser: Browser, web: Web, make_node: Callable[..., Node]) -> None:

@@ -157,6 +157,16 @@ def test_a_split_is_moved_by_the_keyboard(browser: Browser, web: Web) -> None:
     assert handle.get_attribute("aria-valuenow") == "89"
 
 
+def test_panels_with_wrong_settings_begin_anew(browser: Browser, web: Web) -> None:
+    wrong = {"plot": {"curves": 7}, "console": {"hidden": 3}, "frames": {"closed": 5}}
+    parts = [{"panel": name, "settings": settings} for name, settings in wrong.items()]
+    browser.open(layout_link(web.link, "wrong", {"split": "row", "parts": parts}))
+    for text in ("No curves yet", "No messages yet", "No frames yet"):
+        browser.wait_for_text(text)
+    assert browser.run("return document.querySelectorAll('[data-panel=plot] form').length") == 1
+    assert "has failed" not in browser.run("return document.body.textContent")
+
+
 def test_a_single_panel_has_nowhere_to_go(browser: Browser, web: Web) -> None:
     browser.open(web.page("plot"))
     browser.wait("document.querySelector('.arrangement') && !document.querySelector('.grip')")

@@ -75,6 +75,11 @@ def test_a_master_that_comes_later_is_found(
     browser.click(".tools form button", "Add")
     browser.wait_for_text("start one with: pyros1 core")
     browser.wait("document.querySelector('.state.lost').textContent === 'no master'")
+    browser.click(".tab", "Topics")
+    browser.wait_for_text("no ROS master at")
+    shown = "[...document.querySelectorAll('.panel button')].filter((each) => each.checkVisibility())"
+    assert browser.run(f"return {shown}.every((each) => each.textContent || each.ariaLabel)")
+    browser.click(".tab", "Plot")
     master = Master(port=port, bind_host="127.0.0.1")
     master.start()
     try:
@@ -93,7 +98,7 @@ def test_nothing_from_the_robot_becomes_markup(browser: Browser, web: Web, make_
     browser.wait_for_text(evil)
     browser.click(".entry", "img src")
     browser.wait("document.querySelector('.detail pre').textContent.includes('onerror')")
-    assert browser.run("return document.title") == "pyros1"
+    assert browser.run("return document.title") == "Console \u2013 pyros1"
     assert browser.run("return document.querySelectorAll('.panel img, .panel script').length") == 0
 
 
@@ -179,18 +184,27 @@ def test_a_slow_click_on_a_busy_log_and_the_keyboard(browser: Browser, web: Web,
     browser.wait("document.querySelector('.entry[aria-selected=true]')?.textContent.includes('line 99')")
 
 
-def test_a_saved_log_keeps_its_nanoseconds(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
+def test_a_saved_log_keeps_its_nanoseconds_and_marks(
+    browser: Browser, web: Web, make_node: Callable[..., Any], tmp_path: Path
+) -> None:
     publisher = make_node("talker", rosout=False).advertise("/rosout", Log)
     browser.open(web.page("console"))
     assert publisher.wait_for_subscribers(timeout=20)
-    message = Log(name="/talker", level=2, msg="exact")
-    for secs, nsecs in ((1_700_000_000, 123_456_789), (1_700_000_000, 999_999_999), (1_700_000_001, 1)):
-        message.header.stamp = Time(secs, nsecs)
+    texts = ['say "\\"; then', "C:\\dir\\", '";"']
+    stamps = ((1_700_000_000, 123_456_789), (1_700_000_000, 999_999_999), (1_700_000_001, 1))
+    for text, stamp in zip(texts, stamps, strict=True):
+        message = Log(name="/talker", level=2, msg=text)
+        message.header.stamp = Time(*stamp)
         publisher.publish(message)
     browser.wait("document.querySelectorAll('.entry').length === 3")
     text = browser.saved("button", "Save").decode()
-    stamps = [line.split(";")[3] for line in text.splitlines()[1:]]
-    assert stamps == ['"1700000000.123456789"', '"1700000000.999999999"', '"1700000001.000000001"']
+    saved = [line.split(";")[-3] for line in text.splitlines()[1:]]
+    assert saved == ['"1700000000.123456789"', '"1700000000.999999999"', '"1700000001.000000001"']
+    file = tmp_path / "console.csv"
+    file.write_text(text.replace("dir\\ ", "dir\\"))  # rqt_console writes no space there
+    browser.driver.find_element("css selector", "input[type=file]").send_keys(str(file))
+    browser.wait_for_text("3 messages of console.csv")
+    assert browser.run("return [...document.querySelectorAll('.entry .text')].map((each) => each.textContent)") == texts
 
 
 SAVED = r"""message;severity;node;stamp;topics;location

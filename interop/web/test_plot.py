@@ -67,7 +67,14 @@ def test_a_wrong_field_says_so_and_others_go_on(browser: Browser, web: Web, make
     browser.wait(f"{SHOWN}['/numbers/data[1]'] === '4' && {SHOWN}['/numbers/data[0:2]'] === '3  4'")
     browser.wait(f"{SHOWN}['/numbers: m.data[2] * 10'] === '50'")
     browser.wait(f"{SHOWN}['/numbers/dat'].includes(\"no field 'dat'\")")
-    browser.wait(f"{SHOWN}['/nothing/here'] === 'no such topic yet'")
+    make_node("quiet").advertise("quiet", Float64)
+    add(browser, "/quiet/data")
+    for name, text in (("/nothing/here", "no such topic yet"), ("/quiet/data", "no message yet")):
+        browser.wait(f"{SHOWN}[arguments[0]] === arguments[1]", name, text)
+    looks = browser.run("return [...document.querySelectorAll('.chip .value')].map((each) => each.className)")
+    said = {"no field": "value mono wrong", "yet": "value mono muted"}
+    texts = browser.run(f"return Object.values({SHOWN})")
+    assert looks == [next((said[word] for word in said if word in text), "value mono") for text in texts]
 
 
 def test_curves_are_in_the_link_and_kept(browser: Browser, web: Web) -> None:
@@ -237,10 +244,12 @@ def test_a_box_zooms_time_and_the_height_of_its_chart(
     browser: Browser, web: Web, make_node: Callable[..., Any]
 ) -> None:
     publisher = make_node("talker").advertise("numbers", "std_msgs/Float64MultiArray", latch=True)
-    publisher.publish(publisher.type(data=[1.0, 2.0]))
+    publisher.publish(publisher.type(data=[1795706847.0, 2.0]))
     browser.open(panel_link(web.link, "plot", {"curves": ["/numbers/data"], "stacked": True, "paused": True}))
     charts = "document.querySelector('.plot')?.plot.charts"
     browser.wait(f"{charts}?.length === 2 && {charts}[1].over.clientWidth > 200 && {charts}[1].scales.x.max")
+    lefts = f"{charts}.map((each) => each.over.getBoundingClientRect().left)"
+    browser.wait(f"new Set({lefts}).size === 1")  # times are below each other, however wide the numbers are
     box = browser.run(f"return {charts}[1].over.getBoundingClientRect().toJSON()")
     places = [(box["x"] + 100, box["y"] + 60), (box["x"] + 250, box["y"] + 160)]
     for kind, (x, y) in (("mousePressed", places[0]), ("mouseMoved", places[1]), ("mouseReleased", places[1])):
@@ -263,11 +272,18 @@ def test_twenty_curves_are_told_apart_and_named_in_the_picture(
         add(browser, f"/numbers/data[{number}]")
     lines = "document.querySelector('.plot').plot.lines"
     browser.wait(f"{lines}.length === 20")
-    looks = browser.run(f"return {lines}.map(({{ colour, dash }}) => JSON.stringify([colour, dash]))")
-    assert len({*looks}) == 20
+    look = ".map(({ colour, dash }) => JSON.stringify([colour, dash]))"
+    assert len({*browser.run(f"return {lines}{look}")}) == 20
     browser.wait("document.querySelectorAll('.chip').length === 20 && document.querySelector('.charts canvas')")
     assert browser.run(f"return {CHART}.over.clientHeight") > 300, "the legend leaves room"
     size = browser.run("const c = document.querySelector('.charts canvas'); return [c.width, c.height]")
     png = browser.saved("button", "PNG")
     width, height = (int.from_bytes(png[at : at + 4], "big") for at in (16, 20))
     assert width == size[0] and height > size[1] + 100
+    pairs = [["/numbers/data[0]", f"/numbers/data[{number}]"] for number in range(20)]
+    browser.open(panel_link(web.link, "plot", {"xy": True, "pairs": pairs}))
+    trails = "document.querySelector('.plot')?.plot.pairs.trails()"
+    browser.wait(f"{trails}?.length === 20")
+    assert len({*browser.run(f"return {trails}{look}")}) == 20
+    marks = "[...document.querySelectorAll('.swatch')].map((each) => each.style.background)"
+    browser.wait(f"new Set({marks}).size === 20")

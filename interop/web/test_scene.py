@@ -76,6 +76,12 @@ def test_messages_are_where_their_frames_are(browser: Browser, web: Web, make_no
     assert all(abs(one - other) < 1e-6 for one, other in zip(place, (2.0, 1.0, 0.0), strict=True))
     assert browser.run(f"return [...{SCENE}.frames.axes.keys()].sort()") == ["base", "laser", "map"]
     assert browser.run(f"return {SCENE}.stage.frames") > 0
+    hidden = """const field = document.querySelector('.scene form.add input');
+        const pen = new OffscreenCanvas(1, 1).getContext('2d');
+        const { font, paddingLeft } = getComputedStyle(field);
+        pen.font = font;
+        return pen.measureText(field.placeholder).width + 2 * parseFloat(paddingLeft) - field.clientWidth;"""
+    assert browser.run(hidden) <= 0, "pixels of the hint in the field for another robot"
 
 
 def test_a_frame_that_is_not_connected_says_so(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:

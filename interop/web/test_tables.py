@@ -250,7 +250,7 @@ def test_nothing_from_the_robot_becomes_markup(browser: Browser, web: Web, make_
             "[...document.querySelectorAll('.about .yaml')].some((each) => each.value.includes('onerror')) || "
             "document.querySelector('.tree')?.textContent.includes('onerror')"
         )
-        assert browser.run("return document.title") == "pyros1"
+        assert browser.run("return document.title").endswith(" \u2013 pyros1")
         assert browser.run("return document.querySelectorAll('.panel img, .panel script').length") == 0
 
 

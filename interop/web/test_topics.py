@@ -141,6 +141,8 @@ def test_publish_with_a_form_and_yaml(browser: Browser, web: Web, make_node: Mak
     assert heard[0].header.stamp.secs > 0  # "now"
     browser.type("input[aria-label='x (float64)']", "fast")
     browser.wait_for_text("x (float64): not a number")
+    browser.click(".publisher .actions button", "Publish")
+    browser.wait("document.querySelectorAll('.publisher .outcome.wrong:not([hidden])').length === 1")
     browser.click(".publisher button", "Publish")
     browser.type("input[aria-label='x (float64)']", "2")
     browser.click(".editor .tab", "YAML")

@@ -99,9 +99,13 @@ def test_feedback_comes_to_an_iteration(make_node: Make, stack: ExitStack) -> No
 def test_a_goal_is_cancelled(make_node: Make, stack: ExitStack) -> None:
     stack.enter_context(SimpleServer(make_node("server"), ACTION, FibonacciAction, until_cancelled))
     client = stack.enter_context(Client(make_node("client"), ACTION, FibonacciAction))
-    goal = client.send(FibonacciGoal(order=7), timeout=20)
+    active = threading.Event()
+    goal = client.send(
+        FibonacciGoal(order=7), on_stage=lambda _, stage: stage is Stage.ACTIVE and active.set(), timeout=20
+    )
     with pytest.raises(WaitTimeoutError, match="has not ended within"):
         goal.result(0.01)
+    assert active.wait(20)  # a goal that has not begun would be recalled
     goal.cancel()
     with pytest.raises(GoalError, match=r"PREEMPTED \(stopped\)") as caught:
         goal.result(20)

@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 from programs import START, run
 
+from pyros1.drop_in.left_out import REASONS
+
 MANIFEST = "<package format='2'><name>{}</name><version>0.1.0</version></package>"
 
 
@@ -143,6 +145,17 @@ def test_a_program_may_ask_whether_what_is_left_out_is_there(path: Path) -> None
         "None None None",
         "No module named 'rviz': pyros1 has none: see the command `pyros1 web scene`",
     ]
+
+
+def test_all_that_is_left_out_says_why() -> None:
+    """Each row is met: none is of a package that can be imported, since its messages are there."""
+    text = (
+        "import importlib, sys\nfor name in sys.argv[1:]:\n    try:\n        importlib.import_module(name)\n"
+        "        print(name)\n    except ImportError as error:\n        print(error)"
+    )
+    lines = run(text, {}, *REASONS).splitlines()
+    assert len(lines) == len(REASONS)
+    assert [line for line, reason in zip(lines, REASONS.values(), strict=True) if not line.endswith(reason)] == []
 
 
 def test_two_threads_import_at_once(path: Path) -> None:

@@ -9,7 +9,7 @@ from programs import run
 from smach_modules import imported
 
 GENPY = """
-import io, genpy, genpy.message as gm, genpy.dynamic, roslib.message
+import io, genmsg, genpy, genpy.message as gm, genpy.dynamic, roslib.message
 from genpy.rostime import Time, Duration, TVal
 from geometry_msgs.msg import TwistStamped
 from std_msgs.msg import Header, String
@@ -37,7 +37,7 @@ assert genpy.struct_I.size == 4 and issubclass(genpy.DeserializationError, genpy
 assert str(genpy.DeserializationError("text")) == "text"
 try:
     genpy.dynamic.generate_dynamic("a/B", "int8")
-except genpy.dynamic.MsgGenerationException as error:
+except genmsg.InvalidMsgSpec:
     print("done")
 """
 

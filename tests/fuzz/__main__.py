@@ -80,7 +80,7 @@ def _guided(atheris: Any, name: str, seconds: int, folder: Path | None) -> None:
         words = Path(made) / "words.dict"
         words.write_text("".join(f'"{_escaped(word)}"\n' for word in fuzzer.words))
         (Path(made) / "corpus").mkdir()
-        limits = [f"-max_total_time={seconds}", f"-max_len={fuzzer.largest}", "-timeout=20", "-rss_limit_mb=2048"]
+        limits = [f"-max_total_time={seconds}", f"-max_len={fuzzer.largest}", "-timeout=300", "-rss_limit_mb=2048"]
         found = f"-artifact_prefix={place.parent}/{name}-"
         atheris.Setup(
             ["fuzz", *limits, found, f"-dict={words}", "-print_final_stats=1", "-verbosity=0", str(place)],

@@ -187,7 +187,9 @@ def yaml(data: bytes) -> None:
     """Read values, write them and read them back; put them into a message."""
     for value in load_all_yaml(_text(data)):
         with contextlib.suppress(YamlError):
-            assert _plain(load_all_yaml(dump_yaml(value))) == _plain([value])
+            text = dump_yaml(value)
+            if len(text) < 20_000:  # a bomb of 200 bytes is a long text, which takes its time to read
+                assert _plain(load_all_yaml(text)) == _plain([value])
         with contextlib.suppress(MessageError):
             fill_message(load_message("sensor_msgs/Imu")(), value, Time(1, 2), {})
 

@@ -19,7 +19,7 @@ from .network import Network
 from .scheduler import Plan, Scheduler
 from .socket_module import SocketModule
 
-ROOMS = ("pyros1.net.", "pyros1.node.", "pyros1.master.", "pyros1.actions.")
+ROOMS = ("pyros1.net.", "pyros1.node.", "pyros1.master.", "pyros1.actions.", "pyros1.bag.record.")
 
 
 class Stage:
@@ -147,6 +147,7 @@ def _put_stand_ins(stage: Stage, put: Callable[[Any, str, Any], None]) -> None:
         id(time.monotonic): stage.time.monotonic,
         id(time.perf_counter): stage.time.perf_counter,
         id(time.time): stage.time.time,
+        id(time.time_ns): stage.time.time_ns,
         id(pyros1.net.loop.LoopThread): LoopThread,
     }
     for module_name, module in list(sys.modules.items()):

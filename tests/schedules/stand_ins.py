@@ -329,6 +329,10 @@ class Time:
         """Return a wall time that goes with the run's time."""
         return WALL + self.monotonic()
 
+    def time_ns(self) -> int:
+        """Return the same in nanoseconds."""
+        return round(self.time() * 1e9)
+
     def sleep(self, seconds: float) -> None:
         """Sleep by the run's clock."""
         self._now().pause(seconds)

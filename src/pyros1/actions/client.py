@@ -12,7 +12,8 @@ from pyros1.actions.calls import Calls
 from pyros1.actions.client_goal import ClientGoal
 from pyros1.actions.errors import ActionError
 from pyros1.actions.goal_id import GoalNames
-from pyros1.actions.parts import Action, listen
+from pyros1.actions.parts import Action, listen, of_node
+from pyros1.actions.progress import GONE
 from pyros1.actions.states import Stage
 from pyros1.ground.errors import NodeShutdownError, WaitTimeoutError
 from pyros1.ground.timing import Time
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 
 _QUEUE = 10
 _INCOMING = 1000
-GONE = 5.0
-"""Seconds without a connection to the server after which its goals are lost."""
 
 
 class Client:
@@ -55,6 +54,7 @@ class Client:
         self._bell = Bell()
         self._calls = Calls(f"pyros1-action {self.name}", node.log, self._look)
         self._said = False  # a status has come: a server runs
+        self._server = ""  # the node that has sent it
         self._alone_since: float | None = None
         self._closed = False
         self._goals = node.advertise(f"{name}/goal", self.types.action_goal, queue_size=_QUEUE)
@@ -117,6 +117,7 @@ class Client:
             raise WaitTimeoutError(f"no server of action {self.name} within {timeout} s")
         now = self.node.now()
         sent = ClientGoal(self, self._names.next(now), on_feedback, on_stage, on_done)
+        sent.links = self._links
         message = self.types.action_goal(goal_id=self._goal_id(now, sent.name), goal=goal)
         message.header.stamp = now
         with self.lock:
@@ -134,9 +135,11 @@ class Client:
         """Ask the server to cancel all goals, those of other clients too, that were sent at or before a time."""
         self._cancels.publish(self._goal_id(time, ""))
 
-    def cancel(self, name: str) -> None:
-        """Ask the server to cancel one goal, by name."""
+    def cancel(self, name: str) -> frozenset[object]:
+        """Ask the server to cancel one goal, by name; returns the links on which it is asked."""
+        links = self._asking
         self._cancels.publish(self._goal_id(Time(), name))
+        return links
 
     def forget(self, name: str) -> None:
         """Follow a goal no more."""
@@ -201,16 +204,30 @@ class Client:
         """Call a function of the program, after those before it, in a thread of its own: it may wait for goals."""
         self._calls.add(callback)
 
+    @property
+    def _links(self) -> frozenset[object]:
+        """The links on which goals go to the server, and results come from it; none if there are not both."""
+        there = of_node(self._goals.links, self._server, lambda link: link.peer)
+        back = of_node(self._results.links, self._server, lambda link: link.header.get("callerid"))
+        return there | back if there and back else frozenset()
+
+    @property
+    def _asking(self) -> frozenset[object]:
+        """The links on which requests to cancel go to the server."""
+        return of_node(self._cancels.links, self._server, lambda link: link.peer)
+
     # What comes -------------------------------------------------------------------------------------------------------
 
     def _on_statuses(self, message: Any) -> None:
         self._said = True
+        self._server = (message._connection_header or {}).get("callerid", "")
         with self.lock:
             goals = list(self._open.values())
         if goals:
             statuses = {status.goal_id.id: status for status in message.status_list}
+            links, asking, now = self._links, self._asking, monotonic()
             for goal in goals:
-                goal.take(lambda progress: progress.take_statuses(statuses))
+                goal.take_statuses(statuses, links, asking, now)
         self.changed()
 
     def _on_result(self, message: Any) -> None:

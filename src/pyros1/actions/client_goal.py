@@ -33,8 +33,8 @@ class Owner(Protocol):
     def changed(self) -> None:
         """Wake waits."""
 
-    def cancel(self, name: str) -> None:
-        """Ask the server to cancel a goal."""
+    def cancel(self, name: str) -> frozenset[object]:
+        """Ask the server to cancel a goal; return the links on which it is asked."""
 
     def forget(self, name: str) -> None:
         """Follow a goal no more."""
@@ -48,6 +48,7 @@ class ClientGoal:
 
     Attributes:
         name: the goal's name in the system.
+        links: those on which it went, and on which its result is to come; none if some were missing just then.
     """
 
     def __init__(
@@ -59,7 +60,9 @@ class ClientGoal:
         on_done: Callable[[ClientGoal], object] | None,
     ) -> None:
         self.name = name
+        self.links: frozenset[object] = frozenset()
         self._client = client
+        self._asked: frozenset[object] | None = None  # the links on which the server was asked to cancel it
         self._progress = Progress(name, self._entered, lambda text: client.node.log.warn("%s", text))
         self._on_feedback = on_feedback
         self._on_stage = on_stage
@@ -160,7 +163,7 @@ class ClientGoal:
 
         self.take(ask)
         if sent[0]:
-            self._client.cancel(self.name)
+            self._asked = self._client.cancel(self.name)
 
     def forget(self) -> None:
         """Follow the goal no more: its callbacks are not called, and its waits end as if it were lost."""
@@ -183,6 +186,23 @@ class ClientGoal:
             self._client.forget(self.name)
         if ended or self._progress.stage is not before:
             self._tell()
+
+    def take_statuses(
+        self, statuses: dict[str, Any], links: frozenset[object], asking: frozenset[object], now: float
+    ) -> None:
+        """Take a list of statuses: see `Progress.take_statuses`. A request to cancel that was lost is sent again.
+
+        Args:
+            statuses, now: as there.
+            links: those for goals and results that there are now.
+            asking: those for requests to cancel.
+        """
+        whole = bool(self.links) and self.links <= links
+        self.take(lambda progress: progress.take_statuses(statuses, not whole, now))
+        asked = self._asked
+        waits = self.stage is Stage.WAITING_FOR_CANCEL_ACK and self.name in statuses
+        if waits and asked is not None and asking and not asked & asking:
+            self._asked = self._client.cancel(self.name)
 
     def take_feedback(self, feedback: Any) -> None:
         """Take a feedback message."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pyros1.actions.errors import ActionError
@@ -51,3 +51,15 @@ class Action(NamedTuple):
 def listen(node: Node, topic: str, kind: Any, callback: Callable[[Any], None], queue_size: int) -> Subscriber[Any]:
     """Subscribe for an action: also in a node that spins, callbacks run at once, since the program may wait in one."""
     return node._topics.subscribe(node.resolve(topic), kind, callback, queue_size, direct=True)
+
+
+def of_node(links: Iterable[Any], name: str, name_of: Callable[[Any], str | None]) -> frozenset[object]:
+    """Return the links of a node: others may only listen, and come and go. All, if none is: a relay is in between.
+
+    Args:
+        links: of a publisher or subscriber.
+        name: the node's full name.
+        name_of: returns that of the node at the other end of a link.
+    """
+    found = list(links)
+    return frozenset([link for link in found if name_of(link) == name] or found)

@@ -7,6 +7,9 @@ from typing import Any
 
 from pyros1.actions.states import Stage, Status, stages_after
 
+GONE = 5.0
+"""Seconds after which a goal is lost whose server does not speak of it, or is not connected."""
+
 
 class Progress:
     """Stage, status and result of one goal. The caller has the locks.
@@ -32,6 +35,7 @@ class Progress:
         self.text = ""
         self.result: Any = None
         self._known = False  # the server has spoken of it
+        self._unheard_since: float | None = None
         self._on_stage = on_stage
         self._on_oddity = on_oddity
 
@@ -40,18 +44,30 @@ class Progress:
         """Whether the goal has ended for this client."""
         return self.stage is Stage.DONE
 
-    def take_statuses(self, statuses: dict[str, Any]) -> None:
-        """Take a list of statuses: actionlib_msgs/GoalStatus by name of the goal.
+    def take_statuses(self, statuses: dict[str, Any], broken: bool = False, now: float = 0.0) -> None:
+        """Take a list of statuses.
 
-        A server that does not know a goal that it knew has been restarted: the goal is lost.
+        A server that does not know a goal that it knew has been restarted: the goal is lost. So it is if links have
+        broken, perhaps with the goal or its result on their way, and the server is silent of it for `GONE` seconds.
+
+        Args:
+            statuses: actionlib_msgs/GoalStatus by name of the goal.
+            broken: whether a link for goals or results has gone since the goal was sent.
+            now: seconds of a clock that goes evenly.
         """
         if self.done:
             return
         status = statuses.get(self.name)
         if status is not None:
+            self._unheard_since = None
             self._follow(status.status, status.text)
         elif self._known and self.stage is not Stage.WAITING_FOR_RESULT:
             self.lose("the action server no longer knows the goal")
+        elif broken:
+            if self._unheard_since is None:
+                self._unheard_since = now
+            elif now - self._unheard_since > GONE:
+                self.lose("a connection broke, and the action server does not know the goal")
 
     def take_result(self, status: Any, result: Any) -> None:
         """Take the goal's result, with the actionlib_msgs/GoalStatus that came with it; only the first counts."""

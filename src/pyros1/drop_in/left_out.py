@@ -20,7 +20,6 @@ REASONS = {
     "rqt_gui_py": "see the command `pyros1 web`",
     "qt_gui": "see the command `pyros1 web`",
     "python_qt_binding": "see the command `pyros1 web`",
-    "nodelet": "nodelets are compiled code",
     "pluginlib": "plugins are compiled code",
     "resource_retriever": "see pyros1.urdf and roslib.packages for package:// addresses",
     "moveit_commander": f"{_COMPILED} for the most part",

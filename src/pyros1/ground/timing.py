@@ -20,11 +20,17 @@ def _whole(given: Any, what: str) -> int:
     return int(given)
 
 
+def _has_fractions(given: Any) -> bool:
+    """Tell whether a value is of a kind of numbers that need not be whole, such as numpy.float32 or Decimal."""
+    kind = type(given)
+    return hasattr(kind, "__float__") and not hasattr(kind, "__index__")
+
+
 class TVal:
     """Base of Time and Duration: seconds and nanoseconds.
 
     Args:
-        secs: seconds; a float is allowed when ``nsecs`` is 0.
+        secs: seconds; a float, or another number that need not be whole, is allowed when ``nsecs`` is 0.
         nsecs: nanoseconds, any integer; whole seconds are carried over into ``secs``.
 
     Raises:
@@ -40,7 +46,8 @@ class TVal:
 
     def __init__(self, secs: float = 0, nsecs: int = 0) -> None:
         if secs.__class__ is not int:
-            if isinstance(secs, float):
+            if isinstance(secs, float) or _has_fractions(secs):
+                secs = float(secs)
                 if nsecs:
                     raise ValueError("if secs is a float, nsecs cannot be set")
                 whole = int(secs)

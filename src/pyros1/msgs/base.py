@@ -211,7 +211,7 @@ class Message(metaclass=MessageType):
         names = message_class(type(self)).__slots__
         if isinstance(state, tuple):  # as earlier versions pickled messages
             names, state = zip(*state[1].items(), strict=True)
-        for name, value in zip(names, state, strict=True):
+        for name, value in zip(names, state, strict=False):  # of an older definition, perhaps with fewer fields
             setattr(self, name, value)
 
     def __eq__(self, other: object) -> bool:
@@ -273,13 +273,19 @@ class Service:
     _response_class: ClassVar[type[Message]]
 
 
-class AnyMsg:
+class _FromConnection:
+    """The slot of the connection header, which is no field: programs walk through a message's ``__slots__``."""
+
+    __slots__ = ("_connection_header",)
+
+
+class AnyMsg(_FromConnection):
     """An encoded message of any type: subscribe with this class to receive any topic without its definitions.
 
     ``_buff`` holds the encoded body, ``_connection_header`` the publisher's header.
     """
 
-    __slots__ = ("_buff", "_connection_header")
+    __slots__ = ["_buff"]
 
     _type: ClassVar[str] = "*"
     _md5sum: ClassVar[str] = "*"

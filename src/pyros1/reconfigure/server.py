@@ -12,7 +12,7 @@ from pyros1.msgs.dynamic_reconfigure.msg import ConfigDescription
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
 from pyros1.reconfigure.config import Config
 from pyros1.reconfigure.encoding import Make, decode, describe, encode, groups_of, initial, parameters_of
-from pyros1.reconfigure.values import KINDS
+from pyros1.reconfigure.values import FIELDS, KINDS
 
 if TYPE_CHECKING:
     from pyros1.node import Node
@@ -79,7 +79,9 @@ class Server:
             raise
 
     def _defaults(self) -> list[tuple[str, Any]]:
-        return list(self.description.defaults.items())
+        """Return all parameters in the order of a message's, with their defaults."""
+        places = list(FIELDS)
+        return sorted(self.description.defaults.items(), key=lambda each: places.index(self._types[each[0]]))
 
     def update(self, changes: Mapping[str, Any]) -> Any:
         """Change parameters from within the node; return the new configuration.

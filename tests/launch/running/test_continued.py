@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.launch.running.continued import Continued
+from pyros1.launch.running.continued import Continued, pass_over
 
 
 class Said:
@@ -70,6 +70,23 @@ def test_an_old_one_is_set_aside(made: list[Continued], tmp_path: Path) -> None:
     assert core.found is None and core.run_id is None and core.journal is not None
     assert "none of its nodes is left" in said.lines[0] and str(path.with_suffix(".old")) in said.lines[0]
     assert path.with_suffix(".old").exists() and not path.exists()
+
+
+def test_a_master_without_a_journal_sets_it_aside(made: list[Continued], tmp_path: Path) -> None:
+    path = leave(made, tmp_path, ("setParam", ["/a", "/x", 1]))
+    said: Any = Said()
+    pass_over({"ROS_HOME": str(tmp_path)}, 11311, said)
+    pass_over({"ROS_HOME": str(tmp_path)}, 11311, said)  # there is none any more
+    assert len(said.lines) == 1 and "not continued, as this master keeps none" in said.lines[0]
+    assert path.with_suffix(".old").exists() and not path.exists()
+    used, _ = make(made, tmp_path)
+    assert used.found is None and used.journal is not None
+    used.journal.begin(())
+    until = time.monotonic() + 20
+    while not path.exists():
+        assert time.monotonic() < until
+    pass_over({"ROS_HOME": str(tmp_path)}, 11311, said)  # of a core that runs
+    assert path.exists()
 
 
 def test_a_spoilt_one_is_set_aside(made: list[Continued], tmp_path: Path) -> None:

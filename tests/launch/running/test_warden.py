@@ -93,3 +93,23 @@ def test_a_group_is_leaderless_only_without_its_leader() -> None:
         assert leaderless(node.pid)
         os.killpg(node.pid, signal.SIGKILL)
         wait_gone(node.pid)
+
+
+def test_the_end_of_a_node_is_answered_after_it_though_the_launcher_is_killed(
+    opened: list[Any], tmp_path: Path
+) -> None:
+    warden = Warden(0.2, 0.2)
+    (guard,) = opened
+    path = tmp_path / "what happened"
+    end = "trap 'echo end >>$NAME; exit' INT; echo up; while :; do sleep 0.01; done"
+    environ = {"PATH": os.environ["PATH"], "NAME": str(path)}
+    words = ["sh", "-c", end]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, start_new_session=True, env=environ) as node:
+        assert node.stdout is not None
+        node.stdout.readline()
+        for pid in (node.pid, 1 << 30):  # the second one has ended, and was answered
+            warden.watch(pid, (["sh", "-c", 'echo "$0" >>"$NAME"', f"answer {pid}"], environ, "/"))
+        warden.ended(1 << 30)
+        guard.stdin.close()  # as the system does when the launcher is killed
+    guard.wait(DEADLINE)
+    assert path.read_text().splitlines() == ["end", f"answer {node.pid}"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..stage import Scenario
-from . import datagrams, journal, lanes, nodes, publishing, sharing, subscribing, threads
+from . import bags, datagrams, goals, journal, lanes, nodes, publishing, sharing, subscribing, threads
 
 SHARES: dict[type[Scenario], int] = {
     lanes.Lanes: 200,
@@ -39,6 +39,19 @@ SHARES: dict[type[Scenario], int] = {
     sharing.SharingWaiting: 3,
     journal.Journalling: 10,
     journal.JournallingFull: 10,
+    bags.Recording: 10,
+    bags.RecordingEnded: 10,
+    bags.RecordingDropping: 10,
+    bags.RecordingSplit: 10,
+    bags.RecordingToLimit: 10,
+    bags.RecordingSome: 10,
+    bags.RecordingFull: 10,
+    bags.Snapping: 10,
+    goals.Goals: 5,
+    goals.SimpleGoals: 5,
+    goals.LostLinks: 5,
+    goals.LostServer: 5,
+    goals.Leaving: 5,
     nodes.Meeting: 3,
     nodes.MeetingOverTcp: 3,
     nodes.Changing: 3,

@@ -1,10 +1,11 @@
-// Boxes of the graph that the user drags. Run by tests/web/test_page_modules.py, or with: node --test tests/web/page
+// Boxes of the graph that the user drags, and what is seen of it. Run by tests/web/test_page_modules.py, or with: node --test tests/web/page
 
 import assert from "node:assert/strict";
 import test from "node:test";
 
 const page = new URL("../../../src/pyros1/web/page/", import.meta.url);
 const { Scene, flowTexts } = await import(new URL("lib/graph/scene.js", page));
+const { Camera } = await import(new URL("lib/graph/camera.js", page));
 globalThis.matchMedia = () => ({ matches: false });
 
 const box = (id, group = "") => ({ id, kind: "node", name: id.slice(2), label: id, group });
@@ -105,4 +106,15 @@ test("an edge that is dimmed has no label", () => {
   };
   scene.lines.get("e").at = [0, 200, 50, 200, 100, 200, 50, 200]; // beside the boxes
   assert.deepEqual([texts(null), texts({ boxes: new Set(), edges: new Set(["e"]) }), texts({ boxes: new Set(), edges: new Set(["f"]) })], [1, 1, 0]);
+});
+
+test("a graph that is shown whole leaves room for what is below, however high that is", () => {
+  const element = { clientWidth: 390, clientHeight: 700, addEventListener() {} };
+  for (const foot of [24, 60]) {
+    const camera = new Camera(element, { foot: () => foot, changed() {} });
+    camera.show([0, 0, 100, 4000], 1, false);
+    const [, top] = camera.toScreen(0, 0);
+    const [, bottom] = camera.toScreen(0, 4000);
+    assert.ok(Math.abs(top - 20) < 1e-6 && Math.abs(bottom - (700 - 20 - foot)) < 1e-6);
+  }
 });

@@ -106,3 +106,18 @@ test("a master that goes and comes is told once", async (t) => {
   await pass(10, ABOUT);
   assert.deepEqual(told, ["gone", ""]);
 });
+
+test("a stream that goes on takes back its own problem only, once", () => {
+  const robot = new Robot("token");
+  const socket = sockets.at(-1);
+  socket.open();
+  const told = [];
+  robot.stream("console", {}, { data() {}, problem: (text) => told.push(text) });
+  const id = socket.sent.find(({ open }) => open === "console").stream;
+  socket.say({ stream: id, data: 1 });
+  assert.deepEqual(told, []); // a panel may say something itself
+  socket.say({ stream: id, error: "no master" });
+  socket.say({ stream: id, data: 2 });
+  socket.say({ stream: id, data: 3 });
+  assert.deepEqual(told, ["no master", ""]);
+});

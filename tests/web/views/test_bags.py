@@ -126,6 +126,27 @@ def test_what_is_in_a_bag(show: Callable[..., Shown], bags: Path) -> None:
     assert facts["problems"] == [] and list(facts["storage"]) == ["none"]
 
 
+def test_a_file_that_takes_the_place_of_an_open_bag_is_another_bag(
+    show: Callable[..., Shown], shelved: Robot, bags: Path
+) -> None:
+    path = str(bags / "run.bag")
+    first = show("bag_file", path=path)
+    first.until()
+    cursor = show("bag_cursor", path=path, time=3.0, topics=["event"])
+    write(bags / "again.bag", 5)
+    (bags / "again.bag").replace(path)
+    with pytest.raises(RequestError, match="another one now"):
+        shelved.bags.borrow(path)
+    second = show("bag_file", path=path)
+    assert second.until().data["length"] == 5.0
+    assert cursor.until().data["messages"]["event"], "the old one is still read"
+    cursor.close()
+    first.close()
+    second.close()
+    with pytest.raises(RequestError, match="not open"):
+        shelved.bags.borrow(path)
+
+
 def test_pages_share_one_reader(show: Callable[..., Shown], shelved: Robot, bags: Path) -> None:
     path = str(bags / "run.bag")
     first, second = show("bag_file", path=path), show("bag_file", path=path)

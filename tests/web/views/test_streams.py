@@ -47,6 +47,19 @@ def test_a_page_of_an_earlier_run_gets_the_whole_log(watch: Callable[..., Any], 
     assert [entry.text for entry in data["entries"]] == ["one", "two"]
 
 
+def test_what_a_curve_waits_for_is_no_problem(watch: Callable[..., Any], make_node: Callable[..., Any]) -> None:
+    plot = watch("plot", curves=[{"id": 1, "text": "/words/data"}, {"id": 2, "text": "/late: 1 + m.data"}])
+    data = plot.until(lambda data: data["waiting"])
+    assert data["waiting"] == {1: "no such topic yet", 2: "no such topic yet"} and not data["problems"]
+    publisher = make_node("talker").advertise("/words", String)
+    waiting = {1: "no message yet", 2: "no such topic yet"}
+    plot.until(lambda data: data["waiting"] == waiting)
+    assert publisher.wait_for_subscribers(timeout=20)
+    publisher.publish("hello")
+    data = plot.until(lambda data: data["waiting"] == {2: "no such topic yet"})
+    assert data["problems"] == {1: "not a number, but a text"}
+
+
 def test_what_cannot_be_drawn_in_a_scene_is_told(watch: Callable[..., Any], make_node: Callable[..., Any]) -> None:
     make_node("talker").advertise("/words", String, latch=True).publish("hello")
     with pytest.raises(RequestError, match="std_msgs/String cannot be drawn"):

@@ -22,11 +22,14 @@ class RecordQueue(Generic[_S]):
 
     Args:
         limit: most bytes of memory; 0: no limit.
+        on_put: called with the source of each message that is taken, and its size in bytes, before it can be taken out:
+            who counts there has counted all when the queue is closed.
         on_drop: called with the source of each dropped message, in the thread that puts a newer one.
     """
 
-    def __init__(self, limit: int, on_drop: Callable[[_S], object]) -> None:
+    def __init__(self, limit: int, on_put: Callable[[_S, int], object], on_drop: Callable[[_S], object]) -> None:
         self._limit = limit
+        self._on_put = on_put
         self._on_drop = on_drop
         self._entries: deque[tuple[_S, int, bytes]] = deque()
         self._bytes = 0
@@ -46,6 +49,7 @@ class RecordQueue(Generic[_S]):
         with self._lock:
             if self._closed:
                 return False
+            self._on_put(source, len(data))
             self._entries.append((source, time, data))
             self._bytes += len(data) + OVERHEAD
             if self._limit and self._bytes > self._limit:

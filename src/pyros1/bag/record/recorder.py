@@ -87,7 +87,7 @@ class Recorder:
         self._options = options
         self._events = events or Events()
         self._now = clock_of(node)
-        self._queue: RecordQueue[Source] = RecordQueue(options.buffer_size, self._dropped)
+        self._queue: RecordQueue[Source] = RecordQueue(options.buffer_size, self._taken, self._dropped)
         self._latching: dict[Source, None] = {}
         self._finished: deque[str] = deque()
         self._number = 0
@@ -122,11 +122,8 @@ class Recorder:
             source = of(message._connection_header or {})
             if limit and topic.messages >= limit:
                 return
-            if put(source, stamp, data):
-                topic.messages += 1
-                topic.bytes += len(data)
-                if topic.messages == limit:
-                    self._some_done = True
+            if put(source, stamp, data) and topic.messages == limit:
+                self._some_done = True
 
         return take
 
@@ -140,6 +137,11 @@ class Recorder:
                 topic.subscriber.unregister()
                 topic.subscriber = None
         return all(topic.subscriber is None for topic in self.topics.values())
+
+    @staticmethod
+    def _taken(source: Source, size: int) -> None:
+        source.topic.messages += 1
+        source.topic.bytes += size
 
     def _dropped(self, source: Source) -> None:
         source.topic.dropped += 1

@@ -33,8 +33,7 @@ class Continued:
         self._console = console
         self.journal: Journal | None = None
         self.found: Found | None = None
-        host = re.sub(r"[^A-Za-z0-9._-]", "_", socket.gethostname())[:100]
-        path = Path(ros_home(environ), "pyros1", f"master-{host}-{port}.journal")
+        path = _path(environ, port)
         try:
             self.journal = Journal(path, console.warning)
         except JournalError as error:
@@ -43,12 +42,12 @@ class Continued:
         try:
             self.found = read(path)
         except JournalError as error:
-            self._set_aside(path, str(error))
+            _set_aside(path, str(error), console)
         if self.found is None:
             return
         why = why_stale(self.found, time.time(), any_listens)
         if why:
-            self._set_aside(path, f"it is not continued: {why}")
+            _set_aside(path, f"it is not continued: {why}", console)
             self.found = None
         else:
             cut = ", but for its last changes, which were not written" if self.found.cut else ""
@@ -83,11 +82,36 @@ class Continued:
             self.journal.close(remove=False)
             self.journal = None
 
-    def _set_aside(self, path: Path, why: str) -> None:
-        old = path.with_suffix(".old")
-        try:
-            os.replace(path, old)
-        except OSError as error:
-            self._console.warning(f"the journal of an earlier master, {path}: {why} ({error.strerror})")
-            return
-        self._console.warning(f"the journal of an earlier master, now {old}: {why}")
+
+def pass_over(environ: Mapping[str, str], port: int, console: Console) -> None:
+    """Set aside what an earlier core left: a master without a journal runs now, and none may go on behind its back.
+
+    Args:
+        environ, port, console: as for `Continued`.
+    """
+    path = _path(environ, port)
+    if not path.exists():
+        return
+    from pyros1.master.journal import Journal, JournalError  # noqa: PLC0415 - rarely needed
+
+    try:
+        journal = Journal(path, console.warning)
+    except JournalError:
+        return  # another master uses it
+    _set_aside(path, "it is not continued, as this master keeps none", console)
+    journal.close(remove=False)
+
+
+def _path(environ: Mapping[str, str], port: int) -> Path:
+    host = re.sub(r"[^A-Za-z0-9._-]", "_", socket.gethostname())[:100]
+    return Path(ros_home(environ), "pyros1", f"master-{host}-{port}.journal")
+
+
+def _set_aside(path: Path, why: str, console: Console) -> None:
+    old = path.with_suffix(".old")
+    try:
+        os.replace(path, old)
+    except OSError as error:
+        console.warning(f"the journal of an earlier master, {path}: {why} ({error.strerror})")
+        return
+    console.warning(f"the journal of an earlier master, now {old}: {why}")

@@ -105,7 +105,9 @@ class Process:
         with self._outputs() as (out, err):
             self._popen = self._begin(out, err)
             if self.warden is not None:  # first, since whoever is notified may kill us at once
-                self.warden.watch(self._popen.pid)
+                answer = spec.on_death
+                words = None if answer is None else (answer.words, answer.env, answer.cwd)
+                self.warden.watch(self._popen.pid, words)
             announce(self)
         self._ended = threading.Event()
         self.exit_code = None

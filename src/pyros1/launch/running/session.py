@@ -33,7 +33,7 @@ from pyros1.launch.reading.resources import PackageFinder
 from pyros1.launch.running.api import LaunchServer
 from pyros1.launch.running.check import unsendable
 from pyros1.launch.running.console import Console
-from pyros1.launch.running.continued import Continued
+from pyros1.launch.running.continued import Continued, pass_over
 from pyros1.launch.running.core import ROSVERSION, Core, write_pid_file
 from pyros1.launch.running.core_file import CoreFile, read_core_file
 from pyros1.launch.running.logs import make_run_folder, ros_home, run_log
@@ -175,6 +175,8 @@ class Session:
                 self._continued = Continued(self.environ, parse_uri(self._uri)[1], self.console)
             run_id, folder = self._prepare(running)
             self._start(running, run_id, folder)
+            if not running and self._continued is None:
+                pass_over(self.environ, parse_uri(self._uri)[1], self.console)
             if trial is not None and self._starter is not None:
                 self._starter.start_test(trial.test)
                 self._supervisor.after(trial.time_limit, _TIME_LIMIT)

@@ -19,7 +19,7 @@ from pyros1.launch.running.console import Console
 from pyros1.launch.running.process import KILL, Process
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.screen import Screen
-from pyros1.launch.running.warden import GROUPS, Warden
+from pyros1.launch.running.warden import ANSWER_LIMIT, GROUPS, Warden
 
 if TYPE_CHECKING:
     from pyros1.launch.preload.preloader import Preloader
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 _KILL_WAIT = 2.0
 _UNHEARD = 2.0  # seconds that processes have for ending by themselves where they cannot be sent SIGINT
 _REMAINS_POLL = 0.05
-ANSWER_LIMIT = 10.0
-"""Seconds that the answer to the end of a required process may take before everything ends."""
 Event = tuple[Literal["exit", "stop", "hurry", "do"], "_End | str | Callable[[], object] | None"]
 
 

@@ -1,7 +1,8 @@
 """Ends the nodes of a launcher that was killed.
 
 A small separate process reads the list of process groups from a pipe. The system closes the pipe when the launcher
-ends, for any reason. The warden then ends the remaining groups as the launcher would have done.
+ends, for any reason. The warden then ends the remaining groups as the launcher would have done, and runs what answers
+the end of these nodes (``on-death``): nobody has told them to end.
 
 The program is run by its path and imports nothing of pyros1, so it starts quickly. It works on every POSIX system. A
 node that the launcher had started but not yet reported is found by its ``__log`` argument, on Linux only.
@@ -21,6 +22,11 @@ GROUPS = hasattr(os, "killpg")
 """Whether the system has process groups; without them (Windows) a launch knows only the processes that it started."""
 _POLL = 0.05
 _KILL_WAIT = 2.0
+ANSWER_LIMIT = 10.0
+"""Seconds that the answer to the end of a node may take before everything ends."""
+
+Answer = tuple[list[str], dict[str, str], str]
+"""A command, its environment and its working directory."""
 
 
 class Warden:
@@ -47,8 +53,17 @@ class Warden:
         """Report that a process with this word on its command line is about to be started."""
         self._tell("expect", word)
 
-    def watch(self, pid: int) -> None:
-        """Report that the announced process runs, and leads a new process group."""
+    def watch(self, pid: int, answer: Answer | None = None) -> None:
+        """Report that the announced process runs, and leads a new process group.
+
+        Args:
+            pid: its id.
+            answer: what to run after its end if the launcher is killed.
+        """
+        if answer is not None:
+            import json  # noqa: PLC0415 - the warden starts without
+
+            self._tell("answer", json.dumps([pid, *answer]))
         self._tell("watch", str(pid))
 
     def ended(self, pid: int) -> None:
@@ -138,22 +153,42 @@ def processes_with(word: str) -> set[int]:
     return {pid for pid in found if group_exists(pid)}
 
 
+def run_all(answers: list[Answer]) -> None:
+    """Run commands side by side, for ANSWER_LIMIT at most."""
+    started = []
+    for words, env, cwd in answers:
+        with contextlib.suppress(OSError):
+            started.append(subprocess.Popen(words, env=env, cwd=cwd, stdin=subprocess.DEVNULL, start_new_session=True))
+    deadline = time.monotonic() + ANSWER_LIMIT
+    for process in started:
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(max(0.0, deadline - time.monotonic()))
+    end_groups({process.pid for process in started if process.poll() is None}, [(signal.SIGKILL, _KILL_WAIT)])
+
+
 def main() -> None:
     """Read until the launcher has ended, then end what it has left."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     running: set[int] = set()
     ended: set[int] = set()
+    answers: dict[int, Answer] = {}
     expected = ""
     for line in sys.stdin.buffer:
         verb, _, what = os.fsdecode(line.rstrip(b"\n")).partition(" ")
         if verb == "expect":
             expected = what
+        elif verb == "answer":
+            import json  # noqa: PLC0415 - few nodes have one
+
+            pid, *answer = json.loads(what)
+            answers[pid] = answer
         elif verb == "watch":
             running.add(int(what))
             expected = ""
         elif verb == "ended":
             running.discard(int(what))
+            answers.pop(int(what), None)
             if group_exists(int(what)):
                 ended.add(int(what))
         else:
@@ -163,6 +198,7 @@ def main() -> None:
         groups |= processes_with(expected)
     sigint, sigterm = map(float, sys.argv[1:3])
     end_groups(groups, [(signal.SIGINT, sigint), (signal.SIGTERM, sigterm), (signal.SIGKILL, _KILL_WAIT)])
+    run_all(list(answers.values()))
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pyros1.ground.shown import foreign
 from pyros1.web.bags.shelf import Shelf
 from pyros1.web.server.wire import RequestError
 
@@ -18,6 +19,10 @@ MOST_OPEN = 16
 """Most bags that are open at the same time."""
 MOST_JOBS = 3
 """Most bags that are read through at the same time, for plots; more wait."""
+
+
+_Key = tuple[Path, int, int]
+"""A file: its path, device and number. Another file may take the path of one that is open: a bag is recorded again."""
 
 
 class _Place:
@@ -45,7 +50,7 @@ class Library:
         self.recording: Recording | None = None
         self._may_see = may_see
         self._lock = threading.Lock()
-        self._places: dict[Path, _Place] = {}
+        self._places: dict[_Key, _Place] = {}
 
     def open(self, text: str, progress: Callable[[int], object]) -> OpenBag:
         """Open a bag, or return it if it is open. It stays open until as many calls of `release`.
@@ -58,23 +63,23 @@ class Library:
             RequestError: pages may not see it, or too many bags are open.
             BagError: it cannot be read.
         """
-        path = self.shelf.file(text)
+        key = self._key(text)
         with self._lock:
-            place = self._places.get(path)
+            place = self._places.get(key)
             if place is None:
                 if len(self._places) >= MOST_OPEN:
                     raise RequestError(f"{MOST_OPEN} bags are open: close one of them first")
-                place = self._places[path] = _Place()
+                place = self._places[key] = _Place()
             place.users += 1
         try:
             with place.opening:
                 if place.bag is None:
                     from pyros1.web.bags.opened import OpenBag  # noqa: PLC0415 - few pages open bags
 
-                    place.bag = OpenBag(str(path), self._may_see, progress)
+                    place.bag = OpenBag(str(key[0]), self._may_see, progress)
                 return place.bag
         except BaseException:
-            self._leave(path)
+            self._leave(key)
             raise
 
     def borrow(self, text: str) -> OpenBag:
@@ -83,17 +88,23 @@ class Library:
         Raises:
             RequestError: it is not open.
         """
-        path = self.shelf.file(text)
+        key = self._key(text)
         with self._lock:
-            place = self._places.get(path)
+            place = self._places.get(key)
             if place is None or place.bag is None:
-                raise RequestError("this bag is not open")
+                replaced = any(path == key[0] for path, *_ in self._places)
+                raise RequestError(
+                    "this file is another one now: open it again" if replaced else "this bag is not open"
+                )
             place.users += 1
             return place.bag
 
     def release(self, bag: OpenBag) -> None:
         """Close a bag when all who have opened or borrowed it have released it."""
-        self._leave(Path(bag.bag.path))
+        with self._lock:
+            key = next((key for key, place in self._places.items() if place.bag is bag), None)
+        if key is not None:
+            self._leave(key)
 
     def record(self, begin: Callable[[], Recording]) -> None:
         """Begin a recording.
@@ -119,14 +130,22 @@ class Library:
             if place.bag is not None:
                 place.bag.close()
 
-    def _leave(self, path: Path) -> None:
+    def _key(self, text: str) -> _Key:
+        path = self.shelf.file(text)
+        try:
+            facts = path.stat()
+        except OSError as error:  # it has just gone
+            raise RequestError(f"{foreign(str(path))}: {error.strerror}") from None
+        return path, facts.st_dev, facts.st_ino
+
+    def _leave(self, key: _Key) -> None:
         with self._lock:
-            place = self._places.get(path)
+            place = self._places.get(key)
             if place is None:
                 return
             place.users -= 1
             if place.users:
                 return
-            del self._places[path]
+            del self._places[key]
         if place.bag is not None:
             place.bag.close()

@@ -44,6 +44,7 @@ function drawTabs() {
   }, panel.title))));
   fill(menu, other && h("option", { value: other }, `▦ ${other}`), panels.map(({ name, title }) => h("option", { value: name }, title)));
   menu.value = current;
+  document.title = `${panels.find((panel) => panel.name === current)?.title || current} – pyros1`;
   seeTab();
 }
 

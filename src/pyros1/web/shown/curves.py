@@ -40,6 +40,7 @@ class Curve:
 
     Attributes:
         problem: what is wrong with it now; empty for nothing.
+        heard: whether a message has come.
 
     Raises:
         CurveError: the text is malformed.
@@ -48,6 +49,7 @@ class Curve:
     def __init__(self, text: str, stamped: bool = False) -> None:
         self.text = text.strip()
         self.problem = ""
+        self.heard = False
         self._stamped = stamped
         self._lock = threading.Lock()
         self._points: dict[int, tuple[list[float], list[float]]] = {}
@@ -86,6 +88,7 @@ class Curve:
 
     def add(self, message: Any, arrived: float) -> None:
         """Add the point of a message, or say what is wrong with it."""
+        self.heard = True
         try:
             value = self._read(message) if self._read else None
             numbers = _numbers(value)

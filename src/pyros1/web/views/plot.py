@@ -28,8 +28,9 @@ class PlotView(View):
     Args (of the page):
         curves: a list of ``{"id": N, "text": TEXT, "stamped": bool}``; see `shown.curves.Curve` for the text.
 
-    Pushes ``{"now": TIME, "curves": [{"id", "part", "count"}, ...], "problems": {ID: TEXT}}`` with the points: for each
-    entry its times, then its values, as float64. A part is the element of an array, or -1.
+    Pushes ``{"now": TIME, "curves": [{"id", "part", "count"}, ...], "problems": {ID: TEXT}, "waiting": {ID: TEXT}}``
+    with the points: for each entry its times, then its values, as float64. A part is the element of an array, or -1.
+    The texts of "waiting" say for what curves wait, which is no fault: a topic or a message.
     """
 
     polled = True
@@ -40,7 +41,7 @@ class PlotView(View):
         self._texts: dict[int, tuple[str, bool]] = {}
         self._ends: dict[int, Callable[[], None]] = {}
         self._problems: dict[int, str] = {}
-        self._shown: dict[int, str] = {}
+        self._shown: tuple[dict[int, str], dict[int, str]] = ({}, {})
         self._turn = 0
         self.change(args)
 
@@ -69,11 +70,13 @@ class PlotView(View):
                 blob.extend(times)
                 blob.extend(values)
         problems = {**self._problems, **{n: curve.problem for n, curve in self._curves.items() if curve.problem}}
-        if not entries and problems == self._shown:
+        waiting = {n: self._wait(n) for n, curve in self._curves.items() if n not in problems and not curve.heard}
+        shown = (problems, waiting)
+        if not entries and shown == self._shown:
             return None
-        self._shown = problems
+        self._shown = shown
         now = self.robot.node.now().to_sec()
-        return Push({"now": now, "curves": entries, "problems": problems}, blob.tobytes())
+        return Push({"now": now, "curves": entries, "problems": problems, "waiting": waiting}, blob.tobytes())
 
     def close(self) -> None:
         for number in list(self._texts):
@@ -91,13 +94,14 @@ class PlotView(View):
                 continue
             try:
                 topic = curve.find(self.robot.graph.find_topic)
-                if topic is None:
-                    self._problems[number] = "no such topic yet"
-                    continue
-                self._ends[number] = self.robot.listen(topic, _Feeder(curve))
+                if topic is not None:
+                    self._ends[number] = self.robot.listen(topic, _Feeder(curve))
                 self._problems.pop(number, None)
             except Error as error:
                 self._problems[number] = str(error)
+
+    def _wait(self, number: int) -> str:
+        return "no message yet" if number in self._ends else "no such topic yet"
 
 
 class _Feeder:

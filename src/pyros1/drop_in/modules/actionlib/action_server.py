@@ -183,7 +183,8 @@ class ActionServer:
     def publish_feedback(self, status: Any, feedback: Any) -> None:
         """Send a goal's feedback message, with its GoalStatus."""
         with self.lock:
-            message = self.ActionFeedback(status=status, feedback=feedback)
+            message = self.ActionFeedback(status=status)
+            message.feedback = feedback  # None is no message, and refused
             message.header.stamp = rospy.Time.now()
             if not rospy.is_shutdown():
                 self.feedback_pub.publish(message)

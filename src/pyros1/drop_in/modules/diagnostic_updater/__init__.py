@@ -1,5 +1,9 @@
 """Diagnostics of a node (https://wiki.ros.org/diagnostic_updater), as stock's module for Python has them."""
 
+import threading
+
+import rospy
+
 from diagnostic_updater._diagnostic_status_wrapper import (
     ERROR,
     OK,
@@ -46,4 +50,6 @@ __all__ = [
     "TimeStampStatusParam",
     "TopicDiagnostic",
     "Updater",
+    "rospy",  # programs that take all names with a star, as from stock's, use these, too
+    "threading",
 ]

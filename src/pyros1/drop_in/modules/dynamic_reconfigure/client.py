@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import sys
+import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
+import rospy
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.service import ServiceException
 

@@ -8,8 +8,12 @@ from dynamic_reconfigure.parameter_generator_catkin import (
     check_name,
     double_t,
     id,
+    inspect,
     int_t,
+    os,
+    re,
     str_t,
+    sys,
 )
 
 __all__ = [
@@ -20,6 +24,10 @@ __all__ = [
     "check_name",
     "double_t",
     "id",
+    "inspect",
     "int_t",
+    "os",
+    "re",
     "str_t",
+    "sys",
 ]

@@ -8,6 +8,7 @@ from __future__ import annotations
 import inspect
 import os
 import re
+import sys
 from typing import Any
 
 from pyros1.drop_in import configs
@@ -141,10 +142,11 @@ class ParameterGenerator:
         param.update(_C_TYPES[param["type"]])
 
     def check_type_fill_default(self, param: dict[str, Any], field: str, default: Any) -> None:
-        """Put a default in the place of None, and check the value."""
+        """Put a default, unchecked, in the place of None, or check the value."""
         if param[field] is None:
             param[field] = default
-        self.check_type(param, field)
+        else:
+            self.check_type(param, field)
 
     def const(self, name: str, type: str, value: Any, descr: str) -> dict[str, Any]:
         """Return a constant, for `enum`; the module gets it, too."""

@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+import rospy
 from rospy.exceptions import ROSInitException
 from rospy.service import ServiceException
 
@@ -25,6 +26,38 @@ from pyros1.ground.errors import NodeError
 from pyros1.msgs.dynamic_reconfigure.msg import Config as ConfigMsg
 from pyros1.msgs.dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure as ReconfigureSrv
+
+
+class SetService:
+    """The service of a server, with what programs use of a `rospy.Service`.
+
+    Args:
+        service: pyros1's.
+
+    Attributes:
+        resolved_name: full name. service_class, request_class, response_class: of dynamic_reconfigure/Reconfigure.
+        uri: its address.
+    """
+
+    def __init__(self, service: Any) -> None:
+        self._service = service
+        self.resolved_name: str = service.name
+        self.uri: str = service.uri
+        self.service_class = ReconfigureSrv
+        self.request_class = ReconfigureSrv._request_class
+        self.response_class = ReconfigureSrv._response_class
+
+    def shutdown(self, reason: str = "") -> None:
+        """End the service, and wake who waits for it.
+
+        Args:
+            reason: for the log.
+        """
+        self._service.shutdown(reason)
+
+    def spin(self) -> None:
+        """Wait until the node ends."""
+        rospy.spin()
 
 
 class Server:
@@ -60,7 +93,7 @@ class Server:
         self.description = self._server.message
         self.descr_topic = self._server.descriptions
         self.update_topic = self._server.updates
-        self.set_service = self._server.service
+        self.set_service = SetService(self._server.service)
 
     def _changed(self, config: Any, level: int) -> Any:
         return self.callback(config, level)

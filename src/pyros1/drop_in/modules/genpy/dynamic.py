@@ -7,7 +7,7 @@ import sys
 from types import ModuleType
 from typing import Any
 
-from genmsg.base import MsgGenerationException
+from genmsg.base import InvalidMsgSpec, MsgGenerationException
 
 from pyros1.drop_in.missing import missing
 from pyros1.ground.errors import DefinitionError
@@ -32,7 +32,8 @@ def generate_dynamic(core_type: str, msg_cat: str) -> dict[str, type[Any]]:
         Full type name -> class.
 
     Raises:
-        MsgGenerationException: the text is wrong.
+        InvalidMsgSpec: a definition in it is wrong.
+        MsgGenerationException: it lacks the definition of a type; or no classes can be made of it.
     """
     found: dict[str, type[Any]] = {}
     try:
@@ -42,7 +43,7 @@ def generate_dynamic(core_type: str, msg_cat: str) -> dict[str, type[Any]]:
             if name not in found:  # nothing uses it
                 _collect(name, from_definition(name, f"{text}\n{SEPARATOR}\nMSG: {core_type}\n{msg_cat}"), found)
     except DefinitionError as error:
-        raise MsgGenerationException(str(error)) from error
+        raise (MsgGenerationException if error.line is None else InvalidMsgSpec)(str(error)) from error
     make_importable(found)
     return found
 

@@ -19,6 +19,7 @@ from pyros1.msgs.fill import fill_message
 from pyros1.msgs.spec import is_type_name
 
 struct_I = struct.Struct("<I")
+_TIMES = {"time": Time, "duration": Duration}
 
 __getattr__ = missing(__name__)
 
@@ -113,14 +114,14 @@ def get_message_class(message_type: str, reload_on_error: bool = False) -> Any:
     """Return the class of a message type; None if there is no definition.
 
     Args:
-        message_type: ``package/Type``; also ``Header``.
+        message_type: ``package/Type``; also ``Header``, ``time`` and ``duration``.
         reload_on_error: has no effect.
 
     Raises:
         ValueError: the name has no package.
     """
     name = "std_msgs/Header" if message_type == "Header" else message_type
-    return _class(name, "msg")
+    return _TIMES.get(name) or _class(name, "msg")
 
 
 def get_service_class(service_type: str, reload_on_error: bool = False) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 from pyros1.drop_in.binary import as_stock
 from pyros1.drop_in.missing import missing
 from pyros1.ground.errors import MasterError as _Refused
-from pyros1.ground.errors import MasterUnreachableError, TransportError
+from pyros1.ground.errors import MasterUnreachableError, SerializationError, TransportError
 from pyros1.net.master_client import MasterClient
 from rosgraph.names import make_caller_id
 from rosgraph.network import parse_http_host_and_port
@@ -43,6 +43,7 @@ class Master:
         ValueError: the address is wrong.
         MasterFailure, MasterError: from all methods, the master refuses the call.
         OSError: from all methods, it does not answer.
+        TypeError, OverflowError: XML-RPC has no such value.
     """
 
     def __init__(self, caller_id: str, master_uri: str | None = None) -> None:
@@ -57,6 +58,8 @@ class Master:
     def _call(self, method: str, *args: Any) -> Any:
         try:
             return self._client.call(method, *args)
+        except SerializationError as error:  # XML-RPC has no such value
+            raise (OverflowError if "does not fit" in str(error) else TypeError)(str(error)) from None
         except (MasterUnreachableError, TransportError) as error:
             raise _os_error(error) from None
         except _Refused as error:

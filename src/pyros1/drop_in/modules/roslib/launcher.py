@@ -23,7 +23,7 @@ def load_manifest(package_name: str, bootstrap_version: str = "0.7") -> None:
         bootstrap_version: has no effect.
     """
     rospack = RosPack.get_instance()
-    for name in (package_name, *get_depends(package_name, rospack)):
+    for name in (package_name, *_needed(package_name, rospack)):
         try:
             folder = rospack.get_path(name)
         except ResourceNotFound:
@@ -34,9 +34,17 @@ def load_manifest(package_name: str, bootstrap_version: str = "0.7") -> None:
                 sys.path.append(path)
 
 
-def get_depends(package: str, rospack: Any) -> Any:
-    """Return the names of the packages that a package needs; none if that cannot be told."""
+def get_depends(package: str, rospack: Any) -> list[str]:
+    """Return the names of the packages with a manifest.xml, of rosbuild's times, that a package needs.
+
+    None if that cannot be told.
+    """
+    return [name for name in _needed(package, rospack) if not rospack.get_manifest(name).is_catkin]
+
+
+def _needed(package: str, rospack: Any) -> list[str]:
     try:
-        return rospack.get_depends(package)
+        found: list[str] = rospack.get_depends(package)
     except Exception:  # noqa: BLE001  a broken manifest of any package must not stop a program
         return []
+    return found

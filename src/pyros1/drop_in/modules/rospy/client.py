@@ -247,7 +247,7 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Any = None) -> Any:
         if PROCESS.forked:
             with _own_node(PROCESS.node) as node:
                 return node.wait_for_message(resolve_name(topic), topic_type, limit)
-        return PROCESS.node.wait_for_message(topic, topic_type, limit)
+        return PROCESS.node.wait_for_message(as_text(topic), topic_type, limit)
     except WaitTimeoutError:
         raise ROSException(f"timeout exceeded while waiting for message on topic {topic}") from None
     except NodeShutdownError:

@@ -25,8 +25,9 @@ def isstring(s: object) -> bool:
 
 
 def as_text(name: Any) -> str:
-    """Return a name as text, as stock's functions take it: None is the empty name."""
-    return "" if name is None else str(name)
+    """Return a name as text, as stock's functions take it: None is the empty name, and ``~/x`` is ``/x``."""
+    text = "" if name is None else str(name)
+    return text[1:] if text[:2] == "~/" and text.strip("~/") else text
 
 
 def is_global(name: str) -> Any:
@@ -123,7 +124,7 @@ def _full(name: str, caller_id: str) -> str:
     if is_global(name):
         return name
     if is_private(name):
-        return canonicalize_name(f"{caller_id}/{name[1:]}")
+        return ns_join(caller_id, name[1:])  # ~/x is /x, other than for roscpp
     return namespace(caller_id) + name
 
 
@@ -216,7 +217,8 @@ def valid_name_validator_resolved(param_name: str, param_value: Any, caller_id: 
     Raises:
         ParameterInvalid: it is not a name.
     """
-    return resolve_name(valid_name_validator_unresolved(param_name, param_value, caller_id), caller_id)
+    name = valid_name_validator_unresolved(param_name, param_value, caller_id)
+    return names.resolve_name(name, caller_id, strict=False)  # here, ~/x is below the node
 
 
 def valid_name_validator_unresolved(param_name: str, param_value: Any, caller_id: str) -> str:

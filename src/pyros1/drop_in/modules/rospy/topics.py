@@ -21,7 +21,7 @@ from rospy.impl.topic_views import TopicImpl as _TopicImpl
 from rospy.impl.topic_views import TopicManager as _TopicManager
 from rospy.impl.wrong_values import error_of, name_frame
 from rospy.msg import AnyMsg, Message, args_kwds_to_message, serialize_message
-from rospy.names import LATE, resolve_name, resolve_name_without_node_name, warn_of_name
+from rospy.names import LATE, as_text, resolve_name, resolve_name_without_node_name, warn_of_name
 
 DEFAULT_BUFF_SIZE = 65536
 python3 = 1
@@ -83,7 +83,7 @@ class Topic:
             raise ValueError(f"data_class [{data_class}] is not a class")
         if not hasattr(data_class, "_md5sum") or hasattr(data_class, "_request_class"):  # services are no messages
             raise ValueError(f"data_class [{data_class.__class__.__name__}] is not a message data class")
-        self._given = canonicalize_name(name)
+        self._given = canonicalize_name(as_text(name))
         warn_of_name(name, 4)
         resolve = resolve_name if PROCESS.node is not None else resolve_name_without_node_name
         self.name = self.resolved_name = resolve(name)
@@ -174,7 +174,7 @@ class Publisher(Topic):
         super().__init__(name, data_class, Registration.PUB)
         impl: _PublisherImpl = self.impl
         self._latch = latch
-        self._headers = {str(key): str(value) for key, value in (headers or {}).items()}
+        self._headers = {str(key): str(value) for key, value in dict(headers or {}).items()}
         impl.add_headers(self._headers)
         if latch:
             impl.enable_latch()

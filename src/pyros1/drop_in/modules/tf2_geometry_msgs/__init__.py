@@ -3,6 +3,10 @@
 Importing it registers them for `tf2_ros.Buffer.transform`.
 """
 
+import copy
+
+import rospy
+
 from tf2_geometry_msgs.tf2_geometry_msgs import (
     PointStamped,
     PoseStamped,

@@ -1,5 +1,8 @@
 """tf2_ros, by pyros1: frames over time, with topics and conversions (https://wiki.ros.org/tf2_ros)."""
 
+import threading
+
+import rospy
 from tf2_py import (
     BufferCore,
     ConnectivityException,

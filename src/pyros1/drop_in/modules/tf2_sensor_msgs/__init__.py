@@ -3,6 +3,8 @@
 Importing it registers them for `tf2_ros.Buffer.transform`.
 """
 
+import rospy
+
 from tf2_sensor_msgs.tf2_sensor_msgs import (
     PointCloud2,
     __getattr__,

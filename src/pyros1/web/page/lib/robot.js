@@ -35,7 +35,7 @@ export class Robot extends EventTarget {
   }
 
   // Begin a stream of what a view shows; see pyros1/web/views.
-  // on: {data(data, blob), problem(text), opened()}; opened is called again after a lost connection.
+  // on: {data(data, blob), problem(text), opened()}; problem("") when a problem is over; opened is called again after a lost connection.
   stream(view, args, on) {
     const id = ++this._count;
     const stream = { view, args, on };
@@ -154,6 +154,7 @@ export class Robot extends EventTarget {
     const stream = this._streams.get(message.stream);
     if (!stream) return;
     if (message.error !== undefined) {
+      stream.failed = true;
       stream.on.problem?.(message.error);
       return;
     }
@@ -161,7 +162,8 @@ export class Robot extends EventTarget {
     const next = () => requestAnimationFrame(() => this._streams.has(message.stream) && this._send({ next: message.stream }));
     let shown;
     try {
-      stream.on.problem?.("");
+      if (stream.failed) stream.on.problem?.(""); // once: what a panel says itself stays
+      stream.failed = false;
       shown = stream.on.data(message.data, blob);
     } finally {
       Promise.resolve(shown).then(next, next); // decoding a picture takes a while

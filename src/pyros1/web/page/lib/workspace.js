@@ -163,11 +163,23 @@ export class Workspace {
         this._again();
       },
     };
+    this._mounted.set(node, this._mount(panel, place));
+  }
+
+  // What a link or a file says of a panel may be wrong: then it begins anew.
+  _mount(panel, place) {
     try {
-      this._mounted.set(node, panel.mount(place) || {});
+      return panel.mount(place) || {};
     } catch (error) {
-      problem(`this panel has failed: ${error.message}`);
+      if (Object.keys(place.settings).length) {
+        fill(place.body);
+        fill(place.tools);
+        place.body.className = "body";
+        return this._mount(panel, { ...place, settings: {} });
+      }
+      place.problem(`this panel has failed: ${error.message}`);
       console.error(error);
+      return {};
     }
   }
 

@@ -272,7 +272,7 @@ class Console {
 
   // rqt_console's file: a line of names, then message;severity;node;stamp;topics;location, each in quotation marks.
   _save() {
-    const quote = (value) => `"${String(value).replaceAll('"', '\\"')}"`;
+    const quote = (value) => `"${String(value).replaceAll('"', '\\"').replace(/\\$/, "\\ ")}"`; // no last backslash: it would hide the mark
     const rows = this.shown.map(([, time, level, node, text, file, fn, line, topics, nanoseconds]) => [
       text, level, node, exact(time, nanoseconds), topics.join(","), `${file}:${fn}:${line}`,
     ].map(quote).join(";"));
@@ -330,7 +330,7 @@ function nanoseconds(stamp) {
 
 function read(text) {
   const found = [];
-  const row = /"((?:[^"\\]|\\[\s\S])*)"(;|\r?\n|$)/g;
+  const row = /"((?:[^"]|(?<=\\)")*)"(;|\r?\n|$)/g; // a mark behind a backslash is text, as for rqt_console, if the row then has an end
   let fields = [];
   for (let match = row.exec(text); match; match = row.exec(text)) {
     fields.push(match[1].replaceAll('\\"', '"'));

@@ -7,6 +7,7 @@ import { Picture } from "../lib/graph/picture.js";
 import { Sheet } from "../lib/graph/sheet.js";
 
 const DEPTHS = [[-1, "groups if many"], [0, "no groups"], [1, "groups: 1 level"], [2, "groups: 2 levels"], [3, "groups: 3 levels"]];
+const NODES = "pyros1 launch minimal_nodes minimal_simulator.launch";
 const HIDDEN = ["debug", "tf", "leaf", "dead"];
 
 export default {
@@ -35,6 +36,7 @@ class GraphPanel {
       fold: (group) => this._fold(group),
       arranged: () => this._arranged(),
       moved: () => this._moved(),
+      foot: () => this.note.offsetHeight + 6,
     });
     this.picture.scene.offsets = settings.put;
     this.stream = place.robot.stream("system", {}, {
@@ -209,8 +211,8 @@ class GraphPanel {
     if (what === this.why) return;
     this.why = what;
     fill(this.nothing, what === "wait" ? empty("Looking at the robot …")
-      : what === "hidden" ? empty("Everything is hidden", "Only tools and debug topics run here.", h("button", { onclick: () => this._showAll() }, "Show them"))
-        : what === "none" ? empty("No nodes run yet", "Start some, in a terminal:", command("pyros1 launch minimal_nodes minimal_simulator.launch"))
+      : what === "hidden" ? empty("Everything is hidden", "Only tools and debug topics run here.", h("button", { onclick: () => this._showAll() }, "Show them"), "To see more, start some nodes, in a terminal:", command(NODES))
+        : what === "none" ? empty("No nodes run yet", "Start some, in a terminal:", command(NODES))
           : empty("No robot yet", this.trouble, command("pyros1 core")));
   }
 

@@ -106,6 +106,7 @@ class Picture {
     try {
       const bounds = await drawPicture(this.canvas, facts, data, this.range);
       if (!bounds) return;
+      this.place.problem("");
       this.values = bounds.least === null ? "" : `  ${number(bounds.least)} … ${number(bounds.most)}`;
     } catch (error) {
       this.place.problem(error.message);

@@ -39,6 +39,7 @@ class Parameters {
       data: (changes) => this._take(changes),
       problem: (text) => place.problem(text),
     });
+    this.more = 0;
     this.system = place.robot.stream("system", {}, { data: ({ services }) => this._find(services), problem: () => {} });
     this.onAbout = () => { add.hidden = place.robot.about.read_only; };
     this.onAbout();
@@ -61,7 +62,8 @@ class Parameters {
     if (all) this.params.clear();
     for (const [name, value] of Object.entries(set)) this.params.set(name, value);
     for (const name of gone) this.params.delete(name);
-    if (more) this.place.problem(`${more} more parameters are not shown`);
+    if (more !== this.more) this.place.problem(more ? `${more} more parameters are not shown` : "");
+    this.more = more;
     this.listing.show([...this.params].map(([name, [kind, text, cut]]) => ({ name, kind, text, more: cut })));
   }
 

@@ -3,7 +3,7 @@
 import { Points, grid, sample } from "../lib/curves.js";
 import { command, empty, fill, h, save } from "../lib/dom.js";
 import { clock, number } from "../lib/format.js";
-import { COLOURS, lookOf, swatch } from "../parts/plot/looks.js";
+import { lookOf, say, swatch } from "../parts/plot/looks.js";
 import { Pairs } from "../parts/plot/pairs.js";
 import { picture } from "../parts/plot/picture.js";
 import { timeChart } from "../parts/plot/timechart.js";
@@ -26,12 +26,12 @@ export default {
 class Plot {
   constructor(place) {
     this.place = place;
-    this.curves = []; // {id, text, colour, hidden, points: Map(part -> Points), problem}
-    this.period = place.settings.period || 20;
+    this.curves = []; // {id, text, hidden, points: Map(part -> Points), problem, waits: for what}
+    this.period = Number(place.settings.period) || 20;
     this.stacked = Boolean(place.settings.stacked);
     this.xy = Boolean(place.settings.xy); // curves against each other instead of over time
     this.equal = place.settings.equal !== false; // whether a unit is as long on both axes then
-    this.pairs = new Pairs(COLOURS, {
+    this.pairs = new Pairs({
       curves: () => this.curves,
       add: (text) => this._add(text, false),
       remove: (texts) => { this.curves = this.curves.filter(({ text }) => !texts.includes(text)); },
@@ -144,7 +144,7 @@ class Plot {
   _add(text, change = true) {
     text = text.trim();
     if (!text || this.curves.some((curve) => curve.text === text)) return;
-    this.curves.push({ id: ++this.ids, text, hidden: false, points: new Map(), problem: "" });
+    this.curves.push({ id: ++this.ids, text, hidden: false, points: new Map(), problem: "", waits: "" });
     if (change) this._curvesChanged();
   }
 
@@ -192,7 +192,7 @@ class Plot {
       }
       curve.points.get(part).add(times, values);
     }
-    for (const curve of this.curves) curve.problem = data.problems[curve.id] || "";
+    for (const curve of this.curves) Object.assign(curve, { problem: data.problems[curve.id] || "", waits: data.waiting[curve.id] || "" });
     if (fresh) this._layOut();
     this.dirty = true;
   }
@@ -212,6 +212,7 @@ class Plot {
   _layOut() {
     for (const chart of this.charts) chart.destroy();
     this.charts = [];
+    this.axis = 0;
     this.lines = this._lines();
     this._drawLegend();
     if (this.xy && !this.pairs.list.some(({ y }) => y)) {
@@ -247,6 +248,7 @@ class Plot {
         this._showPause();
       },
       all: () => this._follow(), cursor: (chart) => this._cursor(chart),
+      room: (width) => { this.axis = Math.max(this.axis, width); return this.axis; }, // one for all charts, so that times are below each other
     };
     for (const lines of groups) this.charts.push(timeChart(this.area, lines, this._size(groups.length), on));
     this.dirty = true;
@@ -343,9 +345,7 @@ class Plot {
     for (const curve of this.curves) {
       if (!curve.mark) continue;
       const values = this.lines.filter((line) => line.curve === curve).map((line) => line.at ?? line.points.last());
-      const text = curve.problem || values.map((value) => number(value)).join("  ");
-      if (curve.mark.textContent !== text) curve.mark.textContent = text;
-      curve.mark.classList.toggle("wrong", Boolean(curve.problem));
+      say(curve.mark, [curve], values.map((value) => number(value)).join("  "));
     }
   }
 

@@ -38,7 +38,7 @@ class Services {
         { title: "node", text: (row) => row.nodes.join(" "), width: "minmax(0, 1fr)", least: 560 },
       ],
       details: (row) => this._details(row),
-      empty: () => empty("No services", this.all ? "Nodes that run show their services here." : "“Loggers” shows those that every node has.", command("pyros1 run minimal_nodes minimal_service")),
+      empty: () => empty("No services", this.all ? "Nodes that run show their services here." : "“Loggers” shows those that every node has.", command("pyros1 run turtlesim turtlesim_node")),
     });
     this.listing.extra = { all: this.all };
     this.stream = place.robot.stream("system", {}, {

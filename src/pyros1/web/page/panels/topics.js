@@ -25,7 +25,7 @@ class Topics {
     this.system = null;
     const publish = h("button", { title: "publish on a topic that is not there yet", onclick: () => this._new() }, "New …");
     this.publish = publish;
-    this.all = h("button", { "aria-pressed": "false", onclick: () => this._measureAll() });
+    this.all = h("button", { hidden: true, "aria-pressed": "false", onclick: () => this._measureAll() });
     this.listing = new Listing(place, {
       label: "topics", word: "topic", tools: [publish, this.all],
       words: (row) => `${row.name} ${row.type}`,

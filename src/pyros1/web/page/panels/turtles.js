@@ -68,7 +68,6 @@ class Turtles {
   }
 
   async _take({ facts, turtles, drawing }, blob) {
-    this.place.problem("");
     if (facts) {
       if (facts.node !== this.facts?.node) this.drawn = false; // another one: its drawing comes next
       this.facts = facts;

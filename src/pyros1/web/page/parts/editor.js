@@ -22,11 +22,11 @@ export class Editor {
     this.element = h("div.editor", {}, this.tabs.element, this.outcome.element);
   }
 
-  // The message, once the text that was typed has been read; fails if it is wrong.
+  // The message, once the text that was typed has been read. It fails if that is wrong, without words: it has been said.
   async message() {
     if (this.timer) await this._read();
     await this.reading;
-    if (this.problem) throw new Error(this.problem);
+    if (this.problem) throw new Error("");
     return this.value;
   }
 

@@ -60,7 +60,7 @@ export class Inspector {
     if (!this.data || data.count !== this.data.count) this.at = performance.now();
     this.data = data;
     this.waiting.hidden = true;
-    if (data.problem) this._problem(data.problem);
+    this._problem(data.problem || "");
     this.tree.show(data.value);
     this._drawFigures();
   }

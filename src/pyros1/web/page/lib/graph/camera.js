@@ -2,13 +2,13 @@
 
 const LEAST = 0.02;
 const MOST = 4;
-const FOOT = 24; // pixels below, where the numbers are
 const CLICK = 5; // pixels that a click may move
 const GLIDE = 260; // ms
 
 export class Camera {
-  // on: {changed(), click(x, y), double(x, y), hover(x, y), took(), grab(x, y, touch), drag(right, down), drop()}; x and y are of the plane.
+  // on: {changed(), click(x, y), double(x, y), hover(x, y), took(), grab(x, y, touch), drag(right, down), drop(), foot()}; x and y are of the plane.
   // grab returns whether there is something that a drag moves; else it moves the plane.
+  // foot() is the height in pixels of what is below, the numbers.
   // took() is called when the user moves something, so that the picture stays where it was put.
   constructor(element, on) {
     this.element = element;
@@ -60,8 +60,9 @@ export class Camera {
   // Show a part of the plane as large as it fits, but not larger than `most`.
   show([left, top, right, bottom], most, glide = true) {
     const [width, height] = this.size;
-    const scale = Math.max(LEAST, Math.min(most, (width - 40) / Math.max(1, right - left), (height - 40 - FOOT) / Math.max(1, bottom - top)));
-    this.go((left + right) / 2, (top + bottom) / 2 + FOOT / 2 / scale, scale, glide);
+    const foot = this.on.foot();
+    const scale = Math.max(LEAST, Math.min(most, (width - 40) / Math.max(1, right - left), (height - 40 - foot) / Math.max(1, bottom - top)));
+    this.go((left + right) / 2, (top + bottom) / 2 + foot / 2 / scale, scale, glide);
   }
 
   go(x, y, scale, glide = true) {

@@ -12,7 +12,7 @@ const ARROWS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowDown: [0, 1], Arro
 
 export class Picture {
   // room: the element whose shape the picture is to have; of it, the canvas may show a part only.
-  // on: {choose(found), fold(group), arranged(), moved()}; found is {box}, {edge} or null; moved: boxes have been put somewhere, or back
+  // on: {choose(found), fold(group), arranged(), moved(), foot()}; foot: pixels below that are taken; found is {box}, {edge} or null; moved: boxes have been put somewhere, or back
   constructor(canvas, room, on) {
     this.canvas = canvas;
     this.room = room;
@@ -36,6 +36,7 @@ export class Picture {
       grab: (x, y, touch) => this._grab(x, y, touch),
       drag: (right, down) => this._drag(right, down),
       drop: () => this._drop(),
+      foot: on.foot,
     });
     canvas.addEventListener("keydown", (event) => this._key(event));
     this.worker = new Worker(new URL("./worker.js", import.meta.url), { type: "module" });

@@ -64,7 +64,7 @@ export function offersOf(types, topics, robots) {
   });
   if (!robots.includes(DESCRIPTION)) offers.unshift({ key: ROBOT + DESCRIPTION, title: DESCRIPTION, kind: "RobotModel", text: "the robot as its URDF describes it" });
   if (Object.values(types).includes(INFO)) offers.push({ key: "depth:", title: "/depth/image", kind: "DepthCloud", text: "the topic with other depths", field: true });
-  return [...offers, { key: ROBOT, title: "/other_description", kind: "RobotModel", text: "the parameter with another robot's URDF", field: true }];
+  return [...offers, { key: ROBOT, title: "/other_robot", kind: "RobotModel", text: "the parameter with another robot's URDF", field: true }];
 }
 
 export function picturesOf(types) {

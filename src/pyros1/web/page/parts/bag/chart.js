@@ -4,9 +4,10 @@ import uPlot from "../../vendor/uplot.js";
 import { Points, grid, sample } from "../../lib/curves.js";
 import { fill, h } from "../../lib/dom.js";
 import { number } from "../../lib/format.js";
+import { lookOf, say, swatch } from "../plot/looks.js";
+import { marks } from "../plot/words.js";
 import { RIGHT } from "./timeline.js";
 
-const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9", "#c2255c", "#5c940d"];
 const MOST = 16;
 const PATIENCE = 250; // ms after the last zoom
 
@@ -63,6 +64,7 @@ export class Chart {
   }
 
   _changed() {
+    this.on.problem("");
     this.on.changed(this.curves.map(({ text }) => text));
     this._ask();
   }
@@ -138,7 +140,7 @@ export class Chart {
 
   _lines() {
     const lines = this.curves.flatMap((curve) => [...curve.lines].sort((one, other) => one[0] - other[0]).map(([part, points]) => ({ curve, points, label: part < 0 ? curve.text : `${curve.text}[${part}]` })));
-    lines.forEach((line, index) => { line.colour = COLOURS[index % COLOURS.length]; });
+    lines.forEach((line, index) => Object.assign(line, lookOf(index)));
     return lines;
   }
 
@@ -159,8 +161,8 @@ export class Chart {
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, y: false },
       scales: { x: { time: false, auto: false }, y: { range: (_, least, most) => spread(least, most) } },
-      axes: [{ ...axis, show: false }, { ...axis, size: this.gutter, values: (_, marks) => marks.map((mark) => number(mark)) }],
-      series: [{}, ...this.lines.map((line) => ({ label: line.label, stroke: line.colour, width: 1.5, spanGaps: true, points: { show: false } }))],
+      axes: [{ ...axis, show: false }, { ...axis, size: this.gutter, values: (_, ticks) => marks(ticks) }],
+      series: [{}, ...this.lines.map((line) => ({ label: line.label, stroke: line.colour, dash: line.dash, width: 1.5, spanGaps: true, points: { show: false } }))],
     }, [new Float64Array(0), ...this.lines.map(() => [])], this.area);
     this.mark = h("i.cursor");
     this.plot.over.append(this.mark);
@@ -198,7 +200,7 @@ export class Chart {
     fill(this.legend, this.curves.map((curve) => {
       const lines = this.lines.filter((line) => line.curve === curve);
       curve.mark = h("span.value.mono");
-      return h("span.chip", {}, h("span.name.mono", {}, (lines.length ? lines : [{}]).map((line) => h("i.swatch", { style: { background: line.colour || "var(--border)" } })), curve.text), curve.mark,
+      return h("span.chip", {}, h("span.name.mono", {}, (lines.length ? lines : [{}]).map((line) => h("i.swatch", { style: { background: swatch(line) } })), curve.text), curve.mark,
         h("button.quiet", { title: "remove", "aria-label": `remove ${curve.text}`, onclick: () => this._remove(curve) }, "✕"));
     }));
     this._values();
@@ -209,9 +211,7 @@ export class Chart {
     for (const curve of this.curves) {
       if (!curve.mark) continue;
       const values = [...curve.lines.values()].map((points) => points.values[points.indexOf((this.time ?? 0) + 1e-9) - 1]);
-      const text = curve.problem || values.slice(0, 6).map((value) => (value === undefined ? "–" : number(value))).join("  ");
-      if (curve.mark.textContent !== text) curve.mark.textContent = text;
-      curve.mark.classList.toggle("wrong", Boolean(curve.problem));
+      say(curve.mark, [curve], values.slice(0, 6).map((value) => (value === undefined ? "–" : number(value))).join("  "));
     }
   }
 }

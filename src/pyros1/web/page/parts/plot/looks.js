@@ -1,9 +1,7 @@
-// How curves are told apart: ten colours, and dashes for those that come after them.
+// How curves look: ten colours, and dashes for those that come after them; and what is said of one.
 
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9", "#c2255c", "#5c940d"];
 const DASHES = [undefined, [9, 5], [2, 4], [12, 4, 2, 4]];
-
-export { COLOURS };
 
 // The look of a curve by its number: {colour, dash}.
 export function lookOf(index) {
@@ -14,4 +12,14 @@ export function lookOf(index) {
 export function swatch({ colour = "var(--border)", dash }) {
   if (!dash) return colour;
   return `repeating-linear-gradient(90deg, ${colour} 0 ${Math.min(5, dash[0])}px, transparent 0 ${Math.min(5, dash[0]) + 3}px)`;
+}
+
+// Show what is wrong with curves, or for what one waits, which is no fault; else their values.
+export function say(mark, curves, values) {
+  const problem = curves.map((curve) => curve?.problem).find(Boolean) || "";
+  const waits = problem ? "" : curves.map((curve) => curve?.waits).find(Boolean) || "";
+  const text = problem || waits || values;
+  if (mark.textContent !== text) mark.textContent = text;
+  mark.classList.toggle("wrong", Boolean(problem));
+  mark.classList.toggle("muted", Boolean(waits));
 }

@@ -2,15 +2,15 @@
 
 import { fill, h } from "../../lib/dom.js";
 import { number } from "../../lib/format.js";
+import { lookOf, say, swatch } from "./looks.js";
 
 const MOST = 50;
 
 // on: {curves(): those that there are, add(text), remove(texts): forget curves, changed(), redraw()}
 export class Pairs {
-  constructor(colours, on) {
-    this.colours = colours;
+  constructor(on) {
     this.on = on;
-    this.list = []; // {x, y, hidden, colours, at, mark}: texts of curves; y is "" until somebody says it
+    this.list = []; // {x, y, hidden, looks, at, mark}: texts of curves; y is "" until somebody says it
   }
 
   // The first of two is x, the second y; one alone waits for the other.
@@ -49,13 +49,13 @@ export class Pairs {
     const trails = [];
     for (const pair of this.list) {
       const [x, y] = [pair.x, pair.y].map((text) => this.on.curves().find((curve) => curve.text === text));
-      pair.colours = [];
+      pair.looks = [];
       for (const [part, points] of y ? [...y.points].sort((one, other) => one[0] - other[0]) : []) {
         const across = x?.points.get(part) || x?.points.get(-1);
-        const colour = this.colours[trails.length % this.colours.length];
         if (!across) continue;
-        pair.colours.push(colour);
-        trails.push({ pair, x: across, y: points, colour });
+        const look = lookOf(trails.length);
+        pair.looks.push(look);
+        trails.push({ pair, x: across, y: points, ...look });
       }
     }
     return trails;
@@ -63,7 +63,7 @@ export class Pairs {
 
   // What a legend says.
   entries() {
-    return this.trails().filter(({ pair }) => !pair.hidden).map(({ pair, colour }) => ({ label: pairLabel(pair), colour }));
+    return this.trails().filter(({ pair }) => !pair.hidden).map(({ pair, colour, dash }) => ({ label: pairLabel(pair), colour, dash }));
   }
 
   pointAt(pairs, found) {
@@ -79,7 +79,7 @@ export class Pairs {
         h("button", { className: `name mono${pair.hidden ? " hidden-curve" : ""}`, onclick: () => {
           pair.hidden = !pair.hidden;
           this.on.redraw();
-        } }, (pair.colours.length ? pair.colours : ["var(--border)"]).map((background) => h("i.swatch", { style: { background } })), pairLabel(pair)),
+        } }, (pair.looks.length ? pair.looks : [{}]).map((look) => h("i.swatch", { style: { background: swatch(look) } })), pairLabel(pair)),
         pair.mark,
         h("button.quiet", { title: "remove", "aria-label": `remove ${pairLabel(pair)}`, onclick: () => this.remove(pair) }, "✕"));
     }));
@@ -89,13 +89,10 @@ export class Pairs {
     for (const pair of this.list) {
       if (!pair.mark) continue;
       const [x, y] = [pair.x, pair.y].map((text) => this.on.curves().find((curve) => curve.text === text));
-      const problem = x?.problem || y?.problem || "";
       const last = (curve) => [...(curve?.points.values() || [])][0]?.last();
       const at = pair.at ? [pair.at.x, pair.at.y] : [last(x), last(y)];
       const age = pair.at ? `, ${number(pair.at.time - now, 2)} s` : "";
-      const text = problem || (at.includes(undefined) ? "" : `${at.map((value) => number(value, 3)).join(", ")}${age}`);
-      if (pair.mark.textContent !== text) pair.mark.textContent = text;
-      pair.mark.classList.toggle("wrong", Boolean(problem));
+      say(pair.mark, [x, y], at.includes(undefined) ? "" : `${at.map((value) => number(value, 3)).join(", ")}${age}`);
     }
   }
 }

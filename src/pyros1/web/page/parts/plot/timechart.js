@@ -3,10 +3,11 @@
 import uPlot from "../../vendor/uplot.js";
 import { number } from "../../lib/format.js";
 import { gestures } from "./gestures.js";
-import { spread, ticksBefore } from "./words.js";
+import { axisWidth, marks, spread, ticksBefore } from "./words.js";
 
 // lines: [{label, colour, dash}]
-// on: {origin(): the time that the axis calls 0, shown(): [begin, end], show(range), all(), cursor(chart)}
+// on: {origin(): the time that the axis calls 0, shown(): [begin, end], show(range), all(), cursor(chart),
+// room(width): the width of the axis that is, or is to be}
 // The chart has `lines`, and `high`: the ends of its height, if it was zoomed.
 export function timeChart(area, lines, size, on) {
   const style = getComputedStyle(document.documentElement);
@@ -24,7 +25,7 @@ export function timeChart(area, lines, size, on) {
         splits: (plot, _, begin, end) => ticksBefore(on.origin() ?? end, begin, end, plot.over.clientWidth / 80),
         values: (_, ticks) => ticks.map((tick) => `${number(tick - (on.origin() ?? 0), 3)} s`),
       },
-      { ...axis, size: 64, values: (_, ticks) => ticks.map((tick) => number(tick)) },
+      { ...axis, size: (_, texts) => on.room(axisWidth(_, texts)), values: (_, ticks) => marks(ticks) },
     ],
     series: [{}, ...lines.map((line) => ({
       label: line.label, stroke: line.colour, dash: line.dash, width: 1.5, spanGaps: true, points: { show: false },

@@ -1,4 +1,8 @@
-// Words for curves as rqt_plot takes them, and places of the ticks of a chart.
+// Words for curves as rqt_plot takes them, and places and texts of the ticks of a chart.
+
+import { number } from "../../lib/format.js";
+
+const SHORT = 8; // letters of a number
 
 // /a/x:y and /a,/b stand for several curves; an expression stands for itself.
 export function expand(text) {
@@ -19,6 +23,24 @@ export function ticksBefore(origin, begin, end, count) {
   const first = Math.ceil((begin - origin) / step - 1e-6);
   const last = Math.floor((end - origin) / step + 1e-6);
   return Array.from({ length: Math.max(0, last - first + 1) }, (_, index) => origin + (first + index) * step);
+}
+
+// Texts of an axis' marks, as exact as they are far apart: 0.25, 1795706846.5, 1.8e+9.
+export function marks(ticks) {
+  const [largest, step] = [Math.max(...ticks.map(Math.abs)), Math.abs(ticks[1] - ticks[0])];
+  if (!(step > 0) || !largest) return ticks.map((tick) => number(tick));
+  let digits = -Math.floor(Math.log10(step)); // behind the point, or so many zeros
+  const last = digits + 3;
+  while (digits < last && Math.abs(step * 10 ** digits - Math.round(step * 10 ** digits)) > 1e-3) digits += 1;
+  const fixed = ticks.map((tick) => tick.toFixed(Math.min(100, Math.max(0, digits))));
+  const scientific = ticks.map((tick) => (tick ? tick.toExponential(Math.min(15, Math.max(0, digits + Math.floor(Math.log10(largest))))) : "0"));
+  const length = (texts) => Math.max(...texts.map((text) => text.length));
+  return length(fixed) > SHORT && length(scientific) < length(fixed) ? scientific : fixed;
+}
+
+// How wide an axis is whose marks have these texts, in pixels.
+export function axisWidth(_, texts) {
+  return Math.max(64, 24 + 7 * Math.max(0, ...(texts || []).map(({ length }) => length)));
 }
 
 // The ends of an axis for values between two, with some room.

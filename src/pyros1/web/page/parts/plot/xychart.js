@@ -1,8 +1,8 @@
 // A chart of curves against each other: trails that fade, the newest point, and the point under the cursor.
 
 import uPlot from "../../vendor/uplot.js";
-import { number } from "../../lib/format.js";
 import { gestures } from "./gestures.js";
+import { axisWidth, marks } from "./words.js";
 import { boxAround, equal, join, nearest } from "../../lib/xy.js";
 
 const MOST = 12000; // points of a trail
@@ -11,7 +11,7 @@ const REACH = 30; // pixels from the cursor to a point
 const FADED = [0.3, 0.5, 0.75, 1]; // of the quarters of a trail, the oldest first
 
 export class XYChart {
-  // pairs: [{pair: {x, y} (names), x: Points, y: Points, colour}]; on: {cursor(found or null)}, with {trail, x, y, time} of a point.
+  // pairs: [{pair: {x, y} (names), x: Points, y: Points, colour, dash}]; on: {cursor(found or null)}, with {trail, x, y, time} of a point.
   constructor(area, size, pairs, isEqual, on) {
     this.pairs = pairs;
     this.equal = isEqual;
@@ -22,7 +22,7 @@ export class XYChart {
     this.found = null;
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => style.getPropertyValue(name).trim();
-    const axis = { stroke: colour("--muted"), grid: { stroke: colour("--border"), width: 1 }, ticks: { stroke: colour("--border"), width: 1 }, values: (_, ticks) => ticks.map((tick) => number(tick)) };
+    const axis = { stroke: colour("--muted"), grid: { stroke: colour("--border"), width: 1 }, ticks: { stroke: colour("--border"), width: 1 }, values: (_, ticks) => marks(ticks) };
     this.ink = colour("--text");
     const named = (key) => {
       const names = [...new Set(pairs.map(({ pair }) => pair[key]))].join(", ");
@@ -34,7 +34,7 @@ export class XYChart {
       legend: { show: false },
       cursor: { drag: { x: true, y: true, setScale: false }, points: { show: false } },
       scales: { x: { time: false, auto: false, range: () => this.shown.x }, y: { auto: false, range: () => this.shown.y } },
-      axes: [{ ...axis, size: 30, ...named("x") }, { ...axis, size: 64, ...named("y") }],
+      axes: [{ ...axis, size: 30, space: 90, ...named("x") }, { ...axis, size: axisWidth, ...named("y") }],
       series: [{}, { points: { show: false } }],
       hooks: {
         draw: [() => this._drawTrails()],
@@ -103,8 +103,9 @@ export class XYChart {
       ctx.stroke();
     };
     this.trails.forEach(({ xs, ys }, number_) => {
-      const { colour } = this.pairs[number_];
+      const { colour, dash = [] } = this.pairs[number_];
       ctx.strokeStyle = colour;
+      ctx.setLineDash(dash.map((length) => length * ratio));
       FADED.forEach((alpha, quarter) => {
         const from = Math.floor((xs.length * quarter) / FADED.length);
         const to = Math.min(xs.length - 1, Math.floor((xs.length * (quarter + 1)) / FADED.length));
@@ -117,6 +118,7 @@ export class XYChart {
         ctx.stroke();
       });
       ctx.globalAlpha = 1;
+      ctx.setLineDash([]);
       if (xs.length) dot(xs[xs.length - 1], ys[ys.length - 1], 4.5, colour);
     });
     if (this.found) dot(this.found.x, this.found.y, 5, "transparent", this.ink);
