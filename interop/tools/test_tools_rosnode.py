@@ -46,7 +46,7 @@ Services:
 contacting node {uri} \.\.\.
 Pid: {node.pid}
 Connections:
-((?: \* topic: .*\n    \* to: .*\n    \* direction: .*\n    \* transport: TCPROS\n)+)\n*"""  # noqa: W291  rosnode prints these blanks
+((?: \* topic: .*\n    \* to: .*\n    \* direction: .*\n    \* transport: (?:TCPROS|LOCAL)\n)+)\n*"""  # noqa: W291  rosnode prints these blanks
 
     def connected() -> re.Match[str] | None:
         out = launcher.tool("rosnode", "info", node.name)

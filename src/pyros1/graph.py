@@ -32,7 +32,7 @@ NODE_TIMEOUT = 5.0
 PROBE_TIMEOUT = 5.0
 """Seconds that a service's provider has to describe the service (L79)."""
 
-_INFO = re.compile(r"TCPROS connection on port (\d+) to \[(.*) on socket (\d+)\]")
+_INFO = re.compile(r"(?:TCPROS|LOCAL) connection on port (\d+) to \[(.*) on socket (\d+)\]")
 
 
 class Master(Protocol):
@@ -86,7 +86,7 @@ class Connection(NamedTuple):
     Attributes:
         destination: the peer's name (outbound) or API URI (inbound).
         direction: ``i``, ``o`` or ``b``.
-        local_port, peer, socket: of a TCP connection, if its node gives them; else None.
+        local_port, peer, socket: of the connection, if its node gives them; else None. Ports of LOCAL ones are 0.
     """
 
     id: Any
