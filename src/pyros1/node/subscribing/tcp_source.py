@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import struct
+import time
 from collections import deque
 from time import perf_counter
 from typing import NamedTuple
 
 from pyros1.msgs.large import SplitBody
-from pyros1.net.eager import AT_ONCE, Eager, give_way
 from pyros1.net.timeouts import bound_waits
 from pyros1.wire.framing import FrameBuffer
 
@@ -22,6 +23,8 @@ PATIENCE = 0.02
 """Seconds that a patient `receive` waits."""
 EAGERNESS = 0.002
 """Seconds that an eager link looks for the next message without sleeping."""
+give_way = getattr(os, "sched_yield", lambda: time.sleep(0))
+_AT_ONCE = getattr(socket, "MSG_DONTWAIT", 0)
 _ALL = getattr(socket, "MSG_WAITALL", 0)
 _read_size = struct.Struct("<I").unpack_from
 
@@ -74,7 +77,6 @@ class TcpSource:
         self.last_time = 0.0
         self.expected: Expected | None = None
         self.eager = False
-        self._wait = Eager().wait
         if sock.family == getattr(socket, "AF_UNIX", None):
             self.address = f"LOCAL connection on port 0 to [127.0.0.1:0 on socket {self.fd}]"
             return
@@ -97,16 +99,11 @@ class TcpSource:
             BlockingIOError: no bytes have come.
             OSError: the connection is broken.
         """
-        flags = 0 if wait else AT_ONCE
+        flags = 0 if wait else _AT_ONCE
         if self.expected is not None and not self.buffer.partial:
             return self._receive_large(self.expected, flags)
-        if not wait:
-            return self._receive(flags)
-        if self.eager and (count := self._look()) is not None:
+        if wait and self.eager and (count := self._look()) is not None:
             return count
-        return self._wait(self._receive)
-
-    def _receive(self, flags: int) -> int:
         return self.sock.recv_into(self.buffer.writable(), 0, flags)
 
     def _look(self) -> int | None:
@@ -114,7 +111,7 @@ class TcpSource:
         room, receive, until = self.buffer.writable(), self.sock.recv_into, perf_counter() + EAGERNESS
         while perf_counter() < until:
             try:
-                return receive(room, 0, AT_ONCE)
+                return receive(room, 0, _AT_ONCE)
             except BlockingIOError:
                 give_way()  # the publisher may need this processor
         return None
@@ -182,7 +179,7 @@ class TcpSource:
 
 def _make_patient(sock: socket.socket) -> bool:
     """Let a plain receive wait in the kernel for a short time, if the system supports calls with and without a wait."""
-    if AT_ONCE and bound_waits(sock, PATIENCE):
+    if _AT_ONCE and bound_waits(sock, PATIENCE):
         return True
     sock.setblocking(False)
     return False
