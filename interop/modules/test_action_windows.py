@@ -18,17 +18,19 @@ TOOLS = "/usr/lib/actionlib_tools"
 ACTION = "actionlib/TestAction"
 CLIENTS = {"happy": [ACTION], "hasty": [ACTION], "unlucky": []}
 """Their arguments behind the action's name. Each sends one goal: a second one right behind the first races in stock."""
+OMITTED = re.compile(r"\[|label . Disconnected|label . Goal is active")
+"""Logs; what a client says until it has found the server; and what stock's misses if the server is quick."""
 STEPS: list[tuple[str, list[str], list[tuple[str, str]]]] = [
     ("happy", [], [(client, "SEND GOAL . on") for client in CLIENTS]),
     ("happy", ["Goal=goal: seven", "SEND GOAL"], [("happy", "^message . Error serializing goal")]),
-    ("happy", ["Goal=goal: 7", "SEND GOAL"], [("server", "Goal . 'goal: 7"), ("happy", "label . Goal is active")]),
+    ("happy", ["Goal=goal: 7", "SEND GOAL"], [("server", "Goal . 'goal: 7")]),
     ("server", ["Feedback=feedback: x", "SEND FEEDBACK"], [("server", "^message . Error serializing feedback")]),
     ("server", ["Feedback=feedback: 3", "SEND FEEDBACK"], [("happy", "Feedback . 'feedback: 3")]),
     ("server", ["Result=result: 9", "SUCCEED"], [("server", "Waiting"), ("happy", "CANCEL GOAL . off")]),
-    ("hasty", ["Goal=goal: 8", "SEND GOAL"], [("server", "Goal . 'goal: 8"), ("hasty", "label . Goal is active")]),
+    ("hasty", ["Goal=goal: 8", "SEND GOAL"], [("server", "Goal . 'goal: 8")]),
     ("hasty", ["CANCEL GOAL"], [("server", "label . Preempt requested")]),
     ("server", ["PREEMPT"], [("server", "Waiting"), ("hasty", "CANCEL GOAL . off")]),
-    ("unlucky", ["SEND GOAL"], [("server", "Goal . 'goal: 0"), ("unlucky", "label . Goal is active")]),
+    ("unlucky", ["SEND GOAL"], [("server", "Goal . 'goal: 0")]),
     ("server", ["ABORT"], [("server", "Waiting"), ("unlucky", "CANCEL GOAL . off")]),
 ]
 """Who does what, and what both then show."""
@@ -61,7 +63,11 @@ def test_goals_are_sent_and_answered(launcher: Master, tmp_path: Path) -> None:
             assert process.child.stdin is not None
             process.child.stdin.close()
             assert process.wait() == 0
-        shown = {name: [line for line in each.lines if line[:1] != "["] for name, each in face.items()}
+        shown = {
+            name: [line for line in each.lines if not OMITTED.match(line)]
+            for name, each in face.items()
+            if name in CLIENTS
+        }
         said.append({name: [re.sub(", not str .*", "", line) for line in lines] for name, lines in shown.items()})
     assert said[0] == said[1]
     for client, end in {"happy": "SUCCEEDED", "hasty": "PREEMPTED", "unlucky": "ABORTED"}.items():

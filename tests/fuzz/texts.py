@@ -175,8 +175,11 @@ def expressions(data: bytes) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """Return what can be compared of a value: keys may change their order, and NaN is not equal to itself."""
-    if isinstance(value, list):
+    """Return what can be compared of a value: keys may change their order, and NaN is not equal to itself.
+
+    Tuples, of !!omap and !!pairs, are written as lists, as parameters are.
+    """
+    if isinstance(value, (list, tuple)):
         return [_plain(each) for each in value]
     if isinstance(value, dict):
         return sorted(((repr(key), _plain(each)) for key, each in value.items()), key=lambda pair: pair[0])

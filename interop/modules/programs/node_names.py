@@ -316,6 +316,8 @@ for module in (
     exec(f"from {module} import *", found)
     print(module, "rospy" in found)
 
+rospy.delete_param("/x")
+rospy.delete_param("~x")
 threading.Timer(0.05, lambda: rospy.signal_shutdown("the end")).start()
 rospy.client.spin()
 print(rospy.is_shutdown())
