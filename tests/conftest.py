@@ -52,8 +52,9 @@ def master() -> Iterator[Master]:
 
 @pytest.fixture
 def environ(master: Master, tmp_path: Path) -> dict[str, str]:
-    """Environment variables for nodes of a test."""
-    return {"ROS_MASTER_URI": master.uri, "ROS_HOSTNAME": "localhost", "ROS_HOME": str(tmp_path / "ros")}
+    """Environment variables for nodes of a test. Connections are those that stock's nodes have, too."""
+    home = str(tmp_path / "ros")
+    return {"ROS_MASTER_URI": master.uri, "ROS_HOSTNAME": "localhost", "ROS_HOME": home, "PYROS1_TRANSPORTS": "tcp"}
 
 
 @pytest.fixture

@@ -275,6 +275,18 @@ def test_a_subscriber_may_want_tcp(make_node: Any, collect: Any, transport: str)
         make_node("other").subscribe("/t", Image, collect(), transports="local")
 
 
+def test_nodes_share_memory_by_themselves(
+    make_node: Any, environ: dict[str, str], collect: Any, transport: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.undo()
+    monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
+    del environ["PYROS1_TRANSPORTS"]
+    publisher = make_node("talker").advertise("/t", Image, queue_size=5)
+    subscriber = make_node("listener").subscribe("/t", Image, collect())
+    assert publisher.wait_for_subscribers(1, PATIENCE) and subscriber.wait_for_publishers(1, PATIENCE)
+    assert [link.transport for link in subscriber.links] == ["LOCAL"]
+
+
 def test_setting(make_node: Any, environ: dict[str, str], transport: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()
     with pytest.raises(SettingError, match="PYROS1_TRANSPORTS: 'pigeon'"):
@@ -381,7 +393,7 @@ sys.stdin.read()
 def killed(environ: dict[str, str], role: str) -> subprocess.Popen[str]:
     return subprocess.Popen(
         [sys.executable, "-c", KILLED, role],
-        env={**os.environ, **environ},
+        env={**os.environ, **environ, "PYROS1_TRANSPORTS": "local,tcp"},
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
