@@ -109,9 +109,11 @@ def test_there_and_back(launcher: Master, node: Node, topic: str, kind: str) -> 
 
 # The interpreter may be where only this user can read.
 MAY_READ = ["--inh-caps=+dac_override,+dac_read_search", "--ambient-caps=+dac_override,+dac_read_search"]
+# Also where / is no mount point, as after chroot; /proc of all others stays as it is.
+HIDE_PROC = 'mount --make-rprivate /proc && mount -t tmpfs none /proc && exec "$@"'
 OUT_OF_REACH = {
     "a program of another user": ["setpriv", "--reuid=65534", "--clear-groups", *MAY_READ, "env", "HOME=/nonexistent"],
-    "a program that has no /proc": ["unshare", "--mount", "sh", "-c", 'mount -t tmpfs none /proc && exec "$@"', "sh"],
+    "a program that has no /proc": ["unshare", "--mount", "--propagation", "unchanged", "sh", "-c", HIDE_PROC, "sh"],
 }
 
 

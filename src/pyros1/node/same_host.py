@@ -24,7 +24,9 @@ def host_key() -> str:
     """
     import hashlib  # noqa: PLC0415 - slow to import, and most nodes do not need it
 
-    needed = hasattr(os, "memfd_create") and hasattr(socket, "SO_PEERCRED") and hasattr(socket, "send_fds")
+    needed = ((os, "memfd_create"), (os, "geteuid"), (socket, "SO_PEERCRED"), (socket, "send_fds"))
+    if not all(hasattr(module, name) for module, name in needed):
+        return ""
     try:
         with open("/proc/sys/kernel/random/boot_id", encoding="ascii") as file:
             boot = file.read()
@@ -32,7 +34,7 @@ def host_key() -> str:
     except (OSError, ValueError):
         return ""
     text = f"{boot} {network} {os.geteuid()}"
-    return hashlib.sha256(text.encode()).hexdigest()[:32] if needed else ""
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
 def local_key(environ: Mapping[str, str]) -> str:
