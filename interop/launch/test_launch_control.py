@@ -93,7 +93,8 @@ def wait_for(launch: Launch, fits: Callable[[dict[str, Status]], object]) -> dic
 @pytest.mark.parametrize("kind", ["ours", "stock"])
 def test_our_client_understands_both(kind: str, start: Callable[[str], str], tmp_path: Path) -> None:
     with closing(Launch(start(kind))) as launch:
-        found = wait_for(launch, lambda nodes: {"/g/relay", "/boss", "/again"} <= nodes.keys())
+        three = {"/g/relay", "/boss", "/again"}  # a program that has just begun has no memory yet
+        found = wait_for(launch, lambda nodes: all(name in nodes and nodes[name].memory for name in three))
         report: Report = launch.report()
         assert report.title == "three.launch" and report.uptime >= 0
         for node, required, respawn in (("/g/relay", False, False), ("/boss", True, False), ("/again", False, True)):

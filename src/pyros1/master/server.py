@@ -12,7 +12,6 @@ from pyros1.master.journal import ALIVE_S, Found, Journal
 from pyros1.master.notify import Notifier
 from pyros1.master.registry import Known
 from pyros1.master.revival import Revival
-from pyros1.net.eager import Eager
 from pyros1.net.loop import Loop
 from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_server import ServerLimits, XmlRpcServer
@@ -23,6 +22,10 @@ if TYPE_CHECKING:
 DEFAULT_PORT: Final = 11311
 NOTIFY_TIMEOUT_S: Final = 10.0
 _FAREWELL_S: Final = 0.1
+LINGER: Final = 150e-6
+"""Seconds that the loop lingers: clients make many calls in a row, and waking up for each takes longer than the
+answer.
+"""
 
 
 def _no_log(level: str, text: str) -> None:
@@ -77,7 +80,7 @@ class Master:
         self._on_shutdown = on_shutdown
         self._limits = limits
         self._guests = guests
-        self._loop = Loop("master", on_error, Eager())
+        self._loop = Loop("master", on_error, LINGER)
         self._caller = RpcCaller(self._loop, timeout=notify_timeout)
         self._notifier = Notifier(self._caller, self._log, tell)
         self._api = MasterApi(

@@ -1,6 +1,5 @@
-"""Looks for data a moment before it sleeps, in a series of calls that take microseconds each.
-
-To go to sleep and to be woken takes longer than a short call of a service.
+"""Waits for data that come within microseconds: in a series of short calls of a service, to sleep and to be woken takes
+longer than the call.
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import heapq
 import math
+import os
 import select
 import selectors
 import socket
@@ -24,8 +25,9 @@ from pyros1.ground.errors import DeadlineError
 from pyros1.net.reports import ErrorReports  # not when it is needed: perhaps no more files can be opened then
 
 if TYPE_CHECKING:
-    from pyros1.net.eager import Eager
     from pyros1.net.resolve import Resolver
+
+_yield: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: None)
 
 READ: Final = selectors.EVENT_READ
 WRITE: Final = selectors.EVENT_WRITE
@@ -132,15 +134,16 @@ class Loop:
         name: the thread's name.
         on_error: gets each exception that a callback raises, on the loop; the loop goes on. None: the traceback is
             written to stderr.
-        eager: how to wait for the next event, for a server whose callers ask again as soon as they have an answer, and
-            to which waking up takes longer than the work; None: the loop sleeps at once.
+        linger: seconds after an event in which the loop polls for the next one instead of sleeping: for a server whose
+            callers ask again as soon as they have an answer, and to which waking up takes longer than the work.
     """
 
     def __init__(
-        self, name: str, on_error: Callable[[BaseException], object] | None = None, eager: Eager | None = None
+        self, name: str, on_error: Callable[[BaseException], object] | None = None, linger: float = 0.0
     ) -> None:
         self.name = name
-        self._eager = eager
+        self._linger = linger
+        self._last_event = 0.0
         self._on_error = on_error or self._print
         self._reports: ErrorReports | None = None
         self._selector = _Epoll() if hasattr(select, "epoll") else _Portable()
@@ -356,16 +359,17 @@ class Loop:
 
     def _wait(self, timeout: float | None) -> Iterable[tuple[int, int]]:
         select = self._selector.select
-        if self._eager is None or timeout == 0.0:
+        if not self._linger:
             return select(timeout)
-
-        def look(at_once: int) -> Iterable[tuple[int, int]]:
-            events = select(0.0 if at_once else timeout)
-            if at_once and not events:
-                raise BlockingIOError
-            return events
-
-        return self._eager.wait(look)
+        events: Iterable[tuple[int, int]] = ()
+        if timeout != 0.0:
+            end = self._last_event + self._linger
+            while not events and monotonic() < end:
+                events = select(0.0)
+                _yield()  # let other threads run first, perhaps the caller
+        events = events or select(timeout)
+        self._last_event = monotonic()
+        return events
 
     def _run_timers(self) -> None:
         now = monotonic()

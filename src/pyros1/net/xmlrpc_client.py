@@ -7,11 +7,9 @@ import os
 import select
 import socket
 import threading
-from functools import partial
 from typing import Any
 
 from pyros1.ground.errors import DeadlineError, ProtocolError, UnknownHostError, UnreachableError
-from pyros1.net.eager import Eager
 from pyros1.net.hosts import parse_uri
 from pyros1.net.resolve import LookUp
 from pyros1.net.timeouts import Patience, show_progress
@@ -45,7 +43,6 @@ class XmlRpcClient:
         self._closed = False
         self._sock: socket.socket | None = None
         self._look_up: LookUp | None = None  # under way
-        self._eager = Eager()
         self._begin()
 
     def _begin(self) -> None:
@@ -206,7 +203,8 @@ class XmlRpcClient:
             rest = rest[sent:]
         parser = self._parser
         while True:
-            data = self._eager.wait(partial(_receive, sock, patience))
+            sock.settimeout(_left(patience))
+            data = sock.recv(256 * 1024)
             patience.moved(len(data))
             if not data:
                 response = parser.eof()
@@ -220,12 +218,6 @@ class XmlRpcClient:
         if not response.keep_alive or parser.in_message:
             self._drop()
         return response
-
-
-def _receive(sock: socket.socket, patience: Patience, flags: int) -> bytes:
-    left = _left(patience)
-    sock.settimeout(0.0 if flags else left)
-    return sock.recv(64 * 1024)
 
 
 def _left(patience: Patience) -> float:

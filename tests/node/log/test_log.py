@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 
 from pyros1.ground.errors import ServiceError
+from pyros1.ground.log_file import LogFile
 from pyros1.ground.timing import Time
 from pyros1.msgs.rosgraph_msgs.msg import Log as LogMessage
-from pyros1.net.log_file import LogFile
 from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, WARN, level_from_name
 from pyros1.node.log.logger import Log
 from pyros1.node.log.sink import LogSink, Places, default_log_file

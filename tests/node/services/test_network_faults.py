@@ -20,7 +20,7 @@ def test_both_ends_notice_that_a_machine_is_gone_t37(
     make_node: Any, collect: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     watched = collect()
-    for place in ("client", "server"):
+    for place in ("call", "server"):
         monkeypatch.setattr(f"pyros1.node.services.{place}.keep_alive", lambda sock: watched(sock.getsockname()))
     make_node("server").advertise_service("s", SetBool, lambda request: (True, ""))
     assert make_node("caller").service("s", SetBool)(True).success
@@ -34,7 +34,7 @@ def test_a_call_ends_when_the_providers_machine_is_gone(
 ) -> None:
     """A call without a time limit, whatever it waits for; see `is_gone`."""
     gone = threading.Event()
-    monkeypatch.setattr("pyros1.node.services.client.is_gone", lambda sock: gone.is_set())
+    monkeypatch.setattr("pyros1.node.services.call.is_gone", lambda sock: gone.is_set())
     fake = fake_node("/fake")
     fake.master.register_service("/s", f"rosrpc://localhost:{fake.port}", fake.uri)
     call = in_thread(make_node("caller").service("s", Empty))

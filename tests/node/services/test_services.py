@@ -672,7 +672,7 @@ def test_a_program_that_echoes_is_no_service(caller: Any) -> None:
 
 def test_a_provider_that_does_not_greet_is_named(caller: Any, watch_log: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its node is stopped, or a web server has its port, which waits for a line of text."""
-    monkeypatch.setattr("pyros1.node.services.client.SILENCE", 0.0)
+    monkeypatch.setattr("pyros1.node.services.call.SILENCE", 0.0)
     log = watch_log(caller)
     with socket.create_server(("127.0.0.1", 0)) as listener:
         place = f"rosrpc://127.0.0.1:{listener.getsockname()[1]}"

@@ -25,7 +25,7 @@ class Journalling(Scenario):
     limits: tuple[tuple[str, str, Any], ...] = (
         ("pyros1.master.journal", "_GROWTH", 200),
         ("pyros1.master.server", "ALIVE_S", 1e-3),
-        ("pyros1.master.server", "Eager", lambda: None),
+        ("pyros1.master.server", "LINGER", 0.0),
     )
     vanishes = False
 

@@ -51,7 +51,7 @@ class Nodes(Scenario):
     modules = EVERY_PART
     limits: tuple[tuple[str, str, Any], ...] = (
         ("pyros1.node.node", "LogSink", QuietSink),
-        ("pyros1.master.server", "Eager", lambda: None),
+        ("pyros1.master.server", "LINGER", 0.0),
     )
 
     def play(self, stage: Stage) -> None:

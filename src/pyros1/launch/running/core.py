@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 from pyros1.ground import shown
 from pyros1.ground.errors import Error, LaunchError
+from pyros1.ground.log_file import LogFile
 from pyros1.net.background import Background, GiveUp, Item, write_to_terminal
 from pyros1.net.hosts import LocalAddress
-from pyros1.net.log_file import LogFile
 
 if TYPE_CHECKING:
     from pyros1.launch.running.continued import Continued

@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pyros1.ground import shown
+from pyros1.ground.log_file import LogFile
 from pyros1.msgs import load_message
-from pyros1.net.log_file import LogFile
 from pyros1.node.log.levels import NAMES
 
 if TYPE_CHECKING:

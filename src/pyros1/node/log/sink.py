@@ -21,9 +21,9 @@ from collections.abc import Callable, Mapping, MutableMapping
 from typing import NamedTuple, TextIO
 
 from pyros1.ground import shown
+from pyros1.ground.log_file import LogFile
 from pyros1.ground.timing import Time
 from pyros1.net.background import Background, GiveUp, Item, write_to_terminal
-from pyros1.net.log_file import LogFile
 from pyros1.net.loop import LoopThread
 from pyros1.net.repeats import Repeats
 from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, NAMES, WARN

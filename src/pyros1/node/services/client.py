@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
-import errno
 import os
-import socket
 import threading
 from collections.abc import Mapping
-from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
@@ -18,23 +14,17 @@ from pyros1.ground.errors import (
     MasterMethodError,
     MasterUnreachableError,
     MessageError,
-    NodeShutdownError,
     ProtocolError,
     SerializationError,
     ServiceError,
     ServiceUnavailableError,
-    UnknownHostError,
     WaitTimeoutError,
 )
 from pyros1.ground.shown import one_line
 from pyros1.msgs import Message, Service
-from pyros1.net.dial import dial
 from pyros1.net.eager import Eager
-from pyros1.net.hosts import parse_uri
-from pyros1.net.keepalive import is_gone, keep_alive
-from pyros1.net.reach import how_to_reach
-from pyros1.net.timeouts import WaitOver, bound_waits
 from pyros1.node.checks import check_timeout
+from pyros1.node.services.call import Call
 from pyros1.node.services.server import service_type
 from pyros1.wire.handshake import check_service_answer, service_client_header
 from pyros1.wire.header import HeaderReader, encode_header
@@ -44,122 +34,7 @@ if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
     from pyros1.node.context import Context, Provided
 
-CONNECT_TIMEOUT = 10.0
 PROBE_TIMEOUT = 5.0
-SILENCE = 5.0
-"""Seconds after which a provider that does not greet, as its node does even while it is busy, is named in the log."""
-STEP = 0.2
-"""Seconds between checks of a waiting call whether its node is shutting down."""
-
-
-class _Call:
-    """The connection to a service's provider; every read and write ends at the deadline, or when the node stops."""
-
-    def __init__(
-        self, context: Context, service: str, uri: str, deadline: float | None, eager: Eager | None = None
-    ) -> None:
-        self._context = context
-        self._eager = eager or Eager()
-        self.service = service
-        self.deadline = deadline
-        host, port = parse_uri(uri, "rosrpc")
-        self.data = b""
-        try:
-            self.sock = dial(host, port, CONNECT_TIMEOUT, lambda: self._left(STEP))
-        except WaitTimeoutError:
-            raise
-        except (OSError, UnknownHostError) as error:
-            raise ServiceUnavailableError(
-                f"service [{service}] is registered at {uri}, but cannot be reached: {error}. "
-                f"{how_to_reach(host, error, context.host)}"
-            ) from error
-        keep_alive(self.sock)
-        self.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._bound = 0.0
-        self._uri = uri
-        self._silent_at = monotonic() + SILENCE
-        self.greeted = False
-
-    def _bound_wait(self) -> None:
-        """Set the timeout of the next call on the socket, so that node and deadline are checked in time."""
-        left = self._left(STEP)
-        if left != self._bound:
-            bound_waits(self.sock, left)
-            self._bound = left
-
-    def _left(self, most: float) -> float:
-        if self._context.stopping.is_set():
-            raise NodeShutdownError(f"call of {self.service}: the node is shutting down")
-        if self.deadline is None:
-            return most
-        left = self.deadline - monotonic()
-        if left <= 0:
-            raise WaitTimeoutError(f"service [{self.service}] did not answer in time")
-        return min(most, left)
-
-    def _check_peer(self, error: OSError) -> None:
-        """Raise a ConnectionError if the wait is over since the system has given up the connection, or should have."""
-        if error.errno == errno.ETIMEDOUT or is_gone(self.sock):
-            raise ConnectionError("the provider's machine does not answer any more")
-
-    def send(self, data: bytes) -> None:
-        """Send all bytes."""
-        rest: bytes | memoryview = data
-        while rest:
-            self._bound_wait()
-            try:
-                sent = self.sock.send(rest)
-                rest = b"" if sent == len(rest) else memoryview(rest)[sent:]
-            except WaitOver as error:
-                self._check_peer(error)  # and _left raises at the deadline
-
-    def receive(self) -> bytes:
-        """Receive some bytes.
-
-        Raises:
-            ConnectionError: the other side closed.
-        """
-        while True:
-            self._bound_wait()
-            try:
-                data = self._eager.wait(self._receive)
-            except WaitOver as error:
-                self._check_peer(error)  # and _left raises at the deadline
-                self._name_silent()
-                continue
-            if not data:
-                self._context.check_running()
-                raise ConnectionError("the provider closed the connection")
-            return data
-
-    def _receive(self, flags: int) -> bytes:
-        return self.sock.recv(65536, flags)
-
-    def _name_silent(self) -> None:
-        if not self.greeted and monotonic() > self._silent_at:
-            self._silent_at = inf
-            self._context.log.warn(
-                "a call of service %s waits for %s, which does not answer. "
-                "Is its node stopped, or has another program its port?",
-                self.service,
-                self._uri,
-            )
-
-    def take(self, count: int) -> bytes:
-        """Return exactly ``count`` bytes."""
-        if len(self.data) < count:
-            parts, have = [self.data], len(self.data)
-            while have < count:
-                parts.append(self.receive())
-                have += len(parts[-1])
-            self.data = b"".join(parts)
-        taken, self.data = self.data[:count], self.data[count:]
-        return taken
-
-    def close(self) -> None:
-        with contextlib.suppress(OSError):
-            self.sock.shutdown(socket.SHUT_RDWR)  # wakes a thread that waits for an answer
-        self.sock.close()
 
 
 class ServiceClient:
@@ -198,8 +73,8 @@ class ServiceClient:
         self._begin()
 
     def _begin(self) -> None:
-        self._kept: _Call | None = None
-        self._under_way: set[_Call] = set()
+        self._kept: Call | None = None
+        self._under_way: set[Call] = set()
         self._lock = threading.RLock()  # of a persistent connection: one call at a time
         self._busy = False  # the thread that has the lock is making a call there
         self._pid = os.getpid()
@@ -296,10 +171,10 @@ class ServiceClient:
         except MasterError:
             raise ServiceUnavailableError(f"service [{self.name}] unavailable: no node provides it") from None
 
-    def _connect(self, deadline: float | None) -> _Call:
-        return _Call(self._context, self.name, self._look_up(), deadline, self._eager)
+    def _connect(self, deadline: float | None) -> Call:
+        return Call(self._context, self.name, self._look_up(), deadline, self._eager)
 
-    def _exchange(self, call: _Call, request: bytes) -> Any:
+    def _exchange(self, call: Call, request: bytes) -> Any:
         """Send the request, on a new connection after the header, and return the response."""
         self._under_way.add(call)
         complete = False
@@ -338,7 +213,7 @@ class ServiceClient:
                 raise
             return response_class().deserialize(body)
 
-    def _greet(self, call: _Call) -> None:
+    def _greet(self, call: Call) -> None:
         header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)
         call.send(encode_header(header))
         reader = HeaderReader()
@@ -375,7 +250,7 @@ def probe(context: Context, service: str, uri: str, timeout: float = PROBE_TIMEO
     Raises:
         ServiceError: the provider does not answer, or does not provide the service.
     """
-    call = _Call(context, service, uri, monotonic() + timeout)
+    call = Call(context, service, uri, monotonic() + timeout)
     try:
         call.send(
             encode_header({"callerid": context.name, "service": service, "md5sum": "*", "type": "*", "probe": "1"})

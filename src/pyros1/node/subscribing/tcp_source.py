@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import socket
 import struct
-import time
 from collections import deque
 from time import perf_counter
 from typing import NamedTuple
 
 from pyros1.msgs.large import SplitBody
+from pyros1.net.eager import AT_ONCE, give_way
 from pyros1.net.timeouts import bound_waits
 from pyros1.wire.framing import FrameBuffer
 
@@ -23,8 +22,6 @@ PATIENCE = 0.02
 """Seconds that a patient `receive` waits."""
 EAGERNESS = 0.002
 """Seconds that an eager link looks for the next message without sleeping."""
-give_way = getattr(os, "sched_yield", lambda: time.sleep(0))
-_AT_ONCE = getattr(socket, "MSG_DONTWAIT", 0)
 _ALL = getattr(socket, "MSG_WAITALL", 0)
 _read_size = struct.Struct("<I").unpack_from
 
@@ -99,7 +96,7 @@ class TcpSource:
             BlockingIOError: no bytes have come.
             OSError: the connection is broken.
         """
-        flags = 0 if wait else _AT_ONCE
+        flags = 0 if wait else AT_ONCE
         if self.expected is not None and not self.buffer.partial:
             return self._receive_large(self.expected, flags)
         if wait and self.eager and (count := self._look()) is not None:
@@ -111,7 +108,7 @@ class TcpSource:
         room, receive, until = self.buffer.writable(), self.sock.recv_into, perf_counter() + EAGERNESS
         while perf_counter() < until:
             try:
-                return receive(room, 0, _AT_ONCE)
+                return receive(room, 0, AT_ONCE)
             except BlockingIOError:
                 give_way()  # the publisher may need this processor
         return None
@@ -179,7 +176,7 @@ class TcpSource:
 
 def _make_patient(sock: socket.socket) -> bool:
     """Let a plain receive wait in the kernel for a short time, if the system supports calls with and without a wait."""
-    if _AT_ONCE and bound_waits(sock, PATIENCE):
+    if AT_ONCE and bound_waits(sock, PATIENCE):
         return True
     sock.setblocking(False)
     return False

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.net.log_file import AGAIN, LogFile
+from pyros1.ground.log_file import AGAIN, LogFile
 
 
 @pytest.fixture
@@ -26,7 +26,7 @@ def full(monkeypatch: pytest.MonkeyPatch) -> Any:
         room[0] -= count
         return count
 
-    monkeypatch.setattr("pyros1.net.log_file.os.write", write)
+    monkeypatch.setattr("pyros1.ground.log_file.os.write", write)
 
     def set_room(count: int | None) -> None:
         room[0] = count  # type: ignore[call-overload]
@@ -38,7 +38,7 @@ def test_it_goes_on_after_a_full_disk_and_says_what_is_missing(
     tmp_path: Path, full: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path, now = tmp_path / "folder" / "n.log", [100.0]
-    monkeypatch.setattr("pyros1.net.log_file.monotonic", lambda: now[0])
+    monkeypatch.setattr("pyros1.ground.log_file.monotonic", lambda: now[0])
     log = LogFile(str(path), 10_000, 2)
     log.write("one\n")
     full(4)
@@ -62,7 +62,7 @@ def test_it_goes_on_after_a_full_disk_and_says_what_is_missing(
 def test_a_file_that_cannot_be_opened_is_tried_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("pyros1.net.log_file.AGAIN", 0.0)
+    monkeypatch.setattr("pyros1.ground.log_file.AGAIN", 0.0)
     (tmp_path / "folder").write_text("in the way")
     log = LogFile(str(tmp_path / "folder" / "n.log"), 10_000, 2)
     log.write("one\n")

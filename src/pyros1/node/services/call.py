@@ -1,0 +1,154 @@
+"""The connection of a call, or of a series of calls, to a service's provider."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import socket
+from math import inf
+from time import monotonic
+from typing import TYPE_CHECKING
+
+from pyros1.ground.errors import NodeShutdownError, ServiceUnavailableError, UnknownHostError, WaitTimeoutError
+from pyros1.net.dial import dial
+from pyros1.net.eager import Eager
+from pyros1.net.hosts import parse_uri
+from pyros1.net.keepalive import is_gone, keep_alive
+from pyros1.net.reach import how_to_reach
+from pyros1.net.timeouts import WaitOver, bound_waits
+
+if TYPE_CHECKING:
+    from pyros1.node.context import Context
+
+CONNECT_TIMEOUT = 10.0
+SILENCE = 5.0
+"""Seconds after which a provider that does not greet, as its node does even while it is busy, is named in the log."""
+STEP = 0.2
+"""Seconds between checks of a waiting call whether its node is shutting down."""
+
+
+class Call:
+    """The connection to a service's provider; every read and write ends at the deadline, or when the node stops.
+
+    Args:
+        context: of the node that calls.
+        service: the service's full name.
+        uri: where the provider is, ``rosrpc://host:port``.
+        deadline: time of `monotonic` at which the call ends; None: no limit.
+        eager: how to wait for answers; None: as at a first call.
+
+    Attributes:
+        data: bytes that have come and were not taken yet.
+        greeted: whether the provider has answered the header.
+
+    Raises:
+        ServiceUnavailableError: the provider cannot be reached.
+        WaitTimeoutError: it is too late.
+        NodeShutdownError: the node is shutting down.
+    """
+
+    def __init__(
+        self, context: Context, service: str, uri: str, deadline: float | None, eager: Eager | None = None
+    ) -> None:
+        self._context = context
+        self._eager = eager or Eager()
+        self.service = service
+        self.deadline = deadline
+        host, port = parse_uri(uri, "rosrpc")
+        self.data = b""
+        try:
+            self.sock = dial(host, port, CONNECT_TIMEOUT, lambda: self._left(STEP))
+        except WaitTimeoutError:
+            raise
+        except (OSError, UnknownHostError) as error:
+            raise ServiceUnavailableError(
+                f"service [{service}] is registered at {uri}, but cannot be reached: {error}. "
+                f"{how_to_reach(host, error, context.host)}"
+            ) from error
+        keep_alive(self.sock)
+        self.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._bound = 0.0
+        self._uri = uri
+        self._silent_at = monotonic() + SILENCE
+        self.greeted = False
+
+    def _bound_wait(self) -> None:
+        """Set the timeout of the next call on the socket, so that node and deadline are checked in time."""
+        left = self._left(STEP)
+        if left != self._bound:
+            bound_waits(self.sock, left)
+            self._bound = left
+
+    def _left(self, most: float) -> float:
+        if self._context.stopping.is_set():
+            raise NodeShutdownError(f"call of {self.service}: the node is shutting down")
+        if self.deadline is None:
+            return most
+        left = self.deadline - monotonic()
+        if left <= 0:
+            raise WaitTimeoutError(f"service [{self.service}] did not answer in time")
+        return min(most, left)
+
+    def _check_peer(self, error: OSError) -> None:
+        """Raise a ConnectionError if the wait is over since the system has given up the connection, or should have."""
+        if error.errno == errno.ETIMEDOUT or is_gone(self.sock):
+            raise ConnectionError("the provider's machine does not answer any more")
+
+    def send(self, data: bytes) -> None:
+        """Send all bytes."""
+        rest: bytes | memoryview = data
+        while rest:
+            self._bound_wait()
+            try:
+                sent = self.sock.send(rest)
+                rest = b"" if sent == len(rest) else memoryview(rest)[sent:]
+            except WaitOver as error:
+                self._check_peer(error)  # and _left raises at the deadline
+
+    def receive(self) -> bytes:
+        """Receive some bytes.
+
+        Raises:
+            ConnectionError: the other side closed.
+        """
+        while True:
+            self._bound_wait()
+            try:
+                data = self._eager.wait(self._receive)
+            except WaitOver as error:
+                self._check_peer(error)  # and _left raises at the deadline
+                self._name_silent()
+                continue
+            if not data:
+                self._context.check_running()
+                raise ConnectionError("the provider closed the connection")
+            return data
+
+    def _receive(self, flags: int) -> bytes:
+        return self.sock.recv(65536, flags)
+
+    def _name_silent(self) -> None:
+        if not self.greeted and monotonic() > self._silent_at:
+            self._silent_at = inf
+            self._context.log.warn(
+                "a call of service %s waits for %s, which does not answer. "
+                "Is its node stopped, or has another program its port?",
+                self.service,
+                self._uri,
+            )
+
+    def take(self, count: int) -> bytes:
+        """Return exactly ``count`` bytes."""
+        if len(self.data) < count:
+            parts, have = [self.data], len(self.data)
+            while have < count:
+                parts.append(self.receive())
+                have += len(parts[-1])
+            self.data = b"".join(parts)
+        taken, self.data = self.data[:count], self.data[count:]
+        return taken
+
+    def close(self) -> None:
+        with contextlib.suppress(OSError):
+            self.sock.shutdown(socket.SHUT_RDWR)  # wakes a thread that waits for an answer
+        self.sock.close()
