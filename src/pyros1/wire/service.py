@@ -30,12 +30,12 @@ def encode_failure(reason: str) -> bytes:
 
 
 def decode_response_head(head: bytes | bytearray, limit: int = MAX_MESSAGE_SIZE) -> tuple[bool, int]:
-    """Return (ok, length of the body) from the first RESPONSE_HEAD_SIZE bytes of a response.
+    """Return (ok, length of the body) from a response, of which at least RESPONSE_HEAD_SIZE bytes are there.
 
     Raises:
         ProtocolError: the body would be larger than ``limit`` bytes.
     """
-    ok, size = _HEAD.unpack(head)
+    ok, size = _HEAD.unpack_from(head)
     if size > limit:
         raise ProtocolError(f"service response of {size} bytes exceeds the limit of {limit} bytes")
     return ok != 0, size

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import socket
+from functools import partial
 from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING
@@ -16,6 +17,7 @@ from pyros1.net.hosts import parse_uri
 from pyros1.net.keepalive import is_gone, keep_alive
 from pyros1.net.reach import how_to_reach
 from pyros1.net.timeouts import WaitOver, bound_waits
+from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
@@ -65,6 +67,7 @@ class Call:
                 f"service [{service}] is registered at {uri}, but cannot be reached: {error}. "
                 f"{how_to_reach(host, error, context.host)}"
             ) from error
+        self._recv = partial(self.sock.recv, 65536)
         keep_alive(self.sock)
         self.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._bound = 0.0
@@ -114,7 +117,7 @@ class Call:
         while True:
             self._bound_wait()
             try:
-                data = self._eager.wait(self._receive)
+                data = self._eager.wait(self._recv)
             except WaitOver as error:
                 self._check_peer(error)  # and _left raises at the deadline
                 self._name_silent()
@@ -123,9 +126,6 @@ class Call:
                 self._context.check_running()
                 raise ConnectionError("the provider closed the connection")
             return data
-
-    def _receive(self, flags: int) -> bytes:
-        return self.sock.recv(65536, flags)
 
     def _name_silent(self) -> None:
         if not self.greeted and monotonic() > self._silent_at:
@@ -137,16 +137,26 @@ class Call:
                 self._uri,
             )
 
-    def take(self, count: int) -> bytes:
-        """Return exactly ``count`` bytes."""
-        if len(self.data) < count:
-            parts, have = [self.data], len(self.data)
-            while have < count:
+    def response(self) -> tuple[bool, bytes]:
+        """Return whether the call succeeded, and the body of the response.
+
+        Raises:
+            ConnectionError: the other side closed.
+            ProtocolError: the response would be too large.
+        """
+        data = self.data or self.receive()
+        while len(data) < RESPONSE_HEAD_SIZE:
+            data += self.receive()
+        ok, size = decode_response_head(data)
+        end = RESPONSE_HEAD_SIZE + size
+        if len(data) < end:
+            parts, have = [data], len(data)
+            while have < end:
                 parts.append(self.receive())
                 have += len(parts[-1])
-            self.data = b"".join(parts)
-        taken, self.data = self.data[:count], self.data[count:]
-        return taken
+            data = b"".join(parts)
+        self.data = data[end:]
+        return ok, data[RESPONSE_HEAD_SIZE:end]
 
     def close(self) -> None:
         with contextlib.suppress(OSError):

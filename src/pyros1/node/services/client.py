@@ -158,7 +158,7 @@ class ServiceClient:
     def _call_here(self, server: Provided, request: bytes) -> Any:
         header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)
         answer = server.call_here(request, header)
-        ok, _ = decode_response_head(answer[:RESPONSE_HEAD_SIZE])
+        ok, _ = decode_response_head(answer)
         return self._read_response(ok, answer[RESPONSE_HEAD_SIZE:])
 
     def _look_up(self) -> str:
@@ -182,8 +182,7 @@ class ServiceClient:
             if not call.greeted:
                 self._greet(call)
             call.send(request)
-            ok, size = decode_response_head(call.take(RESPONSE_HEAD_SIZE))
-            body = call.take(size)
+            ok, body = call.response()
             complete = True
         except ConnectionRefusedByPeerError as error:
             raise ServiceError(str(error)) from None

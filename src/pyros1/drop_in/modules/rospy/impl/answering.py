@@ -9,7 +9,7 @@ from typing import Any
 
 from pyros1.ground.errors import ProtocolError, ServiceRefusal
 from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
-from rospy.impl.transport import BIDIRECTIONAL, Transport
+from rospy.impl.transport import BIDIRECTIONAL, Transport, next_number
 
 
 def write_error(transport: Any, text: str) -> None:
@@ -29,19 +29,31 @@ class Exchange(Transport):
     Args:
         name: of the service.
         request: the request.
-
-    Attributes:
-        header: the caller's connection header.
     """
 
     transport_type = "TCPROS"
+    direction = BIDIRECTIONAL
     _message: Any = None
     _data = b""
 
-    def __init__(self, name: str, request: Any) -> None:
-        super().__init__(BIDIRECTIONAL, name)
-        self.header: dict[str, str] = getattr(request, "_connection_header", None) or {}
-        self.endpoint_id = self.header.get("callerid", "")
+    def __init__(self, name: str, request: Any) -> None:  # one for each call: what few ask for is made when they do
+        self.name = name
+        self._request = request
+
+    @cached_property
+    def id(self) -> int:  # type: ignore[override]
+        """Its number."""
+        return next_number()
+
+    @cached_property
+    def header(self) -> dict[str, str]:
+        """The caller's connection header."""
+        return getattr(self._request, "_connection_header", None) or {}
+
+    @cached_property
+    def endpoint_id(self) -> str:  # type: ignore[override]
+        """The caller's name."""
+        return self.header.get("callerid", "")
 
     @cached_property
     def write_buff(self) -> io.BytesIO:

@@ -9,7 +9,7 @@ from typing import Any
 from pyros1.drop_in.missing import names as _names
 
 INBOUND, OUTBOUND, BIDIRECTIONAL = "i", "o", "b"
-_numbers = itertools.count(1)
+next_number = itertools.count(1).__next__
 
 
 class Transport:
@@ -36,7 +36,7 @@ class Transport:
     def __init__(self, direction: str, name: str = "unnamed") -> None:
         self.name = name
         self.direction = direction
-        self.id = next(_numbers)
+        self.id = next_number()
 
     def fileno(self) -> int | None:
         """Return the socket's number.
