@@ -51,7 +51,6 @@ class RoleParts:
         self.wait = int(options.get("wait", "1"))
         self.count = int(options.get("count", "0"))
         self.apart = options.get("apart") == "1"
-        self.low = options.get("low") == "1"
         self.persistent = options.get("persistent") == "1"
 
     def _class(self) -> Any:

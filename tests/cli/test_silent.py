@@ -16,6 +16,8 @@ from pyros1.cli.main import entry
 from pyros1.ground.errors import NodeShutdownError
 from pyros1.net.master_client import MasterClient
 
+pytestmark = pytest.mark.once
+
 SOURCE = Path(__file__).resolve().parents[2] / "src"
 
 

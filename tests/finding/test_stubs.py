@@ -78,6 +78,7 @@ def test_a_type_checker_sees_messages(tmp_path: Path) -> None:
     assert {*check(WRONG, tmp_path)} == wrong
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("number", range(2))
 def test_the_programs_of_the_readme_have_types(tmp_path: Path, number: int) -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -15,6 +15,8 @@ from pyros1.finding.manifest import read_manifest
 from pyros1.guide.catalogue import CATALOGUE, EXAMPLES, FACES, PLACEHOLDER, SHARED, example, gather, tries
 from pyros1.guide.text import steps
 
+pytestmark = pytest.mark.once
+
 COPIES = [(each.name, face) for each in CATALOGUE for face in each.faces]
 NAME = "mine"
 

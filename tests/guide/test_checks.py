@@ -26,6 +26,8 @@ from pyros1.node.log.levels import level_from_name
 from pyros1.tf import StaticTransformBroadcaster
 from pyros1.urdf.model import UrdfError
 
+pytestmark = pytest.mark.once
+
 Check = Callable[[int], str]
 MakeNode = Callable[..., Any]
 

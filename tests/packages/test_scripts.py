@@ -15,6 +15,8 @@ from pyros1.cli.package_scripts import SCRIPTS
 from pyros1.finding.packages import PackageIndex
 from pyros1.test_nodes.program import NODES
 
+pytestmark = pytest.mark.once
+
 PACKAGES = Path(pyros1.__file__).parent / "packages"
 FILES = {
     path

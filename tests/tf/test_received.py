@@ -110,6 +110,7 @@ def test_names_that_are_no_text_are_for_the_usual_decoder() -> None:
     assert DECODE(body, 0, len(body))[0] == USUAL
 
 
+@pytest.mark.once
 def test_the_memory_for_names_is_bounded() -> None:
     take = decoder(lambda *_: None)
     made = MESSAGE([STAMPED()])

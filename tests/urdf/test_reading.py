@@ -8,6 +8,8 @@ from robots import ALL, joint, pair
 from pyros1.urdf.model import Limit, Mimic, UrdfError
 from pyros1.urdf.reading import MOST, read
 
+pytestmark = pytest.mark.once
+
 
 def test_all_that_moves_links_is_read() -> None:
     robot = read('<?xml version="1.0" encoding="utf-8"?>' + ALL.strip())

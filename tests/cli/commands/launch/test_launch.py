@@ -18,6 +18,8 @@ import pytest
 from pyros1.ground.errors import MasterUnreachableError
 from pyros1.net.master_client import MasterClient
 
+pytestmark = pytest.mark.once
+
 SOURCES = Path(__file__).resolve().parents[4] / "src"
 TOP_LEVEL = Path(__file__).resolve().parents[4] / "launch"
 DEADLINE = 30.0

@@ -14,6 +14,8 @@ import pytest
 
 from pyros1.cli.main import entry
 
+pytestmark = pytest.mark.once
+
 SOURCES = Path(__file__).resolve().parents[4] / "src"
 PACKAGE = """<package format="2"><name>mine</name><version>1.0.0</version><description>d</description>
 <maintainer email="a@example.org">a</maintainer><license>BSD</license>
