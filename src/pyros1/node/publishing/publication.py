@@ -157,7 +157,7 @@ class Publication(Linking):
             self._send_frame(frame)
         for taker in self._local:
             if copy is not None:
-                taker.hand_over(copy)
+                taker.hand_over(copy, direct=False)
             elif frame is not None:
                 taker.send(frame)
 
