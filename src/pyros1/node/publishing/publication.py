@@ -164,7 +164,7 @@ class Publication(Linking):
     def _send_frame(self, frame: Frame) -> None:
         """Give an encoded message to all links; a large one is written once for those that share memory."""
         place = None
-        if self._shared and self._pool is not None and frame_size(frame) > SHARED:
+        if self._shared and self._pool is not None and frame_size(frame) > SHARED and self._pool.is_ours:
             for shared in self._shared:
                 shared.take_back()
             place = self._pool.place(frame, {block for shared in self._shared for block in shared.out.values()})
