@@ -150,6 +150,7 @@ class Journal:
         self._done = 0
         self._base = self._added = 0  # sizes of the state at the beginning, and of what was added
         self._broken = False
+        self._has_gap = False  # a change was left out: no later one may follow it
         self._descriptor = -1
         self._thread = threading.Thread(target=self._run, name="master: journal", daemon=True)
         self._thread.start()
@@ -170,7 +171,7 @@ class Journal:
     def begin(self, calls: Iterable[Call]) -> None:
         """Begin the file anew with a state."""
         data = MAGIC + frame(("begin", (os.getpid(), boot_id()))) + b"".join(map(frame, calls))
-        self._broken = False
+        self._broken = self._has_gap = False
         self._base, self._added = len(data), 0
         self._put("begin", data)
 
@@ -189,18 +190,21 @@ class Journal:
 
         Args:
             remove: the master ends by itself: nobody is to continue it.
-            timeout: most seconds to wait for the disk.
+            timeout: most seconds to wait for the disk. If that is not enough, the lock ends with this process, as what
+                is still written then would spoil the next master's file.
         """
         if self._lock < 0:
             return
         self._work.put(("remove" if remove else "end", b""))
         self._thread.join(timeout)
-        os.close(self._lock)
-        self._lock = -1
+        if not self._thread.is_alive():
+            os.close(self._lock)
+            self._lock = -1
 
     def _put(self, what: str, data: bytes) -> None:
-        if self._waiting - self._done + len(data) > _MOST_WAITING and what != "begin":
-            self._broken = True
+        full = self._waiting - self._done + len(data) > _MOST_WAITING
+        if what != "begin" and (full or self._has_gap):
+            self._broken = self._has_gap = True
             return
         self._waiting += len(data)
         self._work.put((what, data))

@@ -134,10 +134,11 @@ class ServiceClient:
                 return self._exchange(self._connect(deadline), data)
             self._busy = True
             try:
-                if self._kept is None:
-                    self._kept = self._connect(deadline)
-                self._kept.deadline = deadline
-                return self._exchange(self._kept, data)
+                kept = self._kept  # which `close` may take away meanwhile
+                if kept is None or kept.spoilt:
+                    kept = self._renew(kept, deadline)
+                kept.deadline = deadline
+                return self._exchange(kept, data)
             finally:
                 self._busy = False
 
@@ -173,6 +174,14 @@ class ServiceClient:
 
     def _connect(self, deadline: float | None) -> Call:
         return Call(self._context, self.name, self._look_up(), deadline, self._eager)
+
+    def _renew(self, spoilt: Call | None, deadline: float | None) -> Call:
+        """Return a new connection for a series of calls."""
+        if spoilt is not None:
+            self._kept = None
+            spoilt.close()
+        self._kept = kept = self._connect(deadline)
+        return kept
 
     def _exchange(self, call: Call, request: bytes) -> Any:
         """Send the request, on a new connection after the header, and return the response."""
@@ -229,9 +238,12 @@ class ServiceClient:
 
     def close(self) -> None:
         """Close the connection; a call under way in another thread fails."""
-        for call in [*self._under_way, *([self._kept] if self._kept else [])]:
-            call.close()
-        self._kept = None
+        kept, self._kept = self._kept, None
+        under_way = list(self._under_way)
+        for call in under_way:
+            call.end()  # its thread closes it: the descriptor must not become another file's in the middle of a read
+        if kept is not None and kept not in under_way:
+            kept.close()
 
     def __enter__(self) -> ServiceClient:
         return self
