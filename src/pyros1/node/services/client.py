@@ -134,6 +134,9 @@ class ServiceClient:
                 return self._exchange(self._connect(deadline), data)
             self._busy = True
             try:
+                if self._kept is not None and self._kept.data:
+                    self._kept.close()  # more than the last response came: it would be taken for this one
+                    self._kept = None
                 if self._kept is None:
                     self._kept = self._connect(deadline)
                 self._kept.deadline = deadline
