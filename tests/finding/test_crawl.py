@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 
@@ -115,11 +116,33 @@ def test_links_are_followed_and_loops_end(tmp_path: Path) -> None:
     assert found == {"linked"}
 
 
-@pytest.mark.parametrize("content", ["", "no json", "[]", "[99, {}]", "[1, []]", '[1, {"x": 5}]', "null"])
+DAMAGED = ["", "no json", "[]", "[99, {}]", "[1, []]", '[1, {"x": 5}]', "null", "[" * 100_000]
+
+
+@pytest.mark.parametrize("content", DAMAGED, ids=range(len(DAMAGED)))
 def test_a_damaged_record_does_no_harm(environ: dict[str, str], tmp_path: Path, content: str) -> None:
     names(environ)
     for file in (tmp_path / "cache").rglob("*.json"):
         file.write_text(content)
+    assert names(environ) == ["two", "one"]
+
+
+@pytest.mark.parametrize("wrong", [[0, 5, "", 0, "", False], ["0", [], "", 0, "", False], [0, [""], "", 0, "", False]])
+def test_records_of_other_values_do_no_harm(environ: dict[str, str], tmp_path: Path, wrong: list[object]) -> None:
+    names(environ)
+    for file in (tmp_path / "cache").rglob("*.json"):
+        version, records = json.loads(file.read_text())
+        file.write_text(json.dumps([version, dict.fromkeys(records, wrong)]))
+    assert find_quickly(environ, "one") is None
+    assert names(environ) == ["two", "one"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_a_pipe_in_the_records_place_is_not_waited_for(environ: dict[str, str], tmp_path: Path) -> None:
+    names(environ)
+    for file in (tmp_path / "cache").rglob("*.json"):
+        file.unlink()
+        os.mkfifo(file)
     assert names(environ) == ["two", "one"]
 
 

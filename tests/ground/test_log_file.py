@@ -82,3 +82,12 @@ def test_closing_on_a_full_disk_raises_nothing(tmp_path: Path, full: Any) -> Non
     log.close()
     log.write("two\n")
     assert (tmp_path / "n.log").read_text(encoding="utf-8") == "on"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_a_pipe_in_its_place_holds_nobody_up(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    os.mkfifo(tmp_path / "n.log")
+    log = LogFile(str(tmp_path / "n.log"), 10_000, 2)
+    log.write("one\n")
+    log.close()
+    assert f"cannot write the log file {tmp_path / 'n.log'}: " in capsys.readouterr().err

@@ -278,6 +278,14 @@ def test_what_is_no_journal(tmp_path: Path, content: bytes, why: str) -> None:
         read(path)
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_a_pipe_in_its_place_is_not_waited_for(tmp_path: Path) -> None:
+    path = tmp_path / "m.journal"
+    os.mkfifo(path)
+    with pytest.raises(JournalError, match="is no file"):
+        read(path)
+
+
 def test_stale_journals() -> None:
     found = Found((("registerPublisher", ["/a", "/t", "*", "http://h:1/"]),), 1, boot_id(), 1000.0, False)
     assert why_stale(found, 1059.0, lambda _: False) == ""

@@ -282,3 +282,50 @@ def test_a_master_that_does_not_know_any_type(lesser: Any, make_node: Any, envir
     lesser("system.multicall", "getPid", answers={"registerSubscriber": refuse})
     assert entry(["pyros1", "topic", "echo", "-n", "1", "/t"]) == 0
     assert len(refused) == 2
+
+
+WRONG: dict[str, list[Any]] = {
+    "getPid": ["1", [], {}],
+    "getUri": [1],
+    "lookupNode": [1, [], {"a": 1}],
+    "lookupService": [0],
+    "getSystemState": [7, [[], []], [[["/t"]], [], []], [[["/t", [1]]], [], []], [[], [], ["/s"]], [{}, [], []]],
+    "getTopicTypes": ["x", [1], [["/t"]], [["/t", 1]]],
+    "getPublishedTopics": [{"a": 1}, [["/t", "a", "b"]]],
+}
+
+
+def test_answers_of_another_form_are_errors_that_name_the_method(lesser: Any) -> None:
+    wrong: list[Any] = []
+    answers = {method: lambda triple: [1, "", wrong[0]] for method in WRONG}
+    client = MasterClient("/me", lesser(answers=answers).uri)
+    calls: dict[str, Callable[[], Any]] = {
+        "getPid": client.get_pid,
+        "getUri": client.get_uri,
+        "lookupNode": lambda: client.lookup_node("/x"),
+        "lookupService": lambda: client.lookup_service("/x"),
+        "getSystemState": client.get_system_state,
+        "getTopicTypes": client.get_topic_types,
+        "getPublishedTopics": client.get_published_topics,
+    }
+    for method, values in WRONG.items():
+        for value in values:
+            wrong[:] = [value]
+            with pytest.raises(MasterMethodError, match=rf"cannot serve {method}|cannot serve get"):
+                calls[method]()
+    client.close()
+
+
+@pytest.mark.parametrize("odd", [7, ["no uri", 5, {}]])
+def test_publishers_of_another_form_hide_no_other(lesser: Any, make_node: Any, odd: Any) -> None:
+    make_node("talker").advertise("t", Float64, latch=True).publish(Float64(2.0))
+    came = threading.Event()
+
+    def change(triple: list[Any]) -> list[Any]:
+        return [*triple[:2], [*odd, *triple[2]] if isinstance(odd, list) else odd]
+
+    uri = lesser(answers={"registerSubscriber": change}).uri
+    environ = {"ROS_MASTER_URI": uri, "ROS_HOSTNAME": "localhost"}
+    with Node("lone", argv=[], environ=environ, handle_signals=False) as node:
+        node.subscribe("t", Float64, lambda message: came.set())
+        assert not isinstance(odd, list) or came.wait(DEADLINE)

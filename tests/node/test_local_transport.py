@@ -23,7 +23,8 @@ from pyros1.ground.errors import SettingError
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64, Float64MultiArray, UInt8MultiArray
-from pyros1.node.same_host import host_key
+from pyros1.node.same_host import host_key, listen
+from pyros1.wire.header import encode_header
 
 from ..bodies import encode
 
@@ -506,3 +507,23 @@ def test_killed(make_node: Any, environ: dict[str, str], transport: str, role: s
             thread.join()
     if thread is not None:
         until(lambda: not publisher.num_connections)
+
+
+def test_a_descriptor_that_is_no_socket_is_not_kept(
+    make_node: Any, fake_node: Any, collect: Any, transport: str, until: Any
+) -> None:
+    """Each attempt would leave one open."""
+    fake, got = fake_node("/odd"), collect()
+    listener, name = listen()
+    with listener:
+        fake.answers["requestTopic"] = [1, "ready", ["PYROS1-LOCAL", name]]
+        fake.publish("/t")
+        make_node("listener").subscribe("/t", Float64, got)
+        peer, _ = listener.accept()
+        fields = {"callerid": "/odd", "topic": "/t", "type": "std_msgs/Float64", "md5sum": Float64._md5sum}
+        reading, writing = os.pipe()
+        with peer:
+            socket.send_fds(peer, [encode_header({**fields, "token": "00" * 16})], [writing])
+            os.close(writing)
+            assert os.read(reading, 1) == b"", "nobody has the other end"
+        os.close(reading)

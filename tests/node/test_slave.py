@@ -12,6 +12,7 @@ from pyros1.ground.errors import XmlRpcFault
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.node import slave
 
+from ..bodies import encode_frame
 from ..parts import context_of, subscription_of, tcpros_port
 
 
@@ -61,6 +62,20 @@ def test_publisher_update_s10(node: Any, call_node: Any) -> None:
         code, text, _ = call_node(node, "publisherUpdate", "/master", "/t", wrong)
         assert code == -1 and "publishers" in text
     assert call_node(node, "publisherUpdate", "/master", 5, [])[0] == -1
+
+
+def test_a_publisher_with_a_wrong_address_hides_no_other(
+    make_node: Any, fake_node: Any, call_node: Any, collect: Any
+) -> None:
+    """Anybody can register such an address, also with a stock master."""
+    fake, listener, got = fake_node("/fake"), make_node("listener"), collect()
+    listener.subscribe("t", Float64, got)
+    fake.answers["requestTopic"] = [1, "ready", ["TCPROS", "localhost", fake.port]]
+    uris = ["http://a b:1/", fake.uri, "http://localhost:99999/"]
+    code, text, _ = call_node(listener, "publisherUpdate", "/master", "/t", uris)
+    assert code == -1 and "99999" in text
+    fake.accept_subscriber().sendall(encode_frame(Float64(3.0)))
+    assert got.wait(1)[0].data == 3.0
 
 
 def test_publishers_that_are_known_are_not_looked_at_again(

@@ -47,6 +47,16 @@ def test_t02_frame_over_the_limit_is_refused() -> None:
         feed(FrameBuffer(), b"\xff\xff\xff\xff")
 
 
+def test_a_claim_costs_no_memory_however_slowly_its_bytes_come() -> None:
+    buffer = FrameBuffer()
+    buffer.feed((1_000_000_000).to_bytes(4, "little"))
+    buffer.received(4)
+    for _ in range(20):
+        buffer.feed(b"x")
+        buffer.received(1)
+    assert len(buffer.data) <= 1 << 20
+
+
 def test_claimed_length_is_not_allocated() -> None:
     buffer = FrameBuffer()
     feed(buffer, struct.pack("<I", 900_000_000) + b"x" * 100)

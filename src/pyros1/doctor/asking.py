@@ -138,7 +138,7 @@ def ask_publisher(caller_id: str, uri: str, topic: str) -> Offer:
         if "error" in header:
             return Offer(failure=Failure(OTHER, f"it refuses the connection: {header['error']}"))
         return Offer(header.get("type", "*"), header.get("md5sum", "*"), None, header.get("message_definition", ""))
-    except (Error, OSError, ValueError, TypeError) as error:
+    except (Error, OSError, ValueError, TypeError, LookupError) as error:
         return Offer(failure=failure_of(error))
     finally:
         api.close()

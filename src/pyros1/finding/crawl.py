@@ -7,6 +7,7 @@ changed just now are not recorded, since a second change within the clock's gran
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import time
@@ -274,12 +275,19 @@ def identity(folder: str, manifest: str) -> tuple[str, bool]:
 
 def _load(file: Path) -> dict[str, Record]:
     try:
-        version, records = json.loads(file.read_bytes())
-    except (OSError, ValueError, TypeError):
+        version, records = json.loads(file.read_bytes() if file.is_file() else b"")
+    except (OSError, ValueError, TypeError, RecursionError):
         return {}
     if version != _VERSION or not isinstance(records, dict):
         return {}
-    return records if all(isinstance(r, list) and len(r) == 6 for r in records.values()) else {}
+    return records if all(map(_is_record, records.values())) else {}
+
+
+def _is_record(value: Any) -> bool:
+    match value:
+        case [int(), list(folders), str(), int(), str(), bool()]:
+            return all(isinstance(folder, str) and folder for folder in folders)
+    return False
 
 
 def _save(file: Path, records: Mapping[str, Record]) -> None:
@@ -290,4 +298,5 @@ def _save(file: Path, records: Mapping[str, Record]) -> None:
         temporary.write_text(json.dumps([_VERSION, records], separators=(",", ":")), encoding="utf-8")
         os.replace(temporary, file)
     except OSError:
-        temporary.unlink(missing_ok=True) if temporary.parent.is_dir() else None
+        with contextlib.suppress(OSError):
+            temporary.unlink()

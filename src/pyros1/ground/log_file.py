@@ -44,7 +44,7 @@ class LogFile:
         try:
             if self._file is None:
                 os.makedirs(os.path.dirname(self._path) or ".", exist_ok=True)
-                self._file = open(self._path, "ab", buffering=0)  # noqa: SIM115 - stays open
+                self._file = open(self._path, "ab", buffering=0, opener=_open_now)  # noqa: SIM115 - stays open
             if self._lost:
                 end = "\n" if self._torn else ""
                 self._append(self._file, f"{end}... {self._lost} lines are missing here: {self._why}\n")
@@ -90,3 +90,8 @@ class LogFile:
             self._file.close()
             self._file = None
         self._path = None
+
+
+def _open_now(path: str, flags: int) -> int:
+    """Open a file; a pipe that nobody reads is an error, in place of a wait."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0), 0o666)

@@ -14,6 +14,7 @@ from __future__ import annotations
 import contextlib
 import os
 import queue
+import stat
 import struct
 import threading
 import zlib
@@ -31,6 +32,7 @@ LARGEST: Final = 256 << 20
 ALIVE_S: Final = 5.0
 """Seconds between two signs of life, the file's time of change."""
 _FRAME: Final = struct.Struct("<II")
+_NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0)
 _GROWTH: Final = 1 << 20  # bytes that may be added, or as many as the state has, before the file is begun anew
 _MOST_WAITING: Final = 64 << 20  # bytes that wait for a disk; what is lost then makes the file be begun anew
 
@@ -105,13 +107,15 @@ def read(path: Path) -> Found | None:
         JournalError: the file is no journal, not this user's, or cannot be read.
     """
     try:
-        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
+        descriptor = os.open(path, os.O_RDONLY | _NO_LINK | getattr(os, "O_NONBLOCK", 0))  # a pipe would wait
     except FileNotFoundError:
         return None
     except OSError as error:
         raise JournalError(f"{path} cannot be read: {error.strerror}") from error
     with open(descriptor, "rb") as file:
         facts = os.fstat(descriptor)
+        if not stat.S_ISREG(facts.st_mode):
+            raise JournalError(f"{path} is no file")
         if hasattr(os, "getuid") and facts.st_uid != os.getuid():
             raise JournalError(f"{path} is another user's")
         if facts.st_size > LARGEST:
@@ -284,7 +288,7 @@ def _locked(path: Path) -> int:
     """Return the descriptor of a lock file that no other process holds."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o600)
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o600)
     except OSError as error:
         raise JournalError(f"{path} cannot be made: {error.strerror}") from error
     try:

@@ -7,7 +7,7 @@ by others.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, cast
 
 from pyros1.ground import shown
@@ -49,6 +49,34 @@ def unpack(reply: Any, what: str) -> Any:
 
 def _says_not_set(error: MasterError) -> bool:
     return error.code == -1 and "not set" in str(error)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int)
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str)
+
+
+def _is_texts(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(item, str) for item in value)
+
+
+def _is_pairs(value: Any) -> bool:
+    return isinstance(value, list) and all(_is_texts(item) and len(item) == 2 for item in value)
+
+
+def is_system_state(value: Any) -> bool:
+    """Return whether a value is an answer to ``getSystemState``: three times ``[[name, [node, ...]], ...]``."""
+    return isinstance(value, list) and len(value) == 3 and all(map(_is_table, value))
+
+
+def _is_table(value: Any) -> bool:
+    return isinstance(value, list) and all(
+        isinstance(entry, list) and len(entry) == 2 and isinstance(entry[0], str) and _is_texts(entry[1])
+        for entry in value
+    )
 
 
 def _leaves(namespace: str, tree: Any) -> Iterator[str]:
@@ -93,6 +121,17 @@ class MasterClient:
     def call(self, method: str, *args: Any, timeout: float | None = None) -> Any:
         """Call any method with the caller id and ``args``, and return the value of the answer."""
         return unpack(self._raw(method, self.caller_id, *args, timeout=timeout), self._who(method))
+
+    def _get(self, fits: Callable[[Any], bool], method: str, *args: Any) -> Any:
+        """Call a method whose value has a certain form.
+
+        Raises:
+            MasterMethodError: it has another one.
+        """
+        value = self.call(method, *args)
+        if not fits(value):
+            raise self._lacks(method, f"its answer is {value!r:.60}. Is it a master?")
+        return value
 
     def ask(self, method: str, *args: Any) -> Any:
         """Call any method with the caller id and ``args``, and return the whole answer: ``[code, message, value]``."""
@@ -184,11 +223,11 @@ class MasterClient:
 
     def get_pid(self) -> int:
         """Return the master's process id."""
-        return int(self.call("getPid"))
+        return int(self._get(_is_number, "getPid"))
 
     def get_uri(self) -> str:
         """Return the URI that the master gives as its own."""
-        return cast(str, self.call("getUri"))
+        return cast(str, self._get(_is_text, "getUri"))
 
     def shutdown(self, reason: str = "") -> None:
         """End the master."""
@@ -196,19 +235,19 @@ class MasterClient:
 
     def register_publisher(self, topic: str, topic_type: str, api: str) -> list[str]:
         """Register a publisher; return the API URIs of the topic's subscribers."""
-        return cast("list[str]", self.call("registerPublisher", topic, topic_type, api))
+        return cast("list[str]", self._get(_is_texts, "registerPublisher", topic, topic_type, api))
 
     def unregister_publisher(self, topic: str, api: str) -> int:
         """Return 1, or 0 if it was not registered with that API."""
-        return int(self.call("unregisterPublisher", topic, api))
+        return int(self._get(_is_number, "unregisterPublisher", topic, api))
 
     def register_subscriber(self, topic: str, topic_type: str, api: str) -> list[str]:
         """Register a subscriber (type ``*``: any); return the API URIs of the topic's publishers."""
-        return cast("list[str]", self.call("registerSubscriber", topic, topic_type, api))
+        return cast("list[str]", self._get(_is_texts, "registerSubscriber", topic, topic_type, api))
 
     def unregister_subscriber(self, topic: str, api: str) -> int:
         """Return 1, or 0 if it was not registered with that API."""
-        return int(self.call("unregisterSubscriber", topic, api))
+        return int(self._get(_is_number, "unregisterSubscriber", topic, api))
 
     def register_service(self, service: str, service_api: str, api: str) -> None:
         """Register the provider of a service, in place of any former one."""
@@ -216,35 +255,35 @@ class MasterClient:
 
     def unregister_service(self, service: str, service_api: str) -> int:
         """Return 1, or 0 if this provider was not registered."""
-        return int(self.call("unregisterService", service, service_api))
+        return int(self._get(_is_number, "unregisterService", service, service_api))
 
     def lookup_service(self, service: str) -> str:
         """Return the ``rosrpc://`` URI of a service's provider."""
-        return cast(str, self.call("lookupService", service))
+        return cast(str, self._get(_is_text, "lookupService", service))
 
     def lookup_node(self, name: str) -> str:
         """Return the API URI of a node."""
-        return cast(str, self.call("lookupNode", name))
+        return cast(str, self._get(_is_text, "lookupNode", name))
 
     def get_published_topics(self, subgraph: str = "") -> list[list[str]]:
         """Return ``[[topic, type], ...]`` of topics with a publisher, in a namespace or (empty) everywhere."""
         try:
-            return cast("list[list[str]]", self.call("getPublishedTopics", subgraph))
+            return cast("list[list[str]]", self._get(_is_pairs, "getPublishedTopics", subgraph))
         except MasterMethodError:
-            types = dict(cast("list[tuple[str, str]]", self.call("getTopicTypes")))
+            types = dict(cast("list[tuple[str, str]]", self._get(_is_pairs, "getTopicTypes")))
             below = subgraph.rstrip("/") + "/"
             return [[name, types.get(name, "*")] for name, _ in self.get_system_state()[0] if name.startswith(below)]
 
     def get_topic_types(self) -> list[list[str]]:
         """Return ``[[topic, type], ...]`` of all topics that ever had a type."""
         try:
-            return cast("list[list[str]]", self.call("getTopicTypes"))
+            return cast("list[list[str]]", self._get(_is_pairs, "getTopicTypes"))
         except MasterMethodError:
             return self.get_published_topics()
 
     def get_system_state(self) -> SystemState:
         """Return ``[publishers, subscribers, services]``, each ``[[name, [node, ...]], ...]``."""
-        return cast(SystemState, self.call("getSystemState"))
+        return cast(SystemState, self._get(is_system_state, "getSystemState"))
 
     # ---- parameters
 
@@ -349,7 +388,7 @@ class MasterClient:
     def get_param_names(self) -> list[str]:
         """Return the full names of all parameters."""
         try:
-            return cast("list[str]", self.call("getParamNames"))
+            return cast("list[str]", self._get(_is_texts, "getParamNames"))
         except MasterMethodError:
             return list(_leaves("", self.call("getParam", "/")))
 
@@ -359,4 +398,4 @@ class MasterClient:
 
     def unsubscribe_param(self, api: str, key: str) -> int:
         """End ``subscribe_param``."""
-        return int(self.call("unsubscribeParam", api, key))
+        return int(self._get(_is_number, "unsubscribeParam", api, key))

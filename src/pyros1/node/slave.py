@@ -146,17 +146,24 @@ class SlaveApi:
         if not isinstance(publishers, list):
             raise _BadArgumentError("parameter [publishers] must be a list")
         subscription = self._context.subscriptions.get(topic)
+        good, wrong = [], ""  # one publisher with a wrong address does not hide the others
         for uri in publishers:
             if not isinstance(uri, str):
-                raise _BadArgumentError("publishers must be a list of strings")
-            if subscription is not None and subscription.knows(uri):
-                continue  # it has been looked at: there may be a thousand, and one that is new
-            try:
-                parse_uri(uri)
-            except Error as error:
-                raise _BadArgumentError(f"publishers: {error}") from None
+                wrong = "publishers must be a list of strings"
+            elif subscription is not None and subscription.knows(uri):
+                good.append(uri)  # it has been looked at: there may be a thousand, and one that is new
+            else:
+                try:
+                    parse_uri(uri)
+                    good.append(uri)
+                except Error as error:
+                    wrong = f"publishers: {error}"
         if subscription is not None:
-            subscription.update_publishers(publishers)
+            subscription.update_publishers(good)
+            if wrong:
+                self._context.log.peer(WARN, "the master names a wrong publisher of %s: %s", topic, wrong)
+        if wrong:
+            raise _BadArgumentError(wrong)
         return [1, "", 0]
 
     def _request_topic(self, topic: Any, protocols: Any) -> Triple:

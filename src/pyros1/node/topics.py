@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.ground.errors import Error, NodeError, WaitTimeoutError
 from pyros1.net.bell import Event
 from pyros1.node.checks import check_timeout
+from pyros1.node.log.levels import WARN
 from pyros1.node.publishing.publication import FAREWELL, Publication
 from pyros1.node.publishing.publisher import Publisher
 from pyros1.node.subscribing.hints import Hints
@@ -203,11 +204,15 @@ class Topics:
         self.subscriptions = subscriptions
         self._context.subscriptions = {**subscriptions}
 
-    def publishers_found(self, topic: str, uris: list[str]) -> None:
+    def publishers_found(self, topic: str, uris: Any) -> None:
         """Take the list of publishers in the master's answer to a registration."""
+        known = [uri for uri in uris if isinstance(uri, str)] if isinstance(uris, list) else []
+        if known != uris:
+            text = "the master does not name the publishers of %s as a master does; it answers %s"
+            self._context.log.peer(WARN, text, topic, repr(uris)[:60])
         subscription = self.subscriptions.get(topic)
         if subscription is not None:
-            self._context.loop.call_soon(subscription.update_publishers, list(uris), False)
+            self._context.loop.call_soon(subscription.update_publishers, known, False)
 
     def _unsubscribe(self, subscriber: Subscriber[Any]) -> None:
         if self._context.forked:

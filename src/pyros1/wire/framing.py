@@ -18,7 +18,8 @@ MAX_MESSAGE_SIZE = 1_000_000_000
 """Largest frame accepted, in bytes: the limit that roscpp has too."""
 
 _unpack_size = struct.Struct("<I").unpack_from
-_TRUSTED_GROWTH = 16 << 20
+_TRUSTED_GROWTH = 1 << 20
+_LARGE = 16 << 20
 _SMALL = 2048
 _SPARE_ROUNDS = 200
 """Receives in a row without need of more than the capacity, after which the buffer shrinks."""
@@ -130,7 +131,7 @@ class FrameBuffer:
         return bodies
 
     def _taken(self, frames: list[tuple[int, int]]) -> None:
-        if frames[-1][1] > _TRUSTED_GROWTH:
+        if frames[-1][1] > _LARGE:
             self._trusted = frames[-1][1]
             self.shrink()
 
@@ -140,6 +141,7 @@ class FrameBuffer:
             raise ProtocolError(f"message of {size} bytes exceeds the limit of {self._limit} bytes")
         self._stop = size + 4 if size > self._capacity else 0
         if size + 4 > len(self.data):
-            wanted = min(size + 4 + self._capacity, max(self._trusted, 2 * len(self.data)))
+            doubled = 2 * len(self.data) if self._end == len(self.data) else 0
+            wanted = min(size + 4 + self._capacity, max(self._trusted, doubled))
             if wanted > len(self.data):
                 self._grow(wanted)

@@ -46,3 +46,28 @@ def test_the_living_the_dead_and_the_unreachable(
     code, out = listed("--check", "--json")
     assert code == 1 and [each["state"] for each in json.loads(out)] == ["alive", "dead", "unreachable"]
     assert listed() == (0, "/alive\n/long_dead\n/nowhere\n"), "stock's output stays"
+
+
+@pytest.mark.parametrize("command", ["node ping -a", "node machine", "topic list --host", "node kill -a"])
+def test_a_node_with_a_wrong_address_hides_no_other(
+    make_node: Any,
+    environ: dict[str, str],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    command: str,
+) -> None:
+    """Anybody can register one, as with a stock master."""
+    for name, value in environ.items():
+        monkeypatch.setenv(name, value)
+    client = MasterClient("/bad", environ["ROS_MASTER_URI"])
+    client.register_publisher("/t", "std_msgs/String", "http://a b:1/")
+    client.close()
+    node = make_node("good")
+    node.advertise("t", "std_msgs/String")
+    entry(["pyros1", *command.split()])
+    out, err = capsys.readouterr()
+    if command == "node kill -a":
+        node.spin()
+    else:
+        assert {"node ping -a": f"reply from {node.uri}", "node machine": "localhost"}.get(command, "/t") in out
+    assert "/bad" in out + err and "'http://a b:1/'" in err

@@ -8,12 +8,13 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from pyros1.cli.commands.node.status import json_form, table
 from pyros1.cli.main import entry as entry_point
-from pyros1.ground.errors import Error
+from pyros1.ground.errors import Error, ProtocolError
 from pyros1.launch.running.api import LaunchServer
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.control import URIS, Launch, Status, launch_uris, running_launches, stock_status
@@ -23,6 +24,7 @@ from pyros1.launch.running.usage import age, group_usages, launch_files
 from pyros1.master.server import Master
 from pyros1.net.hosts import host_from_environment
 from pyros1.net.master_client import MasterClient
+from pyros1.net.xmlrpc_client import XmlRpcClient
 
 DEADLINE = 20.0
 
@@ -103,6 +105,14 @@ def test_parameters_of_any_shape_do_no_harm(master: Master) -> None:
         assert running_launches(client) == []
     finally:
         client.close()
+
+
+@pytest.mark.parametrize("uptime", ["1e999", 1.0])
+def test_a_launch_that_talks_nonsense_is_left_out(master: Master, monkeypatch: pytest.MonkeyPatch, uptime: Any) -> None:
+    about = {"title": "x", "pid": 1, "uptime": uptime, "expected": 0, "refusal": ""}
+    monkeypatch.setattr(XmlRpcClient, "call", lambda *_: [1, "", {"launch": about, "processes": ["no process"]}])
+    with pytest.raises(ProtocolError, match="is not the address of a launch"):
+        Launch(master.uri).report()
 
 
 def test_answers_of_a_stock_launch() -> None:

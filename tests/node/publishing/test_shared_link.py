@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from pyros1.ground.errors import ProtocolError
 from pyros1.net.loop import Loop
 from pyros1.node.lane import Lane
 from pyros1.node.same_host import host_key
@@ -189,3 +190,25 @@ def test_a_subscriber_that_closes_its_desk_has_left(ends: Ends) -> None:
     ends.desk.close()
     assert ends.ended.wait(PATIENCE)
     del kept[:]
+
+
+def test_a_publisher_that_takes_nothing_back_costs_no_memory(ends: Ends, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is to be given back would wait without end."""
+
+    def fail() -> None:
+        raise BlockingIOError
+
+    monkeypatch.setattr("pyros1.node.subscribing.shared_source._MOST_UNDONE", 2)
+    ends.desk.before = fail
+    with pytest.raises(ProtocolError, match="does not take back"):
+        for _ in range(4):
+            ends.send()
+            ends.receive(1)
+            ends.link.out.clear()
+
+
+def test_a_message_that_is_too_large_is_not_copied(ends: Ends, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.node.subscribing.shared_source.MAX_MESSAGE_SIZE", SIZE - 1)
+    ends.send()
+    with pytest.raises(ProtocolError, match="exceeds the limit"):
+        ends.receive(1)

@@ -307,6 +307,28 @@ def test_bytes_behind_a_response(caller: Any, fake_node: Any, in_thread: Any, le
         call.join()
 
 
+def test_what_comes_behind_a_response_is_not_the_next_one(caller: Any, fake_node: Any, in_thread: Any) -> None:
+    """A persistent client connects again."""
+    fake = fake_node("/fake")
+    fake.master.register_service("/s", f"rosrpc://localhost:{fake.port}", fake.uri)
+    for answers in (b"\x01\0\0\0\0" * 2, b"\0\x02\0\0\0no"):
+        call = in_thread((client := caller.service("s", Empty, persistent=True)) if answers[0] else client)
+        sock, _ = fake.accept()
+        sock.sendall(encode_header({"md5sum": Empty._md5sum}) + answers)
+        if answers[0]:
+            call.join()
+    with pytest.raises(ServiceError, match="an error: no"):
+        call.join()
+    client.close()
+
+
+@pytest.mark.parametrize("uri", ["http://localhost:1/", "rosrpc://localhost:99999", "rosrpc://a b:1"])
+def test_a_provider_with_a_wrong_address_is_not_available(caller: Any, uri: str) -> None:
+    caller.master.register_service("/s", uri, caller.uri)
+    with pytest.raises(ServiceUnavailableError, match=r"\[/s\] has a wrong address at the master: .*URI"):
+        caller.service("s", Empty)()
+
+
 def test_the_provider_dies_during_a_call(caller: Any, fake_node: Any, in_thread: Any) -> None:
     from pyros1.wire.header import encode_header
 

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import IO, Protocol
 
 from pyros1.ground.errors import LaunchError, PackageNotFoundError
 from pyros1.ground.suggest import did_you_mean
@@ -34,9 +34,25 @@ class PackageFinder(Protocol):
         """Return the names of all executables in the package. Raise PackageNotFoundError if it is unknown."""
 
 
+LARGEST = 64 << 20
+"""Most bytes of a file, or of a command's output: a master takes no larger parameter."""
+
+
 def _read_bytes(path: str) -> bytes:
     with open(path, "rb") as stream:
-        return stream.read()
+        return read_bounded(stream, f"[{path}]")
+
+
+def read_bounded(stream: IO[bytes], name: str) -> bytes:
+    """Return what a stream has, which may never end.
+
+    Raises:
+        LaunchError: it has more than `LARGEST` bytes.
+    """
+    data = stream.read(LARGEST + 1)
+    if len(data) > LARGEST:
+        raise LaunchError(f"{name} has more than {LARGEST >> 20} MiB")
+    return data
 
 
 def _no_commands(words: list[str]) -> str:
@@ -50,7 +66,7 @@ class Resources:
     Attributes:
         packages: finds packages.
         environ: environment variables.
-        read_bytes: returns a file's content; raises OSError.
+        read_bytes: returns a file's content; raises OSError, or LaunchError if it is too large.
         run_command: runs a command given as words, returns its standard output; raises LaunchError.
         unique: returns text that makes ``$(anon x)`` unique; called once per identifier.
         stdin: returns the content of standard input, for ``-``.

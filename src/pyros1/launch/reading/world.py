@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
+from typing import TYPE_CHECKING
 
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import LaunchError
-from pyros1.launch.reading.resources import Resources
+from pyros1.launch.reading.resources import Resources, read_bounded
+
+if TYPE_CHECKING:
+    import subprocess
 
 _COMMAND_TIMEOUT_S = 600.0
 
@@ -49,14 +53,41 @@ def run_command(words: list[str]) -> str:
     command = xacro_words(words)
     env = {**os.environ, **own_python_environment(os.environ)} if command is not words else None
     try:
-        done = subprocess.run(command, env=env, stdout=subprocess.PIPE, check=False, timeout=_COMMAND_TIMEOUT_S)
+        process = subprocess.Popen(command, env=env, stdout=subprocess.PIPE)
     except FileNotFoundError as error:
         raise LaunchError(f"no such command [{words}].") from error
-    except (OSError, subprocess.TimeoutExpired) as error:
+    except OSError as error:
         raise LaunchError(f"command [{words}] failed: {error}") from error
-    if done.returncode:
-        raise LaunchError(f"command [{words}] returned with code [{done.returncode}].")
+    output, in_time = _output_of(process, f"the output of command [{words}]")
+    if not in_time:
+        raise LaunchError(f"command [{words}] failed: it did not end within {_COMMAND_TIMEOUT_S:g} seconds")
+    if process.returncode:
+        raise LaunchError(f"command [{words}] returned with code [{process.returncode}].")
     try:
-        return done.stdout.decode("utf-8")
+        return output.decode("utf-8")
     except UnicodeDecodeError as error:
         raise LaunchError(f"command [{words}]: its output is not UTF-8 text: {error}") from error
+
+
+def _output_of(process: subprocess.Popen[bytes], name: str) -> tuple[bytes, bool]:
+    """Return what a command prints until it ends, and whether it did so in time."""
+    import threading  # noqa: PLC0415
+
+    late = threading.Event()
+
+    def end() -> None:
+        late.set()
+        process.kill()
+
+    timer = threading.Timer(_COMMAND_TIMEOUT_S, end)
+    timer.start()
+    assert process.stdout is not None
+    try:
+        output = read_bounded(process.stdout, name)
+        process.wait()
+        return output, not late.is_set()
+    finally:
+        timer.cancel()
+        process.kill()
+        process.stdout.close()
+        process.wait()

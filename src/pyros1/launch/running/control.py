@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from math import isfinite
 from typing import Any
 
 from pyros1.ground.errors import Error, LaunchError, MasterError, ParameterNotSetError, ProtocolError, XmlRpcFault
@@ -118,12 +119,12 @@ class Launch:
             return Report(
                 title=_text(about["title"]),
                 pid=int(about["pid"]),
-                uptime=float(about["uptime"]),
+                uptime=_seconds(about["uptime"]),
                 expected=int(about["expected"]),
                 refusal=_text(about["refusal"]),
                 processes=[_status(entry) for entry in answer["processes"][:_MOST_PROCESSES]],
             )
-        except (KeyError, TypeError, ValueError, OverflowError):
+        except (AttributeError, KeyError, TypeError, ValueError, OverflowError):
             raise ProtocolError(f"{self.uri} is not the address of a launch") from None
 
     def status(self) -> list[Status]:
@@ -197,8 +198,8 @@ def _status(entry: Mapping[str, Any]) -> Status:
         state=state if state in STATES else "died",
         pid=int(entry["pid"]),
         starts=int(entry["starts"]),
-        uptime=float(entry.get("uptime", -1.0)),
-        cpu=float(entry.get("cpu", -1.0)),
+        uptime=_seconds(entry.get("uptime", -1.0)),
+        cpu=_seconds(entry.get("cpu", -1.0)),
         memory=int(entry.get("memory", -1)),
         machine=_text(entry.get("machine", "")),
         exit_code=None if exit_code is None else int(exit_code),
@@ -247,6 +248,13 @@ def _text(value: Any) -> str:
     if not isinstance(value, str):
         raise TypeError("not a text")
     return value if len(value) <= _LONGEST else f"{value[:_LONGEST]}..."
+
+
+def _seconds(value: Any) -> float:
+    seconds = float(value)
+    if not isfinite(seconds):
+        raise ValueError("not a time")
+    return seconds
 
 
 def _number(value: Any, default: Any) -> Any:

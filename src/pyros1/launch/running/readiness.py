@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from pyros1.ground.errors import Error
 from pyros1.launch.reading.conditions import Condition
-from pyros1.net.master_client import MasterClient
+from pyros1.net.master_client import MasterClient, is_system_state
 
 _CALLER = "/roslaunch"
 _POLL = 0.1
@@ -94,9 +94,11 @@ class Gate:
         calls += [("hasParam", (condition.name,)) for condition in params]
         try:
             state, *have = self._master.multicall(calls)
-            publishers, subscribers, services = state
-        except (Error, TypeError, ValueError):
+        except Error:
             return conditions
+        if not is_system_state(state):
+            return conditions
+        publishers, subscribers, services = state
         there = {Condition("topic", name) for name, _ in publishers}
         there |= {Condition("service", name) for name, _ in services}
         there |= {

@@ -10,7 +10,13 @@ from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from pyros1.ground.errors import NodeShutdownError, ServiceUnavailableError, UnknownHostError, WaitTimeoutError
+from pyros1.ground.errors import (
+    NodeShutdownError,
+    ProtocolError,
+    ServiceUnavailableError,
+    UnknownHostError,
+    WaitTimeoutError,
+)
 from pyros1.net.dial import dial
 from pyros1.net.eager import AT_ONCE, Eager
 from pyros1.net.hosts import parse_uri
@@ -56,7 +62,10 @@ class Call:
         self._eager = eager or Eager()
         self.service = service
         self.deadline = deadline
-        host, port = parse_uri(uri, "rosrpc")
+        try:
+            host, port = parse_uri(uri, "rosrpc")
+        except ProtocolError as error:
+            raise ServiceUnavailableError(f"service [{service}] has a wrong address at the master: {error}") from error
         self.data = b""
         try:
             self.sock = dial(host, port, CONNECT_TIMEOUT, lambda: self._left(STEP))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import selectors
 import socket
 from collections.abc import Callable, Mapping, Sequence
@@ -306,8 +307,11 @@ class Connector:
         data, descriptors, _, _ = socket.recv_fds(sock, _PIECE, 2)
         for descriptor in descriptors:
             self._close_desk()
-            self._desk = socket.socket(fileno=descriptor)
-            self._desk.set_inheritable(False)  # as all sockets that Python makes; those that come are not
+            try:
+                self._desk = socket.socket(fileno=descriptor)
+                self._desk.set_inheritable(False)  # as all sockets that Python makes; those that come are not
+            except OSError:
+                os.close(descriptor)  # it is no socket
         return data
 
     def _close_desk(self) -> None:

@@ -14,6 +14,7 @@ from typing import Any
 from pyros1.ground.errors import ProtocolError
 from pyros1.msgs.large import SplitBody
 from pyros1.node.subscribing.tcp_source import TcpSource
+from pyros1.wire.framing import MAX_MESSAGE_SIZE
 from pyros1.wire.local import (
     RECORD,
     REFERENCE_SIZE,
@@ -29,6 +30,7 @@ MOST_BLOCKS = 64
 HELD = 3
 """Most messages that a program may keep in the publisher's memory; of further ones it gets copies."""
 _read_count = struct.Struct("<I").unpack_from
+_MOST_UNDONE = 1000  # a publisher has a few references out at a time
 _SEALS = 0x2 | 0x4  # F_SEAL_SHRINK and F_SEAL_GROW
 
 
@@ -169,6 +171,10 @@ class SharedSource(TcpSource):
         reference = decode_reference(self._token, body)
         if reference is None:
             return body
+        if reference.size > MAX_MESSAGE_SIZE:
+            raise ProtocolError(f"message of {reference.size} bytes exceeds the limit of {MAX_MESSAGE_SIZE} bytes")
+        if len(self._undone) > _MOST_UNDONE:
+            raise ProtocolError("the publisher does not take back what was read")
         loan = Loan(reference.number, self._done)
         memory = self._block(reference.block)
         if reference.offset + reference.size > len(memory):

@@ -9,7 +9,7 @@ from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
 from pyros1.graph import Graph
-from pyros1.ground.errors import DeadlineError, Error
+from pyros1.ground.errors import DeadlineError, Error, ProtocolError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -76,7 +76,11 @@ def _kill(graph: Graph, name: str) -> bool:
     uri = graph.node_uri(name)
     if uri is None:
         return False
-    node = graph.node(uri)
+    try:
+        node = graph.node(uri)
+    except ProtocolError as error:  # a wrong address: the others are told to end all the same
+        print(f"[{name}]: {error}", file=sys.stderr)
+        return False
     try:
         node.shutdown("user request")
     except DeadlineError as error:

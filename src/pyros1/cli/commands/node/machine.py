@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+import sys
 from collections.abc import Iterable
 from typing import Any
 
@@ -10,6 +11,7 @@ from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
 from pyros1.cli.shared.printing import print_json
+from pyros1.ground.errors import ProtocolError
 from pyros1.net.hosts import parse_uri
 
 
@@ -22,7 +24,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     for name in graph.state().nodes():
         uri = graph.node_uri(name)
         if uri:
-            hosts[name] = parse_uri(uri)[0]
+            try:
+                hosts[name] = parse_uri(uri)[0]
+            except ProtocolError as error:
+                print(f"WARNING: {name} is left out: {error}", file=sys.stderr)
     if not args:
         _print(set(hosts.values()), json=options.json)
         return

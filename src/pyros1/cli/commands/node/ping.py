@@ -12,7 +12,7 @@ from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.graph import Graph
-from pyros1.ground.errors import Error
+from pyros1.ground.errors import Error, ProtocolError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -67,9 +67,14 @@ def _ping(graph: Graph, name: str, count: int | None, forever: bool = False) -> 
         sys.stdout.flush()
         print(f"cannot ping [{name}]: unknown node", file=sys.stderr)
         return False
+    try:
+        node = graph.node(uri, PING_TIMEOUT)
+    except ProtocolError as error:  # a wrong address
+        sys.stdout.flush()
+        print(f"cannot ping [{name}]: {error}", file=sys.stderr)
+        return False
     print(f"pinging {name} with a timeout of {PING_TIMEOUT}s")
     total, done = 0.0, 0
-    node = graph.node(uri, PING_TIMEOUT)
     try:
         for number in itertools.count(1):
             milliseconds = node.ping() * 1000.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 from pyros1.cli.failures import UsageError
@@ -10,6 +11,7 @@ from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.printing import print_json
 from pyros1.graph import UNKNOWN_TYPE, Graph, SystemState, in_namespace
+from pyros1.ground.errors import ProtocolError
 from pyros1.net.hosts import parse_uri
 
 
@@ -113,7 +115,10 @@ def _list_by_host(
     hosts: dict[str, str | None] = {}
     for node in state.nodes():
         uri = graph.node_uri(node)
-        hosts[node] = parse_uri(uri)[0] if uri else None
+        try:
+            hosts[node] = parse_uri(uri)[0] if uri else None
+        except ProtocolError as error:
+            print(f"WARNING: {node} is left out: {error}", file=sys.stderr)
     types = graph.topic_types() if verbose else {}
 
     def on(host: str, table: dict[str, list[str]]) -> dict[str, list[str]]:
