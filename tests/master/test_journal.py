@@ -199,6 +199,22 @@ def test_one_journal_has_one_writer(journal: Callable[..., Journal]) -> None:
     journal()
 
 
+def test_a_writer_that_a_disk_holds_up_keeps_the_lock(
+    journal: Callable[..., Journal], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What it still has to do, its file or the removal, would spoil the file of the next master."""
+    leave, replace = threading.Event(), os.replace
+    monkeypatch.setattr(os, "replace", lambda *paths: (leave.wait(10), replace(*paths)))
+    first = journal()
+    first.begin([])
+    first.close(timeout=0.01)
+    with pytest.raises(JournalError, match="another master uses"):
+        journal()
+    leave.set()
+    first.close()
+    journal()
+
+
 def test_a_full_disk_is_told_once_and_asked_for_again(
     journal: Callable[..., Journal], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -189,14 +189,16 @@ class Journal:
 
         Args:
             remove: the master ends by itself: nobody is to continue it.
-            timeout: most seconds to wait for the disk.
+            timeout: most seconds to wait for the disk. If that is not enough, the lock ends with this process, as what
+                is still written then would spoil the next master's file.
         """
         if self._lock < 0:
             return
         self._work.put(("remove" if remove else "end", b""))
         self._thread.join(timeout)
-        os.close(self._lock)
-        self._lock = -1
+        if not self._thread.is_alive():
+            os.close(self._lock)
+            self._lock = -1
 
     def _put(self, what: str, data: bytes) -> None:
         if self._waiting - self._done + len(data) > _MOST_WAITING and what != "begin":
