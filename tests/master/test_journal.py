@@ -215,6 +215,24 @@ def test_a_writer_that_a_disk_holds_up_keeps_the_lock(
     journal()
 
 
+def test_nothing_follows_a_change_that_was_left_out(
+    journal: Callable[..., Journal], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As when a disk is too slow: the file then has an earlier state, but none that never was."""
+    monkeypatch.setattr(journals, "MOST_WAITING", 1000)
+    writer = journal()
+    writer.begin([])
+    writer.add(("setParam", ["/a", "/large", "x" * 2000]))
+    writer.add(("setParam", ["/a", "/small", 1]))
+    writer.tick()
+    until = time.monotonic() + 10
+    while not writer.is_due:
+        assert time.monotonic() < until
+    writer.close(remove=False)
+    found = read(tmp_path / "own" / "m.journal")
+    assert found is not None and found.calls == ()
+
+
 def test_a_full_disk_is_told_once_and_asked_for_again(
     journal: Callable[..., Journal], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
