@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import threading
 from typing import Any
@@ -748,3 +749,16 @@ def test_close_just_before_a_call(server: Any, caller: Any, monkeypatch: pytest.
     monkeypatch.setattr(Call, "deadline", property(lambda call: None, closes), raising=False)
     with pytest.raises(ServiceError, match="call of service"):
         client()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+def test_a_forked_process_that_closes_its_client_leaves_the_connection_to_its_parent(server: Any, caller: Any) -> None:
+    server.advertise_service("add", AddTwoInts, add)
+    with caller.service("add", AddTwoInts, persistent=True) as client:
+        client(1, 2)
+        child = os.fork()
+        if not child:
+            client.close()
+            os._exit(0)
+        os.waitpid(child, 0)
+        assert client(3, 4).sum == 7
