@@ -654,6 +654,19 @@ def test_a_request_that_trickles_in_is_given_up(make_node: Any, monkeypatch: pyt
     assert ended
 
 
+def test_a_client_that_does_not_take_its_response_is_given_up(
+    make_node: Any, watch_log: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And the log says so."""
+    monkeypatch.setattr("pyros1.node.services.connection.REQUEST_TIMEOUT", 0.05)
+    server = make_node("server")
+    log = watch_log(server)
+    server.advertise_service("s", Trigger, lambda request: (True, "x" * 20_000_000))
+    with socket.create_connection(("localhost", tcpros_port(server))) as peer:
+        peer.sendall(encode_header({"callerid": "/slow", "service": "/s", "md5sum": "*"}) + bytes(4))
+        log.saw("a call of /s by /slow failed", "it took no more of its response for 0.05 s")
+
+
 def test_a_program_that_echoes_is_no_service(caller: Any) -> None:
     """It has the port of a service that died: what it sends back would be taken for a response."""
     with socket.create_server(("127.0.0.1", 0)) as listener:

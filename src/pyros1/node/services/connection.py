@@ -180,6 +180,8 @@ class ServiceLink:
                         return
                 answered += len(frames)
                 frames = []
+        except WaitOver:
+            self._close(ProtocolError(f"it took no more of its response for {REQUEST_TIMEOUT:g} s"))
         except (OSError, ProtocolError) as error:
             self._close(error)
         else:
