@@ -203,8 +203,8 @@ def test_a_writer_that_a_disk_holds_up_keeps_the_lock(
     journal: Callable[..., Journal], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What it still has to do, its file or the removal, would spoil the file of the next master."""
-    leave = threading.Event()
-    monkeypatch.setattr(journals, "_write", lambda *_: leave.wait(10))
+    leave, replace = threading.Event(), os.replace
+    monkeypatch.setattr(os, "replace", lambda *paths: (leave.wait(10), replace(*paths)))
     first = journal()
     first.begin([])
     first.close(timeout=0.01)
@@ -219,7 +219,7 @@ def test_nothing_follows_a_change_that_was_left_out(
     journal: Callable[..., Journal], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As when a disk is too slow: the file then has an earlier state, but none that never was."""
-    monkeypatch.setattr(journals, "_MOST_WAITING", 1000)
+    monkeypatch.setattr(journals, "MOST_WAITING", 1000)
     writer = journal()
     writer.begin([])
     writer.add(("setParam", ["/a", "/large", "x" * 2000]))

@@ -31,10 +31,11 @@ LARGEST: Final = 256 << 20
 """Bytes of the largest journal that is read."""
 ALIVE_S: Final = 5.0
 """Seconds between two signs of life, the file's time of change."""
+MOST_WAITING: Final = 64 << 20
+"""Bytes that wait for a disk; what is lost then makes the file be begun anew."""
 _FRAME: Final = struct.Struct("<II")
 _NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0)
 _GROWTH: Final = 1 << 20  # bytes that may be added, or as many as the state has, before the file is begun anew
-_MOST_WAITING: Final = 64 << 20  # bytes that wait for a disk; what is lost then makes the file be begun anew
 
 Call = tuple[str, Sequence[Any]]
 """Method of the Master API, and its arguments."""
@@ -206,7 +207,7 @@ class Journal:
             self._lock = -1
 
     def _put(self, what: str, data: bytes) -> None:
-        full = self._waiting - self._done + len(data) > _MOST_WAITING
+        full = self._waiting - self._done + len(data) > MOST_WAITING
         if what != "begin" and (full or self._has_gap):
             self._broken = self._has_gap = True
             return

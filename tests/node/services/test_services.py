@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import threading
 from typing import Any
@@ -675,6 +676,19 @@ def test_a_request_that_trickles_in_is_given_up(make_node: Any, monkeypatch: pyt
     assert ended
 
 
+def test_a_client_that_does_not_take_its_response_is_given_up(
+    make_node: Any, watch_log: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And the log says so."""
+    monkeypatch.setattr("pyros1.node.services.connection.REQUEST_TIMEOUT", 0.05)
+    server = make_node("server")
+    log = watch_log(server)
+    server.advertise_service("s", Trigger, lambda request: (True, "x" * 20_000_000))
+    with socket.create_connection(("localhost", tcpros_port(server))) as peer:
+        peer.sendall(encode_header({"callerid": "/slow", "service": "/s", "md5sum": "*"}) + bytes(4))
+        log.saw("a call of /s by /slow failed", "it took no more of its response for 0.05 s")
+
+
 def test_a_program_that_echoes_is_no_service(caller: Any) -> None:
     """It has the port of a service that died: what it sends back would be taken for a response."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
@@ -770,3 +784,16 @@ def test_close_just_before_a_call(server: Any, caller: Any, monkeypatch: pytest.
     monkeypatch.setattr(Call, "deadline", property(lambda call: None, closes), raising=False)
     with pytest.raises(ServiceError, match="call of service"):
         client()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+def test_a_forked_process_that_closes_its_client_leaves_the_connection_to_its_parent(server: Any, caller: Any) -> None:
+    server.advertise_service("add", AddTwoInts, add)
+    with caller.service("add", AddTwoInts, persistent=True) as client:
+        client(1, 2)
+        child = os.fork()
+        if not child:
+            client.close()
+            os._exit(0)
+        os.waitpid(child, 0)
+        assert client(3, 4).sum == 7

@@ -119,10 +119,7 @@ class ServiceClient:
             raise SerializationError(f"service [{self.name}]: {error}") from None
         data = frame if isinstance(frame, bytes) else b"".join(frame)
         deadline = None if timeout is None else monotonic() + timeout
-        if self._pid != os.getpid():
-            for other in [*self._under_way, *([self._kept] if self._kept else [])]:
-                other.sock.close()  # in a forked process: these connections are the other one's
-            self._begin()
+        self._leave_to_parent()
         if self._own() is not None:
             server = self._own(self._look_up())
             if server is not None:
@@ -141,6 +138,13 @@ class ServiceClient:
                 return self._exchange(kept, data)
             finally:
                 self._busy = False
+
+    def _leave_to_parent(self) -> None:
+        """In a forked process, forget the connections: they are the other one's."""
+        if self._pid != os.getpid():
+            for other in [*self._under_way, *([self._kept] if self._kept else [])]:
+                other.sock.close()
+            self._begin()
 
     def _own(self, uri: str | None = None) -> Provided | None:
         """Return the node's own service of that name if its handler could run only in the calling thread.
@@ -238,6 +242,7 @@ class ServiceClient:
 
     def close(self) -> None:
         """Close the connection; a call under way in another thread fails."""
+        self._leave_to_parent()
         kept, self._kept = self._kept, None
         under_way = list(self._under_way)
         for call in under_way:
