@@ -56,6 +56,19 @@ def test_transforms_travel(make_node: Make, transport: str, callbacks: str) -> N
     assert "lidar: \n  parent: 'base'\n" in frames.frame_yaml
 
 
+def test_a_message_of_more_than_128_kib(make_node: Make, transport: str, capfd: pytest.CaptureFixture[str]) -> None:
+    robot = make_node("robot")
+    moving = TransformBroadcaster(robot)
+    buffer = Buffer()
+    TransformListener(make_node("viewer"), buffer)
+    assert wait_for_links(publication_of(robot, "/tf"), 1, 10)
+    moving.send_transform([stamped("base", f"{n}" + "x" * 1000, 5) for n in range(150)])
+    moving.send_transform(stamped("base", "last", 5, 1.0))
+    assert buffer.lookup_transform("base", "last", 5, timeout=10).transform.translation.x == 1.0
+    assert buffer.can_transform("base", "149" + "x" * 1000, 5)
+    assert "internal error" not in capfd.readouterr().err
+
+
 def test_a_message_that_is_used_again_is_sent_as_it_was(make_node: Make) -> None:
     static = StaticTransformBroadcaster(make_node("robot"))
     message = stamped("base", "lidar", 1, 0.5)

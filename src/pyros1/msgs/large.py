@@ -8,7 +8,7 @@ from __future__ import annotations
 import struct
 from typing import Any, NamedTuple
 
-from pyros1.ground.errors import DeserializationError
+from pyros1.ground.errors import DeserializationError, MessageError
 from pyros1.msgs.base import AnyMsg, Message, View, message_class
 from pyros1.msgs.generator import split_type
 from pyros1.msgs.spec import STRUCT_CODES
@@ -68,7 +68,10 @@ def layout(cls: type[Any]) -> Layout | None:
     """
     if issubclass(cls, AnyMsg):
         return Layout("_buff", 0, counted=False)
-    cls = message_class(cls)
+    try:
+        cls = message_class(cls)
+    except MessageError:
+        return None  # what a subscriber has in place of messages, as tf's listeners do
     arrays = [i for i, slot_type in enumerate(cls._slot_types) if slot_type in ("uint8[]", "char[]")]
     if len(arrays) != 1:
         return None

@@ -33,6 +33,8 @@ def test_questions_about_processes(tmp_path: Path) -> None:
         code, _, info = client.call("process_info", "ns/a-1")
         assert (code, info["alive"], info["spawn_count"], info["pid"]) == (1, True, 1, supervisor.active[0].pid)
         assert client.call("process_info", "nope")[0] == -1
+        for wrong in ([], {}, 5):
+            assert client.call("control", wrong, "ns/a-1")[0] == client.call("process_info", wrong)[0] == -1
         with pytest.raises(XmlRpcFault):
             client.call("no_such_method")
         supervisor.shut_down()

@@ -121,7 +121,7 @@ class LaunchServer:
     def _control(self, params: Sequence[Any]) -> Triple:
         supervisor = self._supervisor
         verbs = {"stop": supervisor.stop_node, "start": supervisor.start_node, "restart": supervisor.restart_node}
-        if len(params) != 2 or params[0] not in verbs:
+        if len(params) != 2 or params[0] not in [*verbs]:  # of any type
             return [-1, "control needs one of stop, start and restart, and a node name", 0]
         if why := self._refusal():
             return [-1, why, 0]
