@@ -14,6 +14,7 @@ from __future__ import annotations
 import contextlib
 import os
 import queue
+import stat
 import struct
 import threading
 import zlib
@@ -105,13 +106,16 @@ def read(path: Path) -> Found | None:
         JournalError: the file is no journal, not this user's, or cannot be read.
     """
     try:
-        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
+        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
     except FileNotFoundError:
         return None
     except OSError as error:
         raise JournalError(f"{path} cannot be read: {error.strerror}") from error
+    facts = os.fstat(descriptor)
+    if not stat.S_ISREG(facts.st_mode):
+        os.close(descriptor)
+        raise JournalError(f"{path} is no file")
     with open(descriptor, "rb") as file:
-        facts = os.fstat(descriptor)
         if hasattr(os, "getuid") and facts.st_uid != os.getuid():
             raise JournalError(f"{path} is another user's")
         if facts.st_size > LARGEST:
