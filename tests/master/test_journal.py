@@ -191,6 +191,13 @@ def test_it_does_not_grow_for_ever(journal: Callable[..., Journal], tmp_path: Pa
     assert (tmp_path / "own" / "m.journal").stat().st_size < 11_000
 
 
+@pytest.mark.parametrize("make", [Path.mkdir, os.mkfifo])
+def test_what_is_no_file_is_no_journal(make: Callable[[Path], object], tmp_path: Path) -> None:
+    make(tmp_path / "m.journal")
+    with pytest.raises(JournalError, match="is no file"):
+        read(tmp_path / "m.journal")
+
+
 def test_one_journal_has_one_writer(journal: Callable[..., Journal]) -> None:
     first = journal()
     with pytest.raises(JournalError, match="another master uses"):

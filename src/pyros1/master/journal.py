@@ -113,10 +113,11 @@ def read(path: Path) -> Found | None:
         return None
     except OSError as error:
         raise JournalError(f"{path} cannot be read: {error.strerror}") from error
+    facts = os.fstat(descriptor)
+    if not stat.S_ISREG(facts.st_mode):
+        os.close(descriptor)
+        raise JournalError(f"{path} is no file")
     with open(descriptor, "rb") as file:
-        facts = os.fstat(descriptor)
-        if not stat.S_ISREG(facts.st_mode):
-            raise JournalError(f"{path} is no file")
         if hasattr(os, "getuid") and facts.st_uid != os.getuid():
             raise JournalError(f"{path} is another user's")
         if facts.st_size > LARGEST:
