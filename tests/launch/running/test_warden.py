@@ -132,3 +132,20 @@ def test_lines_stay_whole_when_the_pipe_is_full(opened: list[Any]) -> None:
         thread.join(DEADLINE)
     warden.close()
     assert guard.returncode == 0
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="needs SIGSTOP")
+def test_a_launch_does_not_wait_for_a_warden_that_was_stopped(
+    opened: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.launch.running.warden.RELEASE", 0.05)
+    warden = Warden(0.2, 0.2)
+    (guard,) = opened
+    guard.send_signal(signal.SIGSTOP)
+    closing = threading.Thread(target=warden.close)
+    closing.start()
+    closing.join(DEADLINE)
+    ended = not closing.is_alive()
+    guard.send_signal(signal.SIGCONT)
+    closing.join(DEADLINE)
+    assert ended and guard.returncode == -signal.SIGKILL

@@ -23,6 +23,8 @@ GROUPS = hasattr(os, "killpg")
 """Whether the system has process groups; without them (Windows) a launch knows only the processes that it started."""
 _POLL = 0.05
 _KILL_WAIT = 2.0
+RELEASE = 5.0
+"""Seconds that the warden may take to end when no process is left."""
 ANSWER_LIMIT = 10.0
 """Seconds that the answer to the end of a node may take before everything ends."""
 
@@ -86,7 +88,11 @@ class Warden:
         self._tell("release", "")
         if self._process.stdin is not None:
             self._process.stdin.close()
-        self._process.wait()
+        try:
+            self._process.wait(RELEASE)
+        except subprocess.TimeoutExpired:  # it was stopped, or has no processor; and nothing more to do
+            self._process.kill()
+            self._process.wait()
 
 
 def living(groups: set[int]) -> set[int]:
