@@ -159,7 +159,7 @@ def test_a_publisher_that_takes_nothing_back_costs_no_memory(ends: Ends, monkeyp
     def fail() -> None:
         raise BlockingIOError
 
-    monkeypatch.setattr("pyros1.node.subscribing.shared_source._MOST_UNDONE", 2)
+    monkeypatch.setattr("pyros1.node.subscribing.shared_source.MOST_UNDONE", 2)
     ends.desk.before = fail
     with pytest.raises(ProtocolError, match="does not take back"):
         for _ in range(4):

@@ -13,7 +13,8 @@ from pyros1.launch.reading.resources import Resources, read_bounded
 if TYPE_CHECKING:
     import subprocess
 
-_COMMAND_TIMEOUT_S = 600.0
+COMMAND_TIMEOUT_S = 600.0
+"""Most seconds that a command of a launch file may take."""
 
 
 def make_resources() -> Resources:
@@ -60,7 +61,7 @@ def run_command(words: list[str]) -> str:
         raise LaunchError(f"command [{words}] failed: {error}") from error
     output, in_time = _output_of(process, f"the output of command [{words}]")
     if not in_time:
-        raise LaunchError(f"command [{words}] failed: it did not end within {_COMMAND_TIMEOUT_S:g} seconds")
+        raise LaunchError(f"command [{words}] failed: it did not end within {COMMAND_TIMEOUT_S:g} seconds")
     if process.returncode:
         raise LaunchError(f"command [{words}] returned with code [{process.returncode}].")
     try:
@@ -79,7 +80,7 @@ def _output_of(process: subprocess.Popen[bytes], name: str) -> tuple[bytes, bool
         late.set()
         process.kill()
 
-    timer = threading.Timer(_COMMAND_TIMEOUT_S, end)
+    timer = threading.Timer(COMMAND_TIMEOUT_S, end)
     timer.start()
     assert process.stdout is not None
     try:

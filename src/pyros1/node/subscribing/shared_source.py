@@ -30,7 +30,8 @@ MOST_BLOCKS = 64
 HELD = 3
 """Most messages that a program may keep in the publisher's memory; of further ones it gets copies."""
 _read_count = struct.Struct("<I").unpack_from
-_MOST_UNDONE = 1000  # a publisher has a few references out at a time
+MOST_UNDONE = 1000
+"""Most references that a publisher may leave on the desk, of which an honest one has a few out at a time."""
 _SEALS = 0x2 | 0x4  # F_SEAL_SHRINK and F_SEAL_GROW
 
 
@@ -173,7 +174,7 @@ class SharedSource(TcpSource):
             return body
         if reference.size > MAX_MESSAGE_SIZE:
             raise ProtocolError(f"message of {reference.size} bytes exceeds the limit of {MAX_MESSAGE_SIZE} bytes")
-        if len(self._undone) > _MOST_UNDONE:
+        if len(self._undone) > MOST_UNDONE:
             raise ProtocolError("the publisher does not take back what was read")
         loan = Loan(reference.number, self._done)
         memory = self._block(reference.block)
