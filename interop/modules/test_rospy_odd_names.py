@@ -29,3 +29,18 @@ print([text for text in said if "SyntaxWarning" not in text and "Publisher" not 
 
 def test_odd_names(launcher: Master) -> None:
     assert "/cmd-vel" in same(launcher, "import rospy\n" + TOOLS + PROGRAM)
+
+
+def test_a_node_whose_name_has_a_blank(launcher: Master) -> None:
+    """The master refuses its services; topics and parameters work."""
+    program = """
+rospy.init_node("My Node")
+p = rospy.Publisher("t", String, queue_size=1)
+got = []
+rospy.Subscriber("t", String, got.append)
+until(lambda: p.get_num_connections())
+p.publish("x")
+until(lambda: got)
+print(rospy.get_name(), got)
+"""
+    assert "/My Node" in same(launcher, "import rospy\n" + TOOLS + program)

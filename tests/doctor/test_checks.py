@@ -9,6 +9,7 @@ import pytest
 from pyros1.doctor.edges import Edge, actual_edges, expected_edges
 from pyros1.doctor.facts import REFUSED, TIMEOUT, Failure, LocalProcess, Machine, NodeFacts, System
 from pyros1.doctor.finding import Finding
+from pyros1.doctor.here import setting_problems
 from pyros1.doctor.machine_checks import check_machine
 from pyros1.doctor.reach_checks import check_reach
 from pyros1.doctor.topic_checks import check_topics, missing_edges, near_miss
@@ -56,6 +57,15 @@ def test_an_own_name_that_is_wrong(addresses: list[str] | None, part: str) -> No
 def test_both_variables_and_an_old_python() -> None:
     found = kinds(check_machine(machine({"ROS_IP": HERE, "ROS_HOSTNAME": "x"}, resolved={"x": [HERE]}, python=(3, 8))))
     assert found["both-set"].severity == "warning" and "3.8" in found["python"].text
+
+
+def test_settings_with_which_no_node_starts() -> None:
+    wrong = {"PYROS1_ALLOW": "robot", "PYROS1_BIND": "192.0.2.77", "PYROS1_PORTS": "5-1", "PYROS1_TRANSPORTS": "udp"}
+    problems = setting_problems(wrong)
+    assert [problem[: len(name)] for problem, name in zip(problems, wrong, strict=True)] == list(wrong)
+    assert not setting_problems({"PYROS1_ALLOW": "10.0.0.0/8", "PYROS1_PORTS": "5-9", "PYROS1_TRANSPORTS": "tcp"})
+    found = [each for each in check_machine(machine(wrong, setting_problems=problems)) if each.kind == "setting"]
+    assert len(found) == 4 and found[2].severity == "error" and "PYROS1_PORTS is '5-1'" in found[2].text
 
 
 def test_programs_of_another_master_are_named_but_not_all() -> None:

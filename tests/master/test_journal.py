@@ -191,12 +191,53 @@ def test_it_does_not_grow_for_ever(journal: Callable[..., Journal], tmp_path: Pa
     assert (tmp_path / "own" / "m.journal").stat().st_size < 11_000
 
 
+@pytest.mark.parametrize("make", [Path.mkdir, os.mkfifo])
+def test_what_is_no_file_is_no_journal(make: Callable[[Path], object], tmp_path: Path) -> None:
+    make(tmp_path / "m.journal")
+    with pytest.raises(JournalError, match="is no file"):
+        read(tmp_path / "m.journal")
+
+
 def test_one_journal_has_one_writer(journal: Callable[..., Journal]) -> None:
     first = journal()
     with pytest.raises(JournalError, match="another master uses"):
         journal()
     first.close()
     journal()
+
+
+def test_a_writer_that_a_disk_holds_up_keeps_the_lock(
+    journal: Callable[..., Journal], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What it still has to do, its file or the removal, would spoil the file of the next master."""
+    leave, replace = threading.Event(), os.replace
+    monkeypatch.setattr(os, "replace", lambda *paths: (leave.wait(10), replace(*paths)))
+    first = journal()
+    first.begin([])
+    first.close(timeout=0.01)
+    with pytest.raises(JournalError, match="another master uses"):
+        journal()
+    leave.set()
+    first.close()
+    journal()
+
+
+def test_nothing_follows_a_change_that_was_left_out(
+    journal: Callable[..., Journal], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As when a disk is too slow: the file then has an earlier state, but none that never was."""
+    monkeypatch.setattr(journals, "MOST_WAITING", 1000)
+    writer = journal()
+    writer.begin([])
+    writer.add(("setParam", ["/a", "/large", "x" * 2000]))
+    writer.add(("setParam", ["/a", "/small", 1]))
+    writer.tick()
+    until = time.monotonic() + 10
+    while not writer.is_due:
+        assert time.monotonic() < until
+    writer.close(remove=False)
+    found = read(tmp_path / "own" / "m.journal")
+    assert found is not None and found.calls == ()
 
 
 def test_a_full_disk_is_told_once_and_asked_for_again(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import socket
+import sys
 import threading
 from collections import deque
 from collections.abc import Iterator
@@ -93,3 +94,15 @@ def test_errors_that_say_that_no_file_can_be_opened() -> None:
     assert lacks_files(failure)
     failure.__cause__ = OSError(errno.ECONNREFUSED, "Connection refused")
     assert not lacks_files(failure)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems cannot shut a port down")
+def test_a_port_is_closed_though_a_forked_process_has_it(loop: Loop) -> None:
+    """Else whoever connects there waits for an answer, in place of hearing that nobody listens."""
+    listener = Listener([])
+    with socket.socket(fileno=os.dup(listener.fileno())):
+        acceptor = loop.run(lambda: Acceptor(loop, listener, print, print))
+        address = listener.getsockname()
+        loop.run(acceptor.close)
+        with pytest.raises(ConnectionRefusedError):
+            socket.create_connection(address, 5.0)

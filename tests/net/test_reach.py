@@ -41,6 +41,11 @@ def test_where_all_use_a_loopback_address_other_machines_are_not_suspected() -> 
         assert text.startswith("Has it ended? pyros1 node cleanup") and "unset ROS_HOSTNAME" in text
 
 
+@pytest.mark.parametrize("own", ["", "laptop", "localhost"])
+def test_a_process_of_this_machine_that_does_not_answer_hangs(own: str) -> None:
+    assert "kill -CONT" in how_to_reach("localhost", DeadlineError("late"), own)
+
+
 def test_loopback() -> None:
     assert all(map(is_loopback, ("localhost", "127.0.0.1", "127.9.9.9", "::1")))
     assert not any(map(is_loopback, ("", "robot", "10.0.0.1", "fd00::1")))

@@ -93,6 +93,11 @@ NODES: dict[str, tuple[dict[str, Any], str]] = {
     "uri": ({"master_uri": 11311}, "Node: master_uri must be a str, not 11311"),
     "environ": ({"environ": []}, "Node: environ must be a dict of environment variables, not []"),
     "patience": ({"wait_for_master": "x"}, "Node: wait_for_master must be a number of seconds, not 'x'"),
+    "range": (
+        {"ports": "40000-40099"},
+        "Node: ports must be two port numbers, 0 for any, such as (0, 40000), not",
+    ),
+    "ports": ({"ports": 40000}, "not 40000; for a range set PYROS1_PORTS"),
     "level": ({"log_level": 1}, "a log level must be a str such as 'info', not 1"),
 }
 

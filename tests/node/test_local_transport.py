@@ -255,6 +255,56 @@ def test_blocks_that_cannot_be_read_leave_tcp(linked: Any, watch_log: Any, monke
     assert got.until(lambda items: items[-1].height == 7)
 
 
+def test_a_header_that_comes_without_its_descriptor_leaves_tcp(
+    make_node: Any, collect: Any, transport: str, watch_log: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As when the subscriber has no descriptor left just then: references could not be followed."""
+
+    def without(sock: socket.socket, size: int, most: int, flags: int = 0) -> Any:
+        data, descriptors, message_flags, address = received(sock, size, most, flags)
+        for descriptor in descriptors:
+            os.close(descriptor)
+        return data, [], message_flags, address
+
+    received = socket.recv_fds
+    monkeypatch.setattr(socket, "recv_fds", without)
+    publisher = make_node("talker").advertise("/t", Image, queue_size=5)
+    node, got = make_node("listener"), collect()
+    log = watch_log(node)
+    subscriber = node.subscribe("/t", Image, got)
+    log.saw("lost /t", "are too many files open?")
+    assert subscriber.wait_for_publishers(1, PATIENCE) and publisher.wait_for_subscribers(1, PATIENCE)
+    publisher.publish(image(3))
+    assert got.wait()[0].height == 3 and [link.transport for link in subscriber.links] == ["TCPROS"]
+
+
+def test_programs_that_are_started_inherit_no_socket(linked: Any) -> None:
+    before = set(os.listdir("/proc/self/fd"))
+    linked()
+    inherited = []
+    for name in set(os.listdir("/proc/self/fd")) - before:
+        with contextlib.suppress(OSError):
+            inherited += [os.readlink(f"/proc/self/fd/{name}")] * os.get_inheritable(int(name))
+    assert inherited == []
+
+
+def test_a_publisher_keeps_no_memory_for_nobody(linked: Any, until: Any) -> None:
+    """After its last subscriber has left, which has read what is in several blocks, and given some back."""
+    before = blocks()
+    publisher, subscriber, got = linked(queue_size=0, arrays="memoryview")
+    for number in range(1, 5):
+        if number == 4:
+            got.items.clear()
+            gc.collect()
+        publisher.publish(image(number))
+        got.until(lambda items: items and items[-1].height == number)  # noqa: B023
+    assert len(blocks() - before) > 1
+    got.items.clear()
+    subscriber.unregister()
+    until(lambda: gc.collect() + 1 and not blocks() - before)
+    assert publisher.num_connections == 0
+
+
 def test_publishers_that_share_nothing(
     make_node: Any, collect: Any, transport: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -323,6 +373,22 @@ def test_a_forked_process_gives_nothing_back(linked: Any) -> None:
         publisher.publish(image(number))
         got.wait(number + 1)
     assert [set(bytes(message.data)) for message in kept] == [{0}, {1}, {2}]
+
+
+def test_a_forked_process_may_publish(linked: Any) -> None:
+    """Beside its parent: they would number blocks and references alike."""
+    publisher, _, got = linked(queue_size=None)
+    publisher.publish(image(0))
+    got.wait(1)
+    child = os.fork()
+    if not child:
+        with contextlib.suppress(BaseException):
+            publisher.publish(image(1, 2 * LARGE))
+        os._exit(0)
+    os.waitpid(child, 0)
+    for number in range(2, 5):
+        publisher.publish(image(number, 2 * LARGE))
+    assert [(message.height, set(message.data)) for message in got.wait(5)] == [(n, {n}) for n in range(5)]
 
 
 def test_a_publisher_that_answers_what_nobody_offered(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import threading
@@ -9,11 +10,19 @@ from typing import Any
 
 import pytest
 
-from pyros1.ground.errors import MessageError, NodeError, NodeShutdownError, SerializationError, WaitTimeoutError
+from pyros1.ground.errors import (
+    MessageError,
+    NodeError,
+    NodeShutdownError,
+    SerializationError,
+    ServiceError,
+    WaitTimeoutError,
+)
 from pyros1.msgs import AnyMsg, from_definition
 from pyros1.msgs.geometry_msgs.msg import PointStamped, Vector3
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Empty, Float64, Float64MultiArray, Header, String
+from pyros1.msgs.std_srvs.srv import Trigger
 from pyros1.net.master_client import MasterClient
 from pyros1.node.topic_type import topic_type
 
@@ -779,3 +788,35 @@ def test_an_end_and_a_new_beginning_at_once_leave_the_node_publishing(
     assert publisher.wait_for_subscribers(timeout=10)
     publisher.publish(Float64(1.0))
     assert heard.wait(10)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+@pytest.mark.parametrize("transport", ["tcp", "local"], indirect=True)
+def test_links_end_though_a_forked_process_has_their_sockets(make_node: Any, transport: str, until: Any) -> None:
+    """As one of ``multiprocessing`` does; else who subscribes would wait for ever for a publisher that begins again."""
+    node, other = make_node("talker"), make_node("listener")
+    service = node.advertise_service("s", Trigger, lambda request: (True, ""))
+    publisher = node.advertise("t", Float64, queue_size=5)
+    subscriber = other.subscribe("t", Float64, print)
+    assert publisher.wait_for_subscribers(timeout=10)
+    with other.service("s", Trigger, persistent=True) as client:
+        client()
+        reader, writer = os.pipe()
+        child = os.fork()
+        if not child:
+            os.close(writer)
+            os.read(reader, 1)  # to the end of the test
+            os._exit(0)
+        try:
+            service.shutdown()
+            with pytest.raises(ServiceError, match="call of service"):
+                client.call(Trigger._request_class(), timeout=10)
+            publisher.unregister()
+            publisher = node.advertise("t", Float64, queue_size=5)
+            assert publisher.wait_for_subscribers(timeout=10)
+            subscriber.unregister()
+            until(lambda: not publisher.num_connections)
+        finally:
+            os.close(writer)
+            os.close(reader)
+            os.waitpid(child, 0)

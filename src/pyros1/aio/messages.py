@@ -157,12 +157,11 @@ class Messages(Generic[_M]):
 
     def _take(self) -> _M | None:
         """Return the next message of the publisher whose turn it is; None if there is none, or it cannot be decoded."""
-        inbox = self._queue.line[0]
+        inbox = self._queue.line.pop(0)
         item = inbox.take()
         if len(inbox):
-            self._queue.line.rotate(-1)
+            self._queue.line.append(inbox)
         else:
-            self._queue.line.popleft()
             self._queue.leave_line(inbox)
         if inbox in self._crowded and not inbox.full(MOST_WAITING // 2):
             self._crowded.discard(inbox)

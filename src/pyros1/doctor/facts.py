@@ -61,6 +61,7 @@ class Machine:
         python: version, for example ``(3, 11)``.
         launch_problems: problems of the given launch files.
         package_problems: problems of unusable packages.
+        setting_problems: variables of pyros1 with a value that keeps nodes from starting, and why.
     """
 
     environ: Mapping[str, str]
@@ -76,6 +77,7 @@ class Machine:
     python: tuple[int, int] = (3, 10)
     launch_problems: Sequence[str] = ()
     package_problems: Sequence[str] = ()
+    setting_problems: Sequence[str] = ()
 
 
 @dataclass

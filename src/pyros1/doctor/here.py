@@ -16,10 +16,11 @@ from pyros1.doctor.asking import addresses
 from pyros1.doctor.disk import folder_size
 from pyros1.doctor.facts import Disk, LocalProcess, Machine
 from pyros1.doctor.together import together
-from pyros1.ground.errors import Error
+from pyros1.ground.errors import Error, SettingError
 from pyros1.launch.running.logs import log_folder, ros_home
-from pyros1.net.hosts import DEFAULT_MASTER_URI, interface_addresses, parse_uri
+from pyros1.net.hosts import DEFAULT_MASTER_URI, host_from_environment, interface_addresses, parse_uri
 from pyros1.net.xmlrpc_client import XmlRpcClient
+from pyros1.wire.local import wants_local
 
 MASTER_PORTS = range(11311, 11321)
 """Ports on this machine to search for masters, in addition to that in ROS_MASTER_URI."""
@@ -57,7 +58,21 @@ def collect_machine(environ: Mapping[str, str]) -> Machine:
         masters=local_masters(environ),
         processes=processes,
         python=(sys.version_info[0], sys.version_info[1]),
+        setting_problems=setting_problems(environ),
     )
+
+
+def setting_problems(environ: Mapping[str, str]) -> list[str]:
+    """Return what is wrong with variables of pyros1, so that no node starts."""
+    problems = []
+    for name in ("PYROS1_ALLOW", "PYROS1_BIND", "PYROS1_PORTS", "PYROS1_TRANSPORTS"):
+        value = environ.get(name, "")
+        try:
+            host_from_environment({name: value}, {})
+            wants_local(value if name == "PYROS1_TRANSPORTS" else "")
+        except SettingError as error:
+            problems.append(str(error))
+    return problems
 
 
 def _host_and_port(uri: str) -> tuple[str, int] | None:

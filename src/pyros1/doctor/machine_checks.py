@@ -21,7 +21,7 @@ OLDEST_PYTHON = (3, 10)
 
 def check_machine(machine: Machine) -> list[Finding]:
     """Return the problems of a machine and its environment."""
-    checks = (_master_uri, _own_address, _own_name, _package_path, _disks, _masters, _versions, _given)
+    checks = (_master_uri, _settings, _own_address, _own_name, _package_path, _disks, _masters, _versions, _given)
     return [finding for check in checks for finding in check(machine)]
 
 
@@ -51,6 +51,11 @@ def _master_uri(machine: Machine) -> Iterator[Finding]:
             f"Cannot resolve hostname in ROS_MASTER_URI [{uri}]: unknown host {host}",
             f"use the master's IP address in ROS_MASTER_URI, or add a line 'ADDRESS {host}' to /etc/hosts",
         )
+
+
+def _settings(machine: Machine) -> Iterator[Finding]:
+    for problem in machine.setting_problems:
+        yield Finding("setting", ERROR, f"no node of pyros1 starts in this shell: {problem}", "correct or unset it")
 
 
 def _own_address(machine: Machine) -> Iterator[Finding]:

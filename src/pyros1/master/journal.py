@@ -31,10 +31,11 @@ LARGEST: Final = 256 << 20
 """Bytes of the largest journal that is read."""
 ALIVE_S: Final = 5.0
 """Seconds between two signs of life, the file's time of change."""
+MOST_WAITING: Final = 64 << 20
+"""Bytes that wait for a disk; what is lost then makes the file be begun anew."""
 _FRAME: Final = struct.Struct("<II")
 _NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0)
 _GROWTH: Final = 1 << 20  # bytes that may be added, or as many as the state has, before the file is begun anew
-_MOST_WAITING: Final = 64 << 20  # bytes that wait for a disk; what is lost then makes the file be begun anew
 
 Call = tuple[str, Sequence[Any]]
 """Method of the Master API, and its arguments."""
@@ -112,10 +113,11 @@ def read(path: Path) -> Found | None:
         return None
     except OSError as error:
         raise JournalError(f"{path} cannot be read: {error.strerror}") from error
+    facts = os.fstat(descriptor)
+    if not stat.S_ISREG(facts.st_mode):
+        os.close(descriptor)
+        raise JournalError(f"{path} is no file")
     with open(descriptor, "rb") as file:
-        facts = os.fstat(descriptor)
-        if not stat.S_ISREG(facts.st_mode):
-            raise JournalError(f"{path} is no file")
         if hasattr(os, "getuid") and facts.st_uid != os.getuid():
             raise JournalError(f"{path} is another user's")
         if facts.st_size > LARGEST:
@@ -154,6 +156,7 @@ class Journal:
         self._done = 0
         self._base = self._added = 0  # sizes of the state at the beginning, and of what was added
         self._broken = False
+        self._has_gap = False  # a change was left out: no later one may follow it
         self._descriptor = -1
         self._thread = threading.Thread(target=self._run, name="master: journal", daemon=True)
         self._thread.start()
@@ -174,7 +177,7 @@ class Journal:
     def begin(self, calls: Iterable[Call]) -> None:
         """Begin the file anew with a state."""
         data = MAGIC + frame(("begin", (os.getpid(), boot_id()))) + b"".join(map(frame, calls))
-        self._broken = False
+        self._broken = self._has_gap = False
         self._base, self._added = len(data), 0
         self._put("begin", data)
 
@@ -193,18 +196,21 @@ class Journal:
 
         Args:
             remove: the master ends by itself: nobody is to continue it.
-            timeout: most seconds to wait for the disk.
+            timeout: most seconds to wait for the disk. If that is not enough, the lock ends with this process, as what
+                is still written then would spoil the next master's file.
         """
         if self._lock < 0:
             return
         self._work.put(("remove" if remove else "end", b""))
         self._thread.join(timeout)
-        os.close(self._lock)
-        self._lock = -1
+        if not self._thread.is_alive():
+            os.close(self._lock)
+            self._lock = -1
 
     def _put(self, what: str, data: bytes) -> None:
-        if self._waiting - self._done + len(data) > _MOST_WAITING and what != "begin":
-            self._broken = True
+        full = self._waiting - self._done + len(data) > MOST_WAITING
+        if what != "begin" and (full or self._has_gap):
+            self._broken = self._has_gap = True
             return
         self._waiting += len(data)
         self._work.put((what, data))

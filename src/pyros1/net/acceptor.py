@@ -10,6 +10,7 @@ from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING, Final
 
+from pyros1.net.closing import hang_up
 from pyros1.net.loop import READ
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ class Acceptor:
         if not self._closed:
             self._closed = True
             self._loop.unregister(self._listener)
-            self._listener.close()
+            hang_up(self._listener)
 
     def _listen(self) -> None:
         if not self._closed:

@@ -5,7 +5,7 @@ Pure.
 
 from __future__ import annotations
 
-from pyros1.ground.errors import UnknownHostError
+from pyros1.ground.errors import DeadlineError, UnknownHostError
 
 
 def is_loopback(host: str) -> bool:
@@ -32,13 +32,7 @@ def how_to_reach(host: str, error: BaseException | None, own: str = "") -> str:
             f"or add a line 'ADDRESS {host}' to /etc/hosts here"
         )
     if is_loopback(host):
-        ended = "Has it ended? pyros1 node cleanup"
-        if is_loopback(own):
-            return ended
-        return (
-            f"{ended}. Or is it on another machine? Its address there, {host}, means this machine here: on its machine "
-            "unset ROS_HOSTNAME, export ROS_IP=<its address> and restart it"
-        )
+        return _about_loopback(host, causes, own)
     if any(isinstance(cause, ConnectionResetError) for cause in causes):
         return f"Does PYROS1_ALLOW (or --allow) on [{host}] let this machine in?"
     if any(isinstance(cause, ConnectionRefusedError) for cause in causes):
@@ -49,4 +43,16 @@ def how_to_reach(host: str, error: BaseException | None, own: str = "") -> str:
     return (
         f"Is [{host}] on, and the machine of this node? If not: export ROS_IP=<its address> there and restart it. "
         "A firewall must let the node's ports through (PYROS1_PORTS)"
+    )
+
+
+def _about_loopback(host: str, causes: list[BaseException], own: str) -> str:
+    if any(isinstance(cause, DeadlineError) for cause in causes):  # a process that has ended is told at once
+        return "It hangs, or is stopped: kill -CONT PID goes on with one that is stopped (state T in ps)"
+    ended = "Has it ended? pyros1 node cleanup"
+    if is_loopback(own):
+        return ended
+    return (
+        f"{ended}. Or is it on another machine? Its address there, {host}, means this machine here: on its machine "
+        "unset ROS_HOSTNAME, export ROS_IP=<its address> and restart it"
     )

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from pyros1.ground.errors import Error, XmlRpcFault
 from pyros1.net.acceptor import Acceptor
+from pyros1.net.closing import hang_up
 from pyros1.net.hosts import make_uri
 from pyros1.net.loop import READ, WRITE
 from pyros1.net.ports import listening_socket
@@ -117,7 +118,7 @@ class _Connection:
     def close(self) -> None:
         self.server.forget(self)
         self.server.loop.unregister(self.sock)
-        self.sock.close()
+        hang_up(self.sock)
 
     def overdue(self, now: float) -> bool:
         limits = self.server.limits

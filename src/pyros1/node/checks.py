@@ -135,9 +135,9 @@ def check_headers(given: Any) -> None:
 
 
 def check_node(
-    name: Any, namespace: Any, argv: Any, master_uri: Any, environ: Any, wait_for_master: Any
+    name: Any, namespace: Any, argv: Any, master_uri: Any, environ: Any, wait_for_master: Any, ports: Any
 ) -> list[str] | None:
-    """Raise TypeError if an argument of `Node` has a wrong type; return the words of argv, or None."""
+    """Raise TypeError or ValueError if an argument of `Node` is wrong; return the words of argv, or None."""
     check_text(name, "Node: name")
     check_text(namespace, "Node: namespace", none=True)
     check_text(master_uri, "Node: master_uri", none=True)
@@ -145,7 +145,16 @@ def check_node(
         raise TypeError(f"Node: environ must be a dict of environment variables, not {_described(environ)}")
     if wait_for_master is not None:
         check_seconds(wait_for_master, "Node: wait_for_master")
+    _check_ports(ports)
     return None if argv is None else _words(argv)
+
+
+def _check_ports(given: Any) -> None:
+    what = "Node: ports must be two port numbers, 0 for any, such as (0, 40000)"
+    if not isinstance(given, (tuple, list)) or len(given) != 2 or not all(isinstance(port, int) for port in given):
+        raise TypeError(f"{what}, not {_described(given)}; for a range set PYROS1_PORTS, or __ports:= in argv")
+    if not all(0 <= port < 65536 for port in given):
+        raise ValueError(f"{what}, not {given!r}")
 
 
 def _words(given: Any) -> list[str]:

@@ -110,7 +110,7 @@ class Node(ServiceMethods, TimeMethods):
         strict_names: bool = True,
         local_room: int = 0,
     ) -> None:
-        argv = checks.check_node(name, namespace, argv, master_uri, environ, wait_for_master)
+        argv = checks.check_node(name, namespace, argv, master_uri, environ, wait_for_master, ports)
         if callbacks not in ("inline", "spin"):
             raise ValueError(f'callbacks must be "inline" or "spin", not {callbacks!r}')
         self.environ = environ = os.environ if environ is None else environ
@@ -187,7 +187,7 @@ class Node(ServiceMethods, TimeMethods):
         self._registrar.start()
         if sim_time is True and not wall_time:
             self._use_simulated_time()
-        offer_log(self.log, self._sink, self.name, self._topics, self._services, self.resolve, rosout)
+        offer_log(self.log, self._sink, self.name, self._topics, self._services, self.resolve, rosout, self._strict)
 
     def _service_uri(self) -> str:
         return make_uri(self._host, self._tcpros.port if self._tcpros else 0, "rosrpc").rstrip("/")

@@ -76,6 +76,7 @@ class Registrar:
         self._uri = master_uri
         self._on_publishers = on_publishers
         self._on_restart = on_restart
+        self._found_by_name = not set(": ") & set(context.name)  # masters refuse to look up others, which rospy has
         self._entries: dict[Entry, None] = {}
         self._owed: dict[Entry, None] = {}  # what a silent master could not be told: it may go on with what it knew
         self._jobs: deque[_Job] = deque()
@@ -213,7 +214,7 @@ class Registrar:
 
         Once a new master knows this one entry it knows the node, and `_check` no longer sees that the rest is missing.
         """
-        if not self._entries or entry[0] not in _INVERSE:
+        if not self._entries or entry[0] not in _INVERSE or not self._found_by_name:
             return self._tell(entry)
         node, value = self._master.multicall([("lookupNode", (self._context.name,)), (entry[0], entry[1:])])
         if isinstance(value, Error):
@@ -247,7 +248,7 @@ class Registrar:
 
     def _check(self) -> None:
         """Check whether the master still knows the node; if not, register everything again."""
-        if not self._entries and not self._owed:
+        if not (self._entries or self._owed) or not self._found_by_name:
             return
         if self._incomplete:
             self._register_again()

@@ -43,6 +43,11 @@ def test_status_tells_of_a_real_one(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize("verb", ["enable", "disable", "status"])
+def test_no_verb_takes_arguments(verb: str) -> None:
+    assert f"{verb} takes no arguments" in pyros1("rospy", verb, "my_package", environ={})
+
+
 @pytest.fixture
 def package(tmp_path: Path) -> Path:
     """A ROS package with a node that needs rospy."""

@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ import pytest
 from pyros1.finding.python_modules import modules_environment
 from pyros1.launch.preload.preloader import Forked, Preloader, script_of
 from pyros1.launch.preload.server import serve
+from pyros1.launch.running.warden import group_exists
 
 from ..running.test_fifty import left
 
@@ -84,6 +86,7 @@ def begin(preloader: Preloader, words: list[str], environ: dict[str, str], folde
     with out.open("wb") as first, err.open("wb") as second:
         forked = preloader.start(words, environ, str(folder), first.fileno(), second.fileno())
     assert forked is not None
+    forked.begin()
     return forked, out, err
 
 
@@ -167,6 +170,7 @@ def begin_talking(preloader: Preloader, words: list[str], environ: dict[str, str
     forked = preloader.start(words, environ, str(folder), writer, writer)
     os.close(writer)
     assert forked is not None
+    forked.begin()
     with os.fdopen(reader) as said:
         return forked, said.readline()
 
@@ -289,7 +293,9 @@ def test_a_server_without_room_lives_on(
     for files in range(4, 12):
         resource.prlimit(server, resource.RLIMIT_NOFILE, (files, most))
         ended = preloader.start(others, environ, str(tmp_path), 1, 2)
-        assert ended is None or ended.wait() in (0, 1)
+        if ended is not None:
+            ended.begin()
+            assert ended.wait() in (0, 1)
     resource.prlimit(server, resource.RLIMIT_NOFILE, (256, most))
     assert run(preloader, others, environ, tmp_path).out == f"{server}\n"
     forked.send_signal(signal.SIGTERM)
@@ -361,3 +367,21 @@ def test_nothing_is_left_of_a_launch(
         launcher.communicate(timeout=60)  # all of them have its standard output: until the last one has ended
     # The warden, which ended them if the launcher was killed, is about to end.
     assert [each for each in left(f"PYROS1_TEST_MARK={tmp_path}") if "warden.py" not in each] == []
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+def test_a_program_does_not_run_if_its_launcher_is_killed_before_it_is_known(
+    preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path
+) -> None:
+    """The warden would not find it."""
+    ran = tmp_path / "ran"
+    words = [script(f"open({str(ran)!r}, 'w').close()\n")]
+    forked = preloader.start(words, environ, str(tmp_path), 1, 2)
+    assert forked is not None
+    pid = forked.pid
+    del forked  # and with it its link, as when the launcher is killed
+    deadline = time.monotonic() + 20
+    while group_exists(pid):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    assert not ran.exists()

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -113,3 +114,21 @@ def test_the_end_of_a_node_is_answered_after_it_though_the_launcher_is_killed(
         guard.stdin.close()  # as the system does when the launcher is killed
     guard.wait(DEADLINE)
     assert path.read_text().splitlines() == ["end", f"answer {node.pid}"]
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="needs SIGSTOP")
+def test_lines_stay_whole_when_the_pipe_is_full(opened: list[Any]) -> None:
+    """The launcher's threads report ends while it reports a start, with an environment that has no room at once."""
+    warden = Warden(0.2, 0.2)
+    (guard,) = opened
+    guard.send_signal(signal.SIGSTOP)
+    gone, environ = 1 << 30, {"LARGE": "x" * 200_000}
+    threads = [threading.Thread(target=warden.watch, args=(gone, (["true"], environ, "/")))]
+    threads += [threading.Thread(target=lambda: [warden.ended(gone) for _ in range(500)]) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    guard.send_signal(signal.SIGCONT)
+    for thread in threads:
+        thread.join(DEADLINE)
+    warden.close()
+    assert guard.returncode == 0

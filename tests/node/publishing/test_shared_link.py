@@ -54,6 +54,7 @@ class Ends:
     def __init__(self, loop: Loop) -> None:
         near, far = socket.socketpair()
         far.settimeout(PATIENCE)
+        self.loop = loop
         self.pool = Pool()
         self.ended = threading.Event()
         self.lane = Lane(loop.call_soon, lambda: None)
@@ -151,6 +152,44 @@ def test_a_signal_handler_raises(ends: Ends, monkeypatch: pytest.MonkeyPatch, mo
         ends.link.refer(ends.place())
     ends.do(ends.link.recover)
     assert len(ends.out()) == (moment == "after")
+
+
+def test_a_slow_subscriber_costs_no_processor_time(ends: Ends, monkeypatch: pytest.MonkeyPatch) -> None:
+    """While references wait for it, the loop sleeps."""
+    for _ in range(CREDIT + 2):
+        ends.send()
+    ends.loop.run(lambda: None)
+    looks: list[int] = []
+    take_back = SharedLink.take_back
+    monkeypatch.setattr(SharedLink, "take_back", lambda link: (looks.append(1), take_back(link)))
+    for _ in range(20):
+        ends.loop.run(lambda: None)
+    assert len(looks) <= 1
+    del ends.receive(CREDIT)[:]
+    assert len(ends.receive(2)) == 2
+
+
+def test_what_waits_goes_on_whoever_notes_that_others_came_back(ends: Ends) -> None:
+    """Also if a publisher has taken the last record before the loop saw it, and publishes nothing more."""
+    for _ in range(CREDIT + 2):
+        ends.send()
+    kept = ends.receive(CREDIT)
+    busy, leave = threading.Event(), threading.Event()
+    ends.loop.call_soon(lambda: busy.set() or leave.wait(PATIENCE))
+    assert busy.wait(PATIENCE)
+    del kept[:]
+    ends.do(ends.link.take_back)
+    leave.set()
+    assert len(ends.receive(2)) == 2
+
+
+def test_a_subscriber_that_closes_its_desk_has_left(ends: Ends) -> None:
+    for _ in range(CREDIT + 2):
+        ends.send()
+    kept = ends.receive(CREDIT)
+    ends.desk.close()
+    assert ends.ended.wait(PATIENCE)
+    del kept[:]
 
 
 def test_a_publisher_that_takes_nothing_back_costs_no_memory(ends: Ends, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import threading
 from typing import Any
@@ -21,8 +22,10 @@ from pyros1.ground.errors import (
 from pyros1.msgs.roscpp.srv import GetLoggers, SetLoggerLevel
 from pyros1.msgs.rospy_tutorials.srv import AddTwoInts, AddTwoIntsRequest, AddTwoIntsResponse
 from pyros1.msgs.std_srvs.srv import Empty, SetBool, SetBoolResponse, Trigger
+from pyros1.node.services.call import Call
 from pyros1.wire.header import encode_header
 
+from ...bodies import encode_frame
 from ...parts import context_of, tcpros_port
 
 
@@ -673,6 +676,19 @@ def test_a_request_that_trickles_in_is_given_up(make_node: Any, monkeypatch: pyt
     assert ended
 
 
+def test_a_client_that_does_not_take_its_response_is_given_up(
+    make_node: Any, watch_log: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And the log says so."""
+    monkeypatch.setattr("pyros1.node.services.connection.REQUEST_TIMEOUT", 0.05)
+    server = make_node("server")
+    log = watch_log(server)
+    server.advertise_service("s", Trigger, lambda request: (True, "x" * 20_000_000))
+    with socket.create_connection(("localhost", tcpros_port(server))) as peer:
+        peer.sendall(encode_header({"callerid": "/slow", "service": "/s", "md5sum": "*"}) + bytes(4))
+        log.saw("a call of /s by /slow failed", "it took no more of its response for 0.05 s")
+
+
 def test_a_program_that_echoes_is_no_service(caller: Any) -> None:
     """It has the port of a service that died: what it sends back would be taken for a response."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
@@ -703,3 +719,81 @@ def test_a_provider_that_does_not_greet_is_named(caller: Any, watch_log: Any, mo
             caller.service("/flip", SetBool).call(SetBool._request_class(True), timeout=0.7)
     assert [text for text in log.texts if "/flip waits for" in text and place in text and "another program" in text]
     assert len(log.texts) == 1
+
+
+@pytest.mark.parametrize("together", [True, False])
+def test_a_response_that_nobody_asked_for_answers_no_later_call(
+    caller: Any, fake_node: Any, in_thread: Any, together: bool
+) -> None:
+    """Else each later call of a persistent client would get the response of the one before."""
+    fake = fake_node("/fake")
+    fake.master.register_service("/s", f"rosrpc://localhost:{fake.port}", fake.uri)
+    with caller.service("s", Trigger, persistent=True) as client:
+        for text in ("first", "second"):  # the second call makes a new connection
+            call = in_thread(client)
+            sock, _ = fake.accept()
+            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            sock.sendall(encode_header({"md5sum": Trigger._md5sum}))
+            assert sock.recv(4) == bytes(4)  # the request
+            response = b"\x01" + encode_frame(Trigger._response_class(True, text))
+            sock.sendall(response * (1 + together))
+            assert call.join().message == text
+            if not together:
+                sock.sendall(response)
+
+
+def test_a_handler_that_raises_what_is_no_exception(server: Any, caller: Any, watch_log: Any) -> None:
+    """As asyncio.CancelledError: the caller must not wait for ever, nor the thread be lost."""
+
+    class Cancelled(BaseException):
+        pass
+
+    def handler(_request: Any) -> None:
+        raise Cancelled
+
+    log = watch_log(server)
+    server.advertise_service("/s", Trigger, handler)
+    with pytest.raises(ServiceError, match="error processing request: Cancelled"):
+        caller.service("/s", Trigger).call(Trigger._request_class(), timeout=10)
+    log.saw("error processing a request of /s", "Cancelled")
+
+
+def test_a_program_that_is_interrupted_while_it_answers(make_node: Any, caller: Any, in_thread: Any) -> None:
+    node = make_node("spinning", callbacks="spin")
+
+    def handler(_request: Any) -> None:
+        raise KeyboardInterrupt
+
+    node.advertise_service("/s", Trigger, handler)
+    call = in_thread(lambda: caller.service("/s", Trigger).call(Trigger._request_class(), timeout=10))
+    with pytest.raises(KeyboardInterrupt):
+        node.spin_once(10.0)
+    with pytest.raises(ServiceError, match="its program was interrupted"):
+        call.join()
+
+
+def test_close_just_before_a_call(server: Any, caller: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By another thread, when the call has found the connection, but not begun to use it."""
+    server.advertise_service("s", Empty, lambda request: {})
+    client = caller.service("s", Empty, persistent=True)
+    client()
+
+    def closes(call: Any, deadline: Any) -> None:
+        client.close()
+
+    monkeypatch.setattr(Call, "deadline", property(lambda call: None, closes), raising=False)
+    with pytest.raises(ServiceError, match="call of service"):
+        client()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+def test_a_forked_process_that_closes_its_client_leaves_the_connection_to_its_parent(server: Any, caller: Any) -> None:
+    server.advertise_service("add", AddTwoInts, add)
+    with caller.service("add", AddTwoInts, persistent=True) as client:
+        client(1, 2)
+        child = os.fork()
+        if not child:
+            client.close()
+            os._exit(0)
+        os.waitpid(child, 0)
+        assert client(3, 4).sum == 7

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from typing import Any
 
 import pytest
@@ -72,4 +73,30 @@ def test_close_waits_for_jobs_and_refuses_more(workers: Workers) -> None:
 def test_a_job_may_close(workers: Workers) -> None:
     done = threading.Event()
     workers.submit(lambda: (workers.close(), done.set()))
+    assert done.wait(5)
+
+
+def test_close_waits_no_longer_for_many() -> None:
+    workers, started, leave = Workers("test"), threading.Barrier(6), threading.Event()
+    for _ in range(5):
+        workers.submit(lambda: (started.wait(5), leave.wait(5)))
+    started.wait(5)
+    begun = time.monotonic()
+    workers.close(timeout=0.1)
+    took = time.monotonic() - begun
+    leave.set()
+    for thread in threads():
+        thread.join(5)
+    assert took < 0.4
+
+
+def test_a_system_without_more_threads(workers: Workers, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(_thread: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    done = threading.Event()
+    with monkeypatch.context() as patch:
+        patch.setattr(threading.Thread, "start", refuse)
+        assert not workers.submit(done.set)
+    assert workers.submit(done.set)
     assert done.wait(5)

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from pyros1.msgs.std_msgs.msg import Float64, Header, String
+from pyros1.net.loop import LoopThread
 from pyros1.node import Node
 
 Make = Callable[..., Node]
@@ -263,3 +264,17 @@ def test_other_kinds_of_messages(make_node: Make, collect: Any) -> None:
     seen.wait(2)
     assert [seen.items[0].frame_id, seen.items[1].data] == ["map", "hello"]
     assert seen.items[0]._connection_header["callerid"] == "/a"
+
+
+def test_no_callback_holds_up_a_loop(make_node: Make) -> None:
+    """A latched message comes when the link is made, by a loop: a callback may wait there for what the loop does."""
+    make_node("latching").advertise("t", Float64, latch=True).publish(Float64(1))
+    node, threads, came = make_node("a"), [], threading.Event()
+
+    def heard(message: Any) -> None:
+        threads.append(threading.current_thread())
+        came.set()
+
+    node.subscribe("t", Float64, heard, in_publisher=True)
+    assert came.wait(5)
+    assert not isinstance(threads[0], LoopThread)

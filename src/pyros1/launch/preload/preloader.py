@@ -44,7 +44,7 @@ _LONGEST_LINE = 200
 
 
 class Forked:
-    """A process that a server has forked, with what a launcher needs of `subprocess.Popen`.
+    """A process that a server has forked, with what a launcher needs of `subprocess.Popen`; it waits for `begin`.
 
     Args:
         pid: its process id.
@@ -54,6 +54,12 @@ class Forked:
     def __init__(self, pid: int, link: socket.socket) -> None:
         self.pid = pid
         self._link = link
+
+    def begin(self) -> None:
+        """Let it run its program. If this process is killed before, it ends."""
+        with contextlib.suppress(OSError):  # it was killed meanwhile, which `wait` tells
+            self._link.sendall(b"+")
+        self._link.settimeout(None)
 
     def wait(self) -> int:
         """Wait until it has ended; return its exit code, negative for a signal. One call only."""
@@ -113,7 +119,7 @@ class _Server:
     def fork(
         self, script: str, words: Sequence[str], environ: Mapping[str, str], folder: str, out: int, err: int
     ) -> Forked:
-        """Fork a program.
+        """Fork a program. It waits for `Forked.begin`: one that comes too late must not run beside its substitute.
 
         Raises:
             OSError: the server does not answer.
@@ -130,8 +136,6 @@ class _Server:
             pid = NUMBER.unpack(data)[0] if len(data) == NUMBER.size else 0
             if pid <= 0:  # it was killed at once
                 raise ConnectionError("the process that forks nodes has ended, or cannot fork")
-            link.sendall(b"+")  # it waits for that: one that comes too late must not run beside its substitute
-            link.settimeout(None)
         except BaseException:
             link.close()
             raise
@@ -159,7 +163,7 @@ class Preloader:
         self._servers: dict[tuple[tuple[str, str], ...], _Server] = {}
 
     def start(self, words: Sequence[str], environ: Mapping[str, str], folder: str, out: int, err: int) -> Forked | None:
-        """Start a program.
+        """Start a process for a program, which waits for `Forked.begin`.
 
         Args:
             words: its command line.

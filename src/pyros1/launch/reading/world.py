@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     import subprocess
 
 COMMAND_TIMEOUT_S = 600.0
-"""Most seconds that a command of a launch file may take."""
 
 
 def make_resources() -> Resources:

@@ -108,6 +108,8 @@ class Process:
                 answer = spec.on_death
                 words = None if answer is None else (answer.words, answer.env, answer.cwd)
                 self.warden.watch(self._popen.pid, words)
+            if not isinstance(self._popen, subprocess.Popen):
+                self._popen.begin()  # its command line does not name it to the warden
             announce(self)
         self._ended = threading.Event()
         self.exit_code = None

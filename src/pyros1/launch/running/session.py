@@ -355,7 +355,7 @@ class Session:
             self._master.ping()
         except MasterUnreachableError:
             raise LaunchError(
-                f"the master just started cannot be reached at {self._uri}: [{self._address.advertised}] is not "
+                f"the master just started cannot be reached at {self._uri}: [{parse_uri(self._uri)[0]}] is not "
                 f"a name of this machine, or cannot be resolved here.\n"
                 "Check ROS_HOSTNAME, ROS_IP and ROS_MASTER_URI."
             ) from None

@@ -15,6 +15,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -39,6 +40,7 @@ class Warden:
 
     def __init__(self, sigint_timeout: float = 15.0, sigterm_timeout: float = 2.0) -> None:
         words = [sys.executable, "-I", "-S", __file__, str(sigint_timeout), str(sigterm_timeout)]
+        self._lock = threading.Lock()  # a line that has no room in the pipe goes in pieces
         # In a new session, it does not get the Ctrl-C or hang-up that ends the launcher.
         self._process = subprocess.Popen(
             words, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
@@ -73,8 +75,11 @@ class Warden:
     def _tell(self, verb: str, what: str) -> None:
         pipe = self._process.stdin
         if pipe is not None:
-            with contextlib.suppress(OSError):  # the warden was killed; the launcher still ends its nodes itself
-                os.write(pipe.fileno(), f"{verb} {what}\n".encode(errors="surrogateescape"))
+            line = f"{verb} {what}\n".encode(errors="surrogateescape")
+            # The warden was killed, and the launcher still ends its nodes itself; or is over: a node outlived SIGKILL.
+            with self._lock, contextlib.suppress(OSError, ValueError):
+                while line:
+                    line = line[os.write(pipe.fileno(), line) :]
 
     def close(self) -> None:
         """End the warden. Call this when no process is left."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from pyros1.ground.errors import Error, MasterMethodError
+from pyros1.ground.errors import Error, MasterError, MasterMethodError
 from pyros1.msgs import load_message, load_service
 from pyros1.node.log.levels import NAMES, level_from_name
 from pyros1.node.log.logger import Log
@@ -27,6 +27,7 @@ def offer_log(
     services: Services,
     resolve: Callable[[str], str],
     rosout: bool,
+    strict: bool,
 ) -> None:
     """Publish a node's log and offer services that show and set its levels, as far as the master allows it.
 
@@ -36,6 +37,11 @@ def offer_log(
         topics, services: the node's topics and services.
         resolve: returns the full name that a name stands for in the node.
         rosout: whether to publish the log.
+        strict: whether a node that the master refuses ends; else it goes without these services, as with stock's rospy
+            in nodes whose name has a blank.
+
+    Raises:
+        MasterError: the master refuses the node.
     """
     offers: list[Callable[[], None]] = [lambda: _offer_levels(sink, services, resolve)]
     if rosout:
@@ -43,7 +49,9 @@ def offer_log(
     for offer in offers:
         try:
             offer()
-        except MasterMethodError as error:
+        except MasterError as error:
+            if strict and not isinstance(error, MasterMethodError):
+                raise
             log.warn("/rosout or the services for log levels are not available: %s", error)
 
 

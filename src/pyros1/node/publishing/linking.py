@@ -201,6 +201,8 @@ class Linking:
 
     def _remove_now(self, link: Link) -> None:
         self._set_links(tuple(other for other in self.links if other is not link))
+        if self._pool is not None and not self._shared:
+            self._pool.close()  # nobody reads it, and it may be much
 
     def _set_links(self, links: tuple[Link, ...]) -> None:
         self.links = links

@@ -8,8 +8,10 @@ subscribers of a process share one copy, as callbacks of one node do in rospy an
 from __future__ import annotations
 
 from collections.abc import Callable
+from threading import current_thread
 from typing import TYPE_CHECKING, Any
 
+from pyros1.net.loop import LoopThread
 from pyros1.node.subscribing.inbox import Inbox
 from pyros1.node.subscribing.sources import UNBOUNDED_LIMIT
 from pyros1.wire.outqueue import frame_size
@@ -88,15 +90,24 @@ class LocalLink:
         """Whether the link is open."""
         return bool(self._open)
 
-    def hand_over(self, message: Message) -> None:
-        """Hand over a copy of a message."""
+    def hand_over(self, message: Message, direct: bool = True) -> None:
+        """Hand over a copy of a message.
+
+        Args:
+            direct: whether its publisher calls this; otherwise a thread may that works in the lane for others.
+        """
         if self._open:
             self.messages += 1
             if self._roomy and self._receiver.limit is None and self._inbox.full(self._least):
                 message_class: Any = message.__class__
                 self._look_at_size(frame_size(message_class._encode_frame(message)))
             receiver, inbox = self._receiver, self._inbox
-            if not (receiver.in_publisher and not inbox.in_line and receiver.deliver_now(self, message)):
+            if not (
+                receiver.in_publisher
+                and not inbox.in_line
+                and (direct or not on_loop())
+                and receiver.deliver_now(self, message)
+            ):
                 receiver.push(inbox, message, self._limit)
 
     def send(self, frame: Frame) -> None:
@@ -108,7 +119,8 @@ class LocalLink:
         self.bytes_sent += len(data)
         self._look_at_size(len(data))
         receiver, inbox = self._receiver, self._inbox
-        if not (receiver.in_publisher and not inbox.in_line and receiver.deliver_now(self, data[4:])):
+        now = receiver.in_publisher and not inbox.in_line and not on_loop()
+        if not (now and receiver.deliver_now(self, data[4:])):
             receiver.push(inbox, data[4:], self._limit)
 
     def _look_at_size(self, size: int) -> None:
@@ -139,3 +151,8 @@ class LocalLink:
     def finish(self, until: float) -> None:
         """End the link after all published messages; none wait on this side."""
         self._lane.do(self.close)
+
+
+def on_loop() -> bool:
+    """Return whether this is a loop's thread, which greets and does jobs for others: no callback may hold it up."""
+    return isinstance(current_thread(), LoopThread)

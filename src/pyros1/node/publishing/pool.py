@@ -89,6 +89,12 @@ class Pool:
     def __init__(self) -> None:
         self.blocks: dict[int, Block] = {}
         self._last = 0
+        self._process = os.getpid()
+
+    @property
+    def is_ours(self) -> bool:
+        """Whether this is the process that made it. One that was forked would use the same blocks and numbers, too."""
+        return os.getpid() == self._process
 
     def place(self, frame: Frame, in_use: Set[int]) -> Place | None:
         """Write a message into a free block.

@@ -157,14 +157,14 @@ class Publication(Linking):
             self._send_frame(frame)
         for taker in self._local:
             if copy is not None:
-                taker.hand_over(copy)
+                taker.hand_over(copy, direct=False)
             elif frame is not None:
                 taker.send(frame)
 
     def _send_frame(self, frame: Frame) -> None:
         """Give an encoded message to all links; a large one is written once for those that share memory."""
         place = None
-        if self._shared and self._pool is not None and frame_size(frame) > SHARED:
+        if self._shared and self._pool is not None and frame_size(frame) > SHARED and self._pool.is_ours:
             for shared in self._shared:
                 shared.take_back()
             place = self._pool.place(frame, {block for shared in self._shared for block in shared.out.values()})

@@ -191,15 +191,23 @@ class SharedLink(TcpLink):
 
     def take_back(self) -> None:
         """Take note of the references that the subscriber has done with. In the lane."""
+        if self._closed:
+            return
         for _ in range(_AT_ONCE):
             try:
                 record = self._desk.recv(RECORD)
-            except OSError:  # nothing is there; or the subscriber is gone, which the other socket tells
+            except BlockingIOError:
                 return
+            except OSError:
+                record = b""
             if not record:
+                self._fail()  # the subscriber is gone: no reference would come back
                 return
             for number in decode_done(record):
                 self.out.pop(number, None)
+            if self._held:  # what waits for it must go, also if nothing more is published
+                self._held = False
+                self._loop.call_soon(self._lane.do, self._go_on)
 
     def _introduce(self, place: Place) -> bool:
         """Make sure that the subscriber has the block."""
@@ -233,9 +241,9 @@ class SharedLink(TcpLink):
     # On the loop ------------------------------------------------------------------------------------------------------
 
     def _watch_desk(self) -> None:
+        """Wait for records; for those that have come before, too: the system reports them as well."""
         if not self._closed:
             self._loop.register(self._desk, selectors.EVENT_READ, lambda _: self._desk_readable())
-            self._desk_readable()  # it may have come before
 
     def _desk_readable(self) -> None:
         self._loop_forgets_desk()
@@ -247,6 +255,7 @@ class SharedLink(TcpLink):
         self._watches_desk = False
 
     def _go_on(self) -> None:
+        self._held = False
         self.take_back()
         if not self._closed:
             self._flush()

@@ -24,6 +24,7 @@ import time
 from collections.abc import Callable
 from time import perf_counter
 
+from pyros1.net.closing import hang_up
 from pyros1.net.keepalive import is_gone
 from pyros1.net.loop import Loop, TimerHandle
 from pyros1.node.lane import Lane
@@ -345,7 +346,7 @@ class TcpLink:
             self._look_timer.cancel()
         with contextlib.suppress(KeyError, ValueError, OSError):
             self._loop.unregister(self._sock)
-        self._sock.close()
+        hang_up(self._sock)
         self._on_closed(self)
 
 

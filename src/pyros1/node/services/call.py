@@ -18,7 +18,7 @@ from pyros1.ground.errors import (
     WaitTimeoutError,
 )
 from pyros1.net.dial import dial
-from pyros1.net.eager import Eager
+from pyros1.net.eager import AT_ONCE, Eager
 from pyros1.net.hosts import parse_uri
 from pyros1.net.keepalive import is_gone, keep_alive
 from pyros1.net.reach import how_to_reach
@@ -146,6 +146,19 @@ class Call:
                 self._uri,
             )
 
+    @property
+    def spoilt(self) -> bool:
+        """Whether the provider has sent something that nobody has asked for: each later call would get the response
+        of the one before."""
+        if self.data:
+            return True
+        if not (self.greeted and AT_ONCE):
+            return False
+        try:
+            return bool(self.sock.recv(1, AT_ONCE | socket.MSG_PEEK))
+        except OSError:  # nothing is there, or the connection is broken, which the call will tell
+            return False
+
     def response(self) -> tuple[bool, bytes]:
         """Return whether the call succeeded, and the body of the response.
 
@@ -167,7 +180,11 @@ class Call:
         self.data = data[end:]
         return ok, data[RESPONSE_HEAD_SIZE:end]
 
-    def close(self) -> None:
+    def end(self) -> None:
+        """Let a call under way in another thread fail."""
         with contextlib.suppress(OSError):
             self.sock.shutdown(socket.SHUT_RDWR)  # wakes a thread that waits for an answer
+
+    def close(self) -> None:
+        self.end()
         self.sock.close()

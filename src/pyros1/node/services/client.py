@@ -119,10 +119,7 @@ class ServiceClient:
             raise SerializationError(f"service [{self.name}]: {error}") from None
         data = frame if isinstance(frame, bytes) else b"".join(frame)
         deadline = None if timeout is None else monotonic() + timeout
-        if self._pid != os.getpid():
-            for other in [*self._under_way, *([self._kept] if self._kept else [])]:
-                other.sock.close()  # in a forked process: these connections are the other one's
-            self._begin()
+        self._leave_to_parent()
         if self._own() is not None:
             server = self._own(self._look_up())
             if server is not None:
@@ -134,15 +131,20 @@ class ServiceClient:
                 return self._exchange(self._connect(deadline), data)
             self._busy = True
             try:
-                if self._kept is not None and self._kept.data:
-                    self._kept.close()  # more than the last response came: it would be taken for this one
-                    self._kept = None
-                if self._kept is None:
-                    self._kept = self._connect(deadline)
-                self._kept.deadline = deadline
-                return self._exchange(self._kept, data)
+                kept = self._kept  # which `close` may take away meanwhile
+                if kept is None or kept.spoilt:
+                    kept = self._renew(kept, deadline)
+                kept.deadline = deadline
+                return self._exchange(kept, data)
             finally:
                 self._busy = False
+
+    def _leave_to_parent(self) -> None:
+        """In a forked process, forget the connections: they are the other one's."""
+        if self._pid != os.getpid():
+            for other in [*self._under_way, *([self._kept] if self._kept else [])]:
+                other.sock.close()
+            self._begin()
 
     def _own(self, uri: str | None = None) -> Provided | None:
         """Return the node's own service of that name if its handler could run only in the calling thread.
@@ -176,6 +178,14 @@ class ServiceClient:
 
     def _connect(self, deadline: float | None) -> Call:
         return Call(self._context, self.name, self._look_up(), deadline, self._eager)
+
+    def _renew(self, spoilt: Call | None, deadline: float | None) -> Call:
+        """Return a new connection for a series of calls."""
+        if spoilt is not None:
+            self._kept = None
+            spoilt.close()
+        self._kept = kept = self._connect(deadline)
+        return kept
 
     def _exchange(self, call: Call, request: bytes) -> Any:
         """Send the request, on a new connection after the header, and return the response."""
@@ -232,9 +242,13 @@ class ServiceClient:
 
     def close(self) -> None:
         """Close the connection; a call under way in another thread fails."""
-        for call in [*self._under_way, *([self._kept] if self._kept else [])]:
-            call.close()
-        self._kept = None
+        self._leave_to_parent()
+        kept, self._kept = self._kept, None
+        under_way = list(self._under_way)
+        for call in under_way:
+            call.end()  # its thread closes it: the descriptor must not become another file's in the middle of a read
+        if kept is not None and kept not in under_way:
+            kept.close()
 
     def __enter__(self) -> ServiceClient:
         return self

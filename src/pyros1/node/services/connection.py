@@ -21,6 +21,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from pyros1.ground.errors import ProtocolError
+from pyros1.net.closing import hang_up
 from pyros1.net.eager import Eager
 from pyros1.net.loop import READ
 from pyros1.net.timeouts import Patience, WaitOver, bound_waits
@@ -179,6 +180,8 @@ class ServiceLink:
                         return
                 answered += len(frames)
                 frames = []
+        except WaitOver:
+            self._close(ProtocolError(f"it took no more of its response for {REQUEST_TIMEOUT:g} s"))
         except (OSError, ProtocolError) as error:
             self._close(error)
         else:
@@ -202,5 +205,5 @@ class ServiceLink:
         return self._sock.recv_into(self._buffer.writable(), 0, flags)
 
     def _close(self, error: Exception | None) -> None:
-        self._sock.close()
+        hang_up(self._sock)
         self._on_closed(self, error)

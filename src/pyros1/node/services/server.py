@@ -154,8 +154,12 @@ class ServiceServer:
         answers: list[bytes] = []
 
         def run() -> None:
-            answers.append(self._handle(request))
-            done.set()
+            answer = encode_failure(f"service [{self.name}]: its program was interrupted")
+            try:
+                answer = self._handle(request)
+            finally:
+                answers.append(answer)
+                done.set()
 
         callbacks.push(run)
         said_at = monotonic() + PATIENCE
@@ -180,11 +184,13 @@ class ServiceServer:
         except Exception as error:
             self._context.log.exception(f"error processing a request of {self.name}", error=error)
             return encode_failure(f"error processing request: {error}")
-        except (SystemExit, KeyboardInterrupt) as error:
+        except BaseException as error:
             if self._callbacks is not None:
                 raise  # it runs in the program's own thread
-            what = "sys.exit()" if isinstance(error, SystemExit) else "KeyboardInterrupt"
-            text = f"handler of {self.name}: {what} ends a program only from its main thread; call node.shutdown()"
+            text = f"error processing a request of {self.name}"  # asyncio.CancelledError, for example
+            if isinstance(error, (SystemExit, KeyboardInterrupt)):
+                what = "sys.exit()" if isinstance(error, SystemExit) else "KeyboardInterrupt"
+                text = f"handler of {self.name}: {what} ends a program only from its main thread; call node.shutdown()"
             self._context.log.exception(text, error=error)
             return encode_failure(f"error processing request: {error!r}")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
+from time import monotonic
 
 IDLE_TIME = 10.0
 
@@ -27,7 +28,7 @@ class Workers:
         self._closed = False
 
     def submit(self, job: Callable[[], None]) -> bool:
-        """Run a job soon; return False if all threads are busy and no more are allowed."""
+        """Run a job soon; return False if all threads are busy and no more are allowed, or possible."""
         with self._changed:
             if self._closed:
                 return False
@@ -37,10 +38,13 @@ class Workers:
                 return True
             if len(self._threads) >= self._most:
                 return False
-            self._jobs.append(job)
             thread = threading.Thread(target=self._run, name=f"{self._name}-{len(self._threads)}", daemon=True)
+            try:
+                thread.start()  # with the lock: `close` must not find a thread that cannot be joined yet
+            except RuntimeError:  # the system has no more
+                return False
+            self._jobs.append(job)
             self._threads.add(thread)
-            thread.start()  # with the lock: `close` must not find a thread that cannot be joined yet
         return True
 
     def _run(self) -> None:
@@ -58,7 +62,8 @@ class Workers:
             job()
 
     def close(self, timeout: float = 5.0) -> None:
-        """End the threads after their current jobs; wait at most ``timeout`` seconds for each."""
+        """End the threads after their current jobs; wait at most ``timeout`` seconds for all of them."""
+        until = monotonic() + timeout
         with self._changed:
             self._closed = True
             self._jobs.clear()
@@ -66,4 +71,4 @@ class Workers:
             self._changed.notify_all()
         for thread in threads:
             if thread is not threading.current_thread():
-                thread.join(timeout)
+                thread.join(max(0.0, until - monotonic()))

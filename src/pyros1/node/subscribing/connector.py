@@ -309,6 +309,7 @@ class Connector:
             self._close_desk()
             try:
                 self._desk = socket.socket(fileno=descriptor)
+                self._desk.set_inheritable(False)  # as all sockets that Python makes; those that come are not
             except OSError:
                 os.close(descriptor)  # it is no socket
         return data
@@ -325,6 +326,11 @@ class Connector:
         self._stop_timers()
         self._context.loop.unregister(sock)
         if desk is None:
+            if sock.family not in (socket.AF_INET, socket.AF_INET6):  # references could not be followed
+                sock.close()
+                reason = "no descriptor came with the publisher's header: are too many files open?"
+                self._do(self.dialogue.lost(reason))
+                return
             self._subscription.link(TcpSource(sock, self.uri, header, rest))
             return
         from pyros1.node.subscribing.shared_source import SharedSource  # noqa: PLC0415 - few need it, and only on Linux

@@ -167,7 +167,7 @@ class Delivery(Taking):
         try:
             for _ in range(len(self._local)):
                 if self.links.driver.cooperative and not self._held:  # else a callback has joined: not on this thread
-                    self._take_from(self._local.popleft())
+                    self._take_from(self._local.pop(0))
         finally:
             self._give_back()
             if self._closed:
@@ -245,13 +245,13 @@ class Delivery(Taking):
             # One turn for each source in line now: others come after them.
             for _ in range(len(self._new)):
                 # If callbacks fall behind, `_catch_up` takes the others, too.
-                if self._new and (frames := self.links.open(link := self._new.popleft())):
+                if self._new and (frames := self.links.open(link := self._new.pop(0))):
                     self._take(link, frames)
             for queue, go_on in self._queues:
                 for _ in range(len(queue)):
                     if self._held:
                         break
-                    go_on(queue.popleft())
+                    go_on(queue.pop(0))
             self.handover.ring()
             if cooperative:
                 break
@@ -263,7 +263,7 @@ class Delivery(Taking):
         for link in self.links:
             self.links.close(link)
         while self._new:
-            self._new.popleft().close()
+            self._new.pop(0).close()
         self._jobs.clear()
         self._begun.clear()
         self.handover.ring()

@@ -100,7 +100,7 @@ class Handover(Generic[S, T]):
     """
 
     def __init__(self) -> None:
-        self.line: deque[Inbox[S, T]] = deque()
+        self.line: list[Inbox[S, T]] = []  # short as a rule; see `taking`
         self.inboxes: dict[Inbox[S, T], None] = {}
         self._dropped = 0  # in inboxes that are forgotten
         self._room = Bell()

@@ -30,8 +30,7 @@ MOST_BLOCKS = 64
 HELD = 3
 """Most messages that a program may keep in the publisher's memory; of further ones it gets copies."""
 _read_count = struct.Struct("<I").unpack_from
-MOST_UNDONE = 1000
-"""Most references that a publisher may leave on the desk, of which an honest one has a few out at a time."""
+MOST_UNDONE = 1000  # a publisher has a few references out at a time
 _SEALS = 0x2 | 0x4  # F_SEAL_SHRINK and F_SEAL_GROW
 
 

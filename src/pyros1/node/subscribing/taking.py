@@ -51,16 +51,17 @@ class Taking:
         self._deliver_item = deliver_item
         self._on_arrival = on_arrival
         self._callbacks = callbacks
-        self._new: deque[TcpSource] = deque()
-        self._readable: deque[int] = deque()
-        self._jobs: deque[Callable[[], None]] = deque()
-        self._begun: deque[Rest] = deque()
+        # Lists: they are short, and each deque would take 760 bytes of every subscription.
+        self._new: list[TcpSource] = []
+        self._readable: list[int] = []
+        self._jobs: list[Callable[[], None]] = []
+        self._begun: list[Rest] = []
         self.handover: Handover[Source, Item] = Handover()
         self._local = self.handover.line
         self._spinning: Spinning[Source, Item] = Spinning(deliver_item)
         self._dropped = 0  # except for those of these two
         queues = ((self._begun, self._go_on), (self._readable, self._receive_from), (self._local, self._take_from))
-        self._queues: tuple[tuple[deque[Any], Callable[[Any], None]], ...] = queues
+        self._queues: tuple[tuple[list[Any], Callable[[Any], None]], ...] = queues
         self._closed = False
 
     @property
@@ -75,7 +76,7 @@ class Taking:
 
     def _run_jobs(self) -> None:
         for _ in range(len(self._jobs)):
-            self._jobs.popleft()()
+            self._jobs.pop(0)()
 
     def _receive_from(self, fd: int) -> None:
         link = self.links.get(fd)
@@ -217,7 +218,7 @@ class Taking:
         for source, item in rest:
             backlog.put(source, item)
         while self._begun:  # from before the queue was bounded
-            link, data, frames, position, items = self._begun.popleft()
+            link, data, frames, position, items = self._begun.pop(0)
             for item in items or (data[start:end] for start, end in frames[position:]):
                 backlog.put(link, item)
             self._rearm(link)
@@ -235,14 +236,14 @@ class Taking:
     def _gather(self, backlog: Backlog[Source, Item]) -> None:
         """Receive what has arrived on all links."""
         for _ in range(len(self._new)):
-            link = self._new.popleft()
+            link = self._new.pop(0)
             backlog.put_frames(link, self.links.open(link))
         for link in self.links:
             until = perf_counter() + DRAIN_TIME / (len(self.links) or 1)
             while perf_counter() < until and (frames := self.links.receive(link)) is not None:
                 backlog.put_frames(link, frames)
         for _ in range(len(self._local)):
-            inbox = self._local.popleft()
+            inbox = self._local.pop(0)
             for _ in range(len(inbox)):
                 item = inbox.take()
                 if item is not None:

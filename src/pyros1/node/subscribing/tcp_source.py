@@ -9,6 +9,7 @@ from time import perf_counter
 from typing import NamedTuple
 
 from pyros1.msgs.large import SplitBody
+from pyros1.net.closing import hang_up
 from pyros1.net.eager import AT_ONCE, give_way
 from pyros1.net.timeouts import bound_waits
 from pyros1.wire.framing import FrameBuffer
@@ -115,7 +116,7 @@ class TcpSource:
 
     def close(self) -> None:
         """Close the link's sockets."""
-        self.sock.close()
+        hang_up(self.sock)
 
     def split(self, count: int) -> list[tuple[int, int]]:
         """Count the bytes that came into the buffer, and return (start, end) of its complete frames.

@@ -6,12 +6,15 @@ import os
 import sys
 from typing import Any
 
+from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Verb
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Write the file that offers the modules."""
+    if args:
+        raise UsageError("enable takes no arguments")
     from pyros1.drop_in.environment import enable, installed_rospy  # noqa: PLC0415
     from pyros1.drop_in.finder import MODULES, VARIABLE  # noqa: PLC0415
 

@@ -6,12 +6,15 @@ import os
 import sys
 from typing import Any
 
+from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Verb
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print which rospy the programs of this environment import."""
+    if args:
+        raise UsageError("status takes no arguments")
     from pyros1.drop_in.environment import installed_rospy, is_enabled, pth_file  # noqa: PLC0415
     from pyros1.drop_in.finder import MODULES, VARIABLE  # noqa: PLC0415
 
