@@ -11,6 +11,8 @@ import pytest
 from pyros1.cli.main import entry
 from pyros1.net.master_client import MasterClient
 
+from ...parts import context_of
+
 
 @pytest.fixture
 def listed(
@@ -64,10 +66,11 @@ def test_a_node_with_a_wrong_address_hides_no_other(
     client.close()
     node = make_node("good")
     node.advertise("t", "std_msgs/String")
+    context = context_of(node)
     entry(["pyros1", *command.split()])
     out, err = capsys.readouterr()
     if command == "node kill -a":
-        node.spin()
+        assert context.stopping.wait(10)
     else:
         assert {"node ping -a": f"reply from {node.uri}", "node machine": "localhost"}.get(command, "/t") in out
     assert "/bad" in out + err and "'http://a b:1/'" in err
