@@ -243,3 +243,19 @@ def test_the_messages_of_an_imported_package_are_there(path: Path) -> None:
     assert output(path, "import rospy, std_msgs; print(hasattr(std_msgs, 'srv_'), hasattr(std_msgs, 'cfg'))") == (
         "False False\n"
     )
+
+
+def test_modules_that_stocks_import_by_themselves(path: Path) -> None:
+    """Programs name them without an import of their own."""
+    said = output(
+        path,
+        "import dynamic_reconfigure.server, genpy, rosbag, rosgraph, rospy, rosunit\n"
+        "print(genpy.dynamic.generate_dynamic, rosgraph.xmlrpc.XmlRpcNode, rosgraph.roslogging.configure_logging)\n"
+        "print(rosbag.migration, rosunit.baretest, dynamic_reconfigure.encoding, rospy.impl.rosout)\n"
+        "for module in (rosbag, rosgraph, rospy.impl, dynamic_reconfigure, rosunit):\n"
+        "    try: module.nope\n"
+        "    except AttributeError as error: print(error)\n",
+    )
+    assert said.splitlines()[2:] == [
+        f"pyros1 has no {name}.nope" for name in ("rosbag", "rosgraph", "rospy.impl", "dynamic_reconfigure", "rosunit")
+    ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
+from importlib.util import find_spec
 from typing import Any
 
 
@@ -32,6 +33,8 @@ def names(
         if home is None:
             if name.startswith("__"):
                 raise AttributeError(f"module {module!r} has no attribute {name!r}")
+            if _is_module(f"{module}.{name}"):  # stock's modules import more of each other, and programs rely on that
+                return import_module(f"{module}.{name}")
             reason = (why or {}).get(name, "")
             raise AttributeError(f"pyros1 has no {module}.{name}{reason and ': ' + reason}")
         return import_module(home[:-1]) if home.endswith(".") else getattr(import_module(home), name)
@@ -40,6 +43,13 @@ def names(
         return sorted({*vars(sys.modules[module]), *homes})
 
     return __getattr__, __dir__
+
+
+def _is_module(name: str) -> bool:
+    try:
+        return find_spec(name) is not None
+    except (ImportError, ValueError):  # the finder says why there is none; ValueError: a program has put one there
+        return False
 
 
 def members(owner: str, reason: str, lacking: frozenset[str]) -> Callable[[Any, str], Any]:

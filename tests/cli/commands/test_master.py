@@ -66,3 +66,9 @@ def test_wrong_words(capsys: pytest.CaptureFixture[str]) -> None:
             entry(["pyros1", "master", *words])
     err = capsys.readouterr().err
     assert "unrecognized args: x" in err and "the port must be from 1 to 65535, not 70000\n" in err
+
+
+@pytest.mark.parametrize("port", ["-1", "0", "70000"])
+def test_a_core_says_which_ports_there_are(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert entry(["pyros1", "core", "-p", port]) == 1
+    assert capsys.readouterr().err == f"RLException: the port must be from 1 to 65535, not {port}\n"

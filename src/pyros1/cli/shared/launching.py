@@ -82,7 +82,7 @@ def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
 
 
 def _check_numbers(values: Any) -> None:
-    if values.port is not None and values.port not in PORT_RANGE:
+    if values.port is not None and values.port not in PORT_RANGE[1:]:
         raise LaunchError(f"the port must be from 1 to 65535, not {values.port}")
     for name in ("sigint_timeout", "sigterm_timeout", "timeout"):
         seconds = getattr(values, name)

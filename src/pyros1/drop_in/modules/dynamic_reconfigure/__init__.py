@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import KeysView
 from typing import Any
 
+from pyros1.drop_in.missing import missing
+
+__getattr__ = missing(__name__)
+
 
 class DynamicReconfigureException(Exception):
     """Base of the exceptions here."""
