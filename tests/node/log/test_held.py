@@ -99,18 +99,26 @@ def test_what_pyros1_says_comes_before_what_the_program_says_next(make_node: Any
     assert ["ours" in line for line in said] == [False, True] * 20
 
 
+def unread(path: Path) -> int:
+    """Make a pipe in place of a log file, and return its reading end, which waits for lines."""
+    os.mkfifo(path)
+    reader = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    os.set_blocking(reader, True)
+    return reader
+
+
 def test_a_held_log_file_makes_no_node_deaf(make_node: Any, raw_peer: Any, call_node: Any, tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "node.log")
+    reader = unread(tmp_path / "node.log")
     node = make_node("talker", argv=[f"__log:={tmp_path}/node.log"])
     assert raw_peer(node).greet(**BAD, callerid="/peer").answer()["error"]
     assert call_node(node, "getPid", "/tool")[0] == 1
-    with open(tmp_path / "node.log") as log:
+    with open(reader) as log:
         assert "refused a connection of /peer" in log.readline()
         node.shutdown()
 
 
 def test_a_held_log_file_makes_no_master_deaf(tmp_path: Path, free_port: int) -> None:
-    os.mkfifo(tmp_path / "master.log")
+    reader = unread(tmp_path / "master.log")
     address = LocalAddress("127.0.0.1", "127.0.0.1", ())
     core = Core(
         port=free_port,
@@ -124,7 +132,7 @@ def test_a_held_log_file_makes_no_master_deaf(tmp_path: Path, free_port: int) ->
     client = MasterClient("/tool", f"http://127.0.0.1:{free_port}/")
     client.set_param("/forged\n[rosmaster.master][INFO] all is well", 1)
     assert client.get_pid() == os.getpid()
-    with open(tmp_path / "master.log") as log:
+    with open(reader) as log:
         client.close()
         core.stop_master()
         lines = log.read().splitlines()
