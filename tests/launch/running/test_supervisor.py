@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import io
 import os
+import queue
 import signal
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -253,6 +255,25 @@ def test_signals_that_come_together_are_one_x90(bench: Bench) -> None:
     finally:
         restore()
     assert came == ["SIGINT"]
+
+
+def test_a_signal_that_comes_just_before_a_wait_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python runs its handler after the wait, which must have an end."""
+    waits: list[float | None] = []
+
+    class Events(queue.SimpleQueue):  # type: ignore[type-arg]  # of the supervisor
+        def get(self, block: bool = True, timeout: float | None = None) -> Any:
+            waits.append(timeout)
+            if len(waits) == 1:
+                self.put(("stop", "a signal"))
+                raise queue.Empty
+            return super().get(block, timeout)
+
+    monkeypatch.setattr("pyros1.launch.running.supervisor.queue.SimpleQueue", Events)
+    supervisor = Bench(tmp_path).supervisor
+    supervisor.keep_running = True
+    assert supervisor.run() == "a signal"
+    assert all(wait is not None and wait < 1 for wait in waits)
 
 
 def test_a_life_ends_while_what_another_left_is_looked_at(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import suppress
 from pathlib import Path
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import Any
 
 from pyros1.cli.failures import UsageError
@@ -29,6 +30,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     from pyros1.ground.interrupts import catch  # noqa: PLC0415
     from pyros1.launch.running.core import LOG_LEVELS, Core  # noqa: PLC0415 - after the command line proved right
     from pyros1.launch.running.logs import log_folder  # noqa: PLC0415
+    from pyros1.net.bell import STEP  # noqa: PLC0415
     from pyros1.net.guests import guests_of  # noqa: PLC0415
     from pyros1.net.hosts import host_from_environment, make_uri, master_uri, parse_uri  # noqa: PLC0415
 
@@ -60,7 +62,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         )
         core.start_master()
         try:
-            ended.get()
+            while True:
+                with suppress(Empty):
+                    ended.get(timeout=STEP)  # a signal that comes just before a wait does not end it
+                    break
         finally:
             core.stop_master()
     except (Error, OSError) as error:

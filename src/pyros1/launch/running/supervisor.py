@@ -1,8 +1,8 @@
 """Supervises a set of processes as their specs describe, and ends them in order (X87-X90).
 
 One queue carries all events: a process ended, a signal arrived, a client shut down the master, a user stops a node. The
-thread in `run` sleeps until an event or a timer. Nothing polls, except for the rest of an ended node's process group,
-which only its parent could wait for.
+thread in `run` sleeps until an event or a timer, and looks for signals meanwhile (`pyros1.net.bell`). Nothing else
+polls, except for the rest of an ended node's process group, which only its parent could wait for.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from pyros1.launch.running.process import KILL, Process
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.screen import Screen
 from pyros1.launch.running.warden import ANSWER_LIMIT, GROUPS, Warden
+from pyros1.net.bell import STEP
 
 if TYPE_CHECKING:
     from pyros1.launch.preload.preloader import Preloader
@@ -160,9 +161,9 @@ class Supervisor:
                 return "required process died"
 
     def _next_event(self) -> Event | None:
-        timeout = None
+        timeout = STEP
         if self._timers:
-            timeout = max(0.0, min(due for due, _ in self._timers.values()) - time.monotonic())
+            timeout = max(0.0, min(STEP, min(due for due, _ in self._timers.values()) - time.monotonic()))
         try:
             return self._events.get(timeout=timeout)
         except queue.Empty:
@@ -360,7 +361,7 @@ class Supervisor:
         deadline = time.monotonic() + seconds
         while True:
             running = [process for process in running if not process.gone]
-            left = deadline - time.monotonic()
+            left = min(STEP, deadline - time.monotonic())
             if not running or left <= 0:
                 return running
             if not any(process.alive for process in running):
