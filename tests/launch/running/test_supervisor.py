@@ -235,6 +235,7 @@ def test_a_second_signal_hurries_x90(bench: Bench) -> None:
 
 def test_asking_twice_for_the_end_is_not_hurrying(bench: Bench) -> None:
     """A master that is told to shut down, and then a signal: the nodes keep the time that they have."""
+    bench.supervisor = Supervisor(Console(bench.out, bench.err), sigint_timeout=DEADLINE, sigterm_timeout=DEADLINE)
     bench.supervisor.start(bench.spec("late-1", LATE))
     bench.wait_for_log("late-1", "ready")
     bench.supervisor.stop("shutdown")
