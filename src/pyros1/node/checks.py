@@ -154,7 +154,7 @@ def _check_ports(given: Any) -> None:
     if not isinstance(given, (tuple, list)) or len(given) != 2 or not all(isinstance(port, int) for port in given):
         raise TypeError(f"{what}, not {_described(given)}; for a range set PYROS1_PORTS, or __ports:= in argv")
     if not all(0 <= port < 65536 for port in given):
-        raise ValueError(f"{what}, not {given!r}")
+        raise OverflowError(f"{what}, not {given!r}: port must be 0-65535")  # which sockets raise, and so stock
 
 
 def _words(given: Any) -> list[str]:
