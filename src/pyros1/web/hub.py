@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from functools import lru_cache
 from time import monotonic
 from typing import Any
 
-from pyros1.ground.errors import Error
-from pyros1.msgs import AnyMsg, Message
+from pyros1.ground.errors import Error, MessageError
+from pyros1.ground.shown import foreign
+from pyros1.msgs import AnyMsg, Message, load_message
 from pyros1.observe.decoder import Decoder
 from pyros1.web.server.threads import Threads
 
@@ -65,6 +67,30 @@ class Arrival:
         if self._message is None:
             self._message = self._decoder.decode(self.raw)
         return self._message
+
+    @property
+    def usual(self) -> Message:
+        """The decoded message, with all fields that its type has here, of the same types.
+
+        Raises:
+            MessageError: as `message`; or the type is another one at its publisher, or is not known here.
+        """
+        message = self.message
+        if not _has_usual_fields(type(message)):
+            raise MessageError(f"its publisher has other fields in {foreign(message._type)} than there are here")
+        return message
+
+
+@lru_cache(1_000)
+def _has_usual_fields(cls: type[Message]) -> bool:
+    """Return whether a class has all fields of the class of the same name that is installed here.
+
+    Checksums do not tell: they are the same for a message and an array of such messages.
+    """
+    classes = (cls, load_message(cls._type))
+    mine, usual = (dict(zip(each.__slots__, each._slot_types, strict=True)) for each in classes)
+    nested = [cls._classes[base] for kind in usual.values() if (base := kind.partition("[")[0]) in cls._classes]
+    return usual.items() <= mine.items() and all(map(_has_usual_fields, nested))
 
 
 class Hub:

@@ -7,11 +7,18 @@ from typing import Any
 
 import pytest
 
+from pyros1.msgs import from_definition
 from pyros1.msgs.geometry_msgs.msg import PoseStamped, TransformStamped
 from pyros1.msgs.map_msgs.msg import OccupancyGridUpdate
 from pyros1.msgs.nav_msgs.msg import OccupancyGrid
 from pyros1.msgs.sensor_msgs.msg import PointCloud2, PointField
-from pyros1.msgs.visualization_msgs.msg import InteractiveMarker, InteractiveMarkerInit, InteractiveMarkerUpdate
+from pyros1.msgs.visualization_msgs.msg import (
+    InteractiveMarker,
+    InteractiveMarkerInit,
+    InteractiveMarkerUpdate,
+    Marker,
+    MarkerArray,
+)
 from pyros1.tf import StaticTransformBroadcaster
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
@@ -90,6 +97,27 @@ def test_a_map_and_what_changes_in_it(make_node: Make, watch: Make) -> None:
     updates.publish(OccupancyGridUpdate(x=5, width=1, height=1, data=[1]))
     with pytest.raises(RequestError, match="leaves the map"):
         watched.until(lambda data: False)
+
+
+def test_an_array_without_markers(make_node: Make, watch: Make, capfd: pytest.CaptureFixture[str]) -> None:
+    arrays = make_node("robot").advertise("/markers", MarkerArray, latch=True)
+    arrays.publish(MarkerArray())
+    watched = watch("scene_topic", topic="/markers", fixed="map")
+    assert arrays.wait_for_subscribers(timeout=PATIENCE)
+    arrays.publish(MarkerArray(markers=[Marker(id=7)]))
+    watched.until(lambda data: [each["id"] for each in data["new"]] == [7])
+    assert capfd.readouterr().err == ""
+
+
+def test_markers_of_another_definition_are_told(
+    make_node: Make, watch: Make, capfd: pytest.CaptureFixture[str]
+) -> None:
+    other = from_definition("visualization_msgs/Marker", Marker._full_text.replace("int32 id", "string[] id"))
+    make_node("robot").advertise("/markers", other, latch=True).publish(other())
+    watched = watch("scene_topic", topic="/markers", fixed="map")
+    with pytest.raises(RequestError, match="other fields in visualization_msgs/Marker"):
+        watched.until(lambda data: False)
+    assert capfd.readouterr().err == ""
 
 
 def test_a_cloud_by_a_field_of_ones_choice(make_node: Make, watch: Make, robot: Robot) -> None:

@@ -6,10 +6,10 @@ of these messages say which of them belong together.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from pyros1.web.scene.markers import as_json
+from pyros1.web.scene.shape import GREATEST
 
 MOST_MARKERS = 1_000
 """Most interactive markers of a topic; others are left out."""
@@ -139,7 +139,7 @@ def pose_of(pose: Any) -> list[float]:
 
 
 def _finite(*numbers: float) -> list[float]:
-    return [number if math.isfinite(number) else 0.0 for number in numbers]
+    return [number if abs(number) < GREATEST else 0.0 for number in numbers]
 
 
 def _facts(marker: Any) -> dict[str, Any]:
@@ -149,7 +149,7 @@ def _facts(marker: Any) -> dict[str, Any]:
         "frame": marker.header.frame_id.lstrip("/"),
         "locked": not marker.header.stamp,  # a stamp of 0 says that it moves with its frame
         "pose": pose_of(marker.pose),
-        "scale": marker.scale if 0 < marker.scale < float("inf") else 1.0,
+        "scale": marker.scale if 0 < marker.scale < GREATEST else 1.0,
         "menu": [
             {"id": entry.id, "parent": entry.parent_id, "title": entry.title[:300]}
             for entry in marker.menu_entries[:MOST_ENTRIES]

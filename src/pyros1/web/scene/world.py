@@ -11,6 +11,7 @@ from pyros1.ground.timing import Time
 from pyros1.tf.buffer import Buffer
 from pyros1.tf.errors import TransformException
 from pyros1.web.hub import Arrival
+from pyros1.web.scene.shape import GREATEST
 
 Listen = Callable[[str, Callable[[Arrival], object]], Callable[[], None]]
 Pose = list[float]
@@ -91,7 +92,8 @@ class World:
             except TransformException:
                 continue
             move, turn = found.transform.translation, found.transform.rotation
-            return [move.x, move.y, move.z, turn.x, turn.y, turn.z, turn.w]
+            pose = [move.x, move.y, move.z, turn.x, turn.y, turn.z, turn.w]
+            return pose if all(abs(each) < GREATEST for each in pose) else None
         return None
 
     def _start_anew_if_time_went_back(self, transforms: Any, publisher: str) -> None:

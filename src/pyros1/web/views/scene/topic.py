@@ -20,7 +20,7 @@ from pyros1.web.views.view import View, number, text
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-MARKERS = {"visualization_msgs/Marker", "visualization_msgs/MarkerArray"}
+MARKER, MARKERS = "visualization_msgs/Marker", "visualization_msgs/MarkerArray"
 GRID = "nav_msgs/OccupancyGrid"
 GRID_UPDATE = "map_msgs/OccupancyGridUpdate"
 _MOST_UPDATES = 100
@@ -80,7 +80,7 @@ class SceneTopicView(View):
         if kind != GRID and kind not in CLOUDS and kind not in SHAPES:
             raise RequestError(f"messages of {kind} cannot be drawn")
         new = arrival is not self._shown
-        message: Any = arrival.message
+        message: Any = arrival.usual
         header = message.header
         if self._lost and not new and self._pose(kind, header) is None:
             return None
@@ -137,7 +137,7 @@ class SceneTopicView(View):
             self._grid.forget()  # the page asks for all again
         for arrival in updates:
             if arrival.at >= (self._shown.at if self._shown else 0):
-                self._grid.update(arrival.message)
+                self._grid.update(arrival.usual)
         return self._grid.take()
 
     def _changed_markers(self, markers: Markers) -> Push | None:
@@ -151,16 +151,17 @@ class SceneTopicView(View):
         return Push({"kind": "markers", "new": new, "gone": gone if before else [], "poses": poses, "all": not before})
 
     def _arrived(self, arrival: Arrival) -> None:
-        if _type(arrival) in MARKERS:
+        kind = _type(arrival)
+        if kind in (MARKER, MARKERS):
             try:
-                message: Any = arrival.message
+                message: Any = arrival.usual
+                with self._lock:
+                    if self._markers is None:
+                        self._markers = Markers()
+                    self._markers.add([message] if kind == MARKER else message.markers, arrival.time)
+                self._problem = ""
             except MessageError as error:
                 self._problem = str(error)
-                return
-            with self._lock:
-                if self._markers is None:
-                    self._markers = Markers()
-                self._markers.add(getattr(message, "markers", None) or [message], arrival.time)
         else:
             with self._lock:
                 self._newest = arrival
