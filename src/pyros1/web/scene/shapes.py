@@ -218,8 +218,8 @@ def _rows(rows: Sequence[tuple[float, ...]], size: int) -> NDArray[np.float32]:
     """Return rows of so many numbers, of which the first three are a place; those without a place are left out."""
     found = np.array(rows, float).reshape(-1, size)
     good = np.abs(found) < GREATEST
-    numbers: NDArray[np.float32] = np.where(good, found, 0).astype(np.float32)
-    return numbers[good[:, :3].all(axis=1)]
+    numbers: NDArray[np.float32] = np.where(good, found, 0)[good[:, :3].all(axis=1)].astype(np.float32)
+    return numbers
 
 
 def _pose(pose: Any) -> list[float | None]:

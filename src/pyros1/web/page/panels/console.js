@@ -2,10 +2,11 @@
 
 import { empty, command, fill, h, save } from "../lib/dom.js";
 import { bytes, clock, plural } from "../lib/format.js";
+import { Kept } from "../lib/kept.js";
 
 const LEVELS = [[1, "debug"], [2, "info"], [4, "warn"], [8, "error"], [16, "fatal"]];
 const NAME = new Map(LEVELS);
-const KEPT = 50000;
+const KEPT = [50000, 50e6]; // messages, and characters
 const ROW = 24; // pixels
 const MORE = 12; // rows above and below what is seen
 const STILL = 5; // pixels that a pointer may move in a click
@@ -20,7 +21,7 @@ export default {
 class Console {
   constructor(place) {
     this.place = place;
-    this.entries = []; // [number, time, level, node, text, file, function, line, topics]
+    this.kept = new Kept(...KEPT); // entries are [number, time, level, node, text, file, function, line, topics]
     this.shown = [];
     this.loaded = null; // of a file, in place of the robot's: {entries, counts, note}
     this.paused = false;
@@ -104,14 +105,13 @@ class Console {
     this.last = entries.at(-1)[0];
     for (const entry of entries) {
       entry[0] = ++this.count;
-      this.entries.push(entry);
+      this.kept.push(entry);
       this.counts.set(entry[2], (this.counts.get(entry[2]) || 0) + 1);
       if (!this.paused && this.fits(entry)) this.shown.push(entry);
     }
-    if (this.entries.length > KEPT * 1.2) {
-      this.entries.splice(0, this.entries.length - KEPT);
-      const first = this.entries[0];
-      if (!this.paused) this.shown = this.shown.filter((entry) => entry[0] >= first[0]);
+    if (this.kept.forget() && !this.paused) {
+      const [first] = this.kept.entries;
+      this.shown = this.shown.filter((entry) => entry[0] >= first[0]);
     }
     this._drawCounts();
     this._draw();
@@ -126,7 +126,7 @@ class Console {
       && (mark.test(said) || mark.test(name) || mark.test(NAME.get(level) || "info") || topics.some(mark.test));
     this.place.problem(text.problem || exclude.problem || node.problem || mark.problem || this.loaded?.note || "");
     this.fits = (entry) => !this.hidden.has(entry[2]) && text.test(entry[4]) && (Boolean(exclude.problem) || !exclude.test(entry[4])) && (node.test(entry[3]) || (this.node && entry[8].some(node.test)));
-    this.shown = (this.loaded || this).entries.filter(this.fits);
+    this.shown = (this.loaded || this.kept).entries.filter(this.fits);
     this.place.save({ hidden: [...this.hidden], search: this.search, exclude: this.exclude, node: this.node, marking: this.marking });
     this._drawCounts();
     this._draw();
@@ -163,7 +163,7 @@ class Console {
   _drawNow() {
     const count = this.shown.length;
     if (!count) {
-      const { length } = (this.loaded || this).entries;
+      const { length } = (this.loaded || this.kept).entries;
       fill(this.tall, length
         ? empty("No message fits the filters", `${plural(length, "message")} in all.`)
         : empty("No messages yet", "Nodes that run show their log here. Try, in a terminal:", command("pyros1 run minimal_nodes minimal_publisher")));
@@ -258,7 +258,7 @@ class Console {
   }
 
   _clear() {
-    this.entries = [];
+    this.kept.clear();
     this.counts = countsOf([]);
     this._show(null);
   }
