@@ -4,6 +4,7 @@
 
 // Types that can be shown, and rviz's names of their displays.
 export const TYPES = {
+  __proto__: null, // a robot may call a type "constructor"
   "geometry_msgs/AccelStamped": "AccelStamped",
   "geometry_msgs/PointStamped": "PointStamped",
   "geometry_msgs/PolygonStamped": "Polygon",
