@@ -8,6 +8,7 @@ const LEVELS = [[1, "debug"], [2, "info"], [4, "warn"], [8, "error"], [16, "fata
 const NAME = new Map(LEVELS);
 const KEPT = [50000, 50e6]; // messages, and characters
 const ROW = 24; // pixels
+const SEEN = 1000; // characters of a line: to lay out more takes seconds, if they change their direction
 const MORE = 12; // rows above and below what is seen
 const STILL = 5; // pixels that a pointer may move in a click
 
@@ -202,7 +203,7 @@ class Console {
       const [, time, level, node, text] = entry;
       const name = NAME.get(level) || "info";
       row = h(`div.entry.${name}`, {},
-        h("span.time", {}, clock(time)), h("span.severity", {}, name), h("span.of", { title: node }, node), h("span.text", {}, text.split("\n")[0]));
+        h("span.time", {}, clock(time)), h("span.severity", {}, name), h("span.of", { title: node }, node), h("span.text", {}, text.split("\n", 1)[0].slice(0, SEEN)));
       row.entry = entry;
       this.drawn.set(entry, row);
       this.tall.append(row);
