@@ -8,7 +8,7 @@ import { sight } from "../../../src/pyros1/web/page/lib/scene/camera_view.js";
 import { apart } from "../../../src/pyros1/web/page/lib/scene/apart.js";
 import { Density, Pace } from "../../../src/pyros1/web/page/lib/scene/density.js";
 import { MapPlane } from "../../../src/pyros1/web/page/lib/scene/map.js";
-import { offersOf, readKey } from "../../../src/pyros1/web/page/lib/scene/kinds.js";
+import { infoTopic, offersOf, readKey } from "../../../src/pyros1/web/page/lib/scene/kinds.js";
 import { beside } from "../../../src/pyros1/web/page/lib/scene/meshes.js";
 import { pointsIn, reaches } from "../../../src/pyros1/web/page/lib/scene/picking.js";
 import { levels, scanPoints } from "../../../src/pyros1/web/page/lib/scene/points.js";
@@ -150,4 +150,13 @@ test("types that a robot calls as parts of JavaScript are not known", () => {
   const types = { "/a": "constructor", "/b": "__proto__", "/c": "toString" };
   for (const topic of Object.keys(types)) assert.equal(readKey(topic, types).kind, "");
   assert.deepEqual(offersOf(types, [], ["/robot_description"]).map(({ key }) => key), ["robot:"]);
+});
+
+test("the CameraInfo is beside the picture, wherever that is", () => {
+  for (const [topic, type, info] of [
+    ["/camera/image", "sensor_msgs/Image", "/camera/camera_info"],
+    ["/camera/image/compressed", "sensor_msgs/CompressedImage", "/camera/camera_info"],
+    ["/image", "sensor_msgs/Image", "/camera_info"],
+    ["/compressed", "sensor_msgs/CompressedImage", "/camera_info"],
+  ]) assert.equal(infoTopic(topic, type), info);
 });

@@ -75,5 +75,5 @@ export function picturesOf(types) {
 // Where the CameraInfo of a topic of pictures is; as pyros1/web/scene/camera.py.
 export function infoTopic(topic, type) {
   const base = type === "sensor_msgs/CompressedImage" ? topic.replace(/\/[^/]*$/, "") : topic;
-  return base.replace(/[^/]*$/, "camera_info");
+  return `${base.slice(0, Math.max(0, base.lastIndexOf("/")))}/camera_info`;
 }
