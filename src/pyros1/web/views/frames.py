@@ -38,7 +38,7 @@ class FramesView(View):
     def take(self) -> Push | None:
         now = self.robot.node.now().to_sec()
         with self._lock:
-            return Push({**_plain(self._frames.describe(now)), "problem": self._problem})
+            return Push({**plain(self._frames.describe(now)), "problem": self._problem})
 
     def close(self) -> None:
         for end in self._ends:
@@ -60,7 +60,7 @@ class FramesView(View):
             self._problem = f"{publisher} publishes something else than transforms: {error}"
 
 
-def _plain(facts: dict[str, Any]) -> dict[str, Any]:
+def plain(facts: dict[str, Any]) -> dict[str, Any]:
     """Replace the numbers that JSON does not have."""
     for frame in facts["frames"]:
         frame["transform"] = [value if math.isfinite(value) else None for value in frame["transform"]]
