@@ -25,7 +25,7 @@ from pyros1.web.server import wire
 from pyros1.web.shown.frames import Frames
 from pyros1.web.views.frames import plain
 
-from ..bodies import encode
+from ..bodies import decode, encode
 from ..msgs.random_definitions import random_message
 from .fuzzer import MEGABYTE, Fuzzer
 
@@ -77,7 +77,7 @@ KINDS = sorted({*SHAPES, *_OTHERS})
 def scene(data: bytes) -> None:
     """Draw a message; its first byte says of which type."""
     kind = KINDS[data[0] % len(KINDS)] if data else KINDS[0]
-    message = load_message(kind)._decode(data, 1, len(data))
+    message = decode(load_message(kind), data[1:])
     if kind in _OTHERS:
         wire.push(1, wire.Push(_OTHERS[kind](message)))
         return
