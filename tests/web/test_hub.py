@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import tracemalloc
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
@@ -12,6 +13,7 @@ import pytest
 from pyros1.ground.errors import MessageError, NodeError
 from pyros1.msgs import AnyMsg, from_definition
 from pyros1.msgs.geometry_msgs.msg import PointStamped
+from pyros1.msgs.nav_msgs.msg import OccupancyGrid
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.observe.decoder import Decoder
 from pyros1.web.hub import MOST_BYTES, Arrival, Hub
@@ -274,3 +276,15 @@ def test_fields_that_are_relied_on_are_there(old: str, new: str, fits: bool) -> 
     else:
         with pytest.raises(MessageError, match=r"other fields in \w+/\w+ than there are here"):
             _ = arrival.usual
+
+
+def test_arrays_of_large_messages_take_no_more_than_their_bytes() -> None:
+    grid = OccupancyGrid(data=[7] * 1_000_000)
+    raw = AnyMsg(encode(grid))
+    raw._connection_header = {"type": grid._type, "md5sum": grid._md5sum, "message_definition": grid._full_text}
+    arrival = Arrival(raw, 0.0, 0.0, Decoder())
+    tracemalloc.start()
+    message: Any = arrival.arrays
+    assert tracemalloc.get_traced_memory()[0] < 1_000_000  # a list takes 8
+    tracemalloc.stop()
+    assert arrival.arrays is message and message.data.sum() == 7_000_000

@@ -11,9 +11,12 @@ from functools import lru_cache
 from time import monotonic
 from typing import Any
 
+import numpy as np
+
 from pyros1.ground.errors import Error, MessageError
 from pyros1.ground.shown import foreign
 from pyros1.msgs import AnyMsg, Message, load_message
+from pyros1.msgs.array_views import numpy_view
 from pyros1.observe.decoder import Decoder
 from pyros1.web.server.threads import Threads
 
@@ -26,6 +29,7 @@ _JUST_COME = 1.0
 """Seconds after a message within which its link may not be listed yet: within a process it brings the message first."""
 _AT_ONCE = 16
 """Most topics that are subscribed to at the same time; more wait."""
+_view = numpy_view(np)
 Listener = Callable[["Arrival"], object]
 """Called with each message, in a thread of the node. It must be quick, and raises nothing."""
 
@@ -39,7 +43,7 @@ class Arrival:
         at: when it came, in seconds of `time.monotonic`.
     """
 
-    __slots__ = ("_decoder", "_message", "at", "raw", "time")
+    __slots__ = ("_arrays", "_decoder", "_message", "at", "raw", "time")
 
     def __init__(self, raw: AnyMsg, time: float, at: float, decoder: Decoder) -> None:
         self.raw = raw
@@ -47,6 +51,7 @@ class Arrival:
         self.at = at
         self._decoder = decoder
         self._message: Message | None = None
+        self._arrays: Message | None = None
 
     @property
     def message_class(self) -> type[Message]:
@@ -75,10 +80,25 @@ class Arrival:
         Raises:
             MessageError: as `message`; or the type is another one at its publisher, or is not known here.
         """
-        message = self.message
-        if not _has_usual_fields(type(message)):
-            raise MessageError(f"its publisher has other fields in {foreign(message._type)} than there are here")
-        return message
+        self._check_fields()
+        return self.message
+
+    @property
+    def arrays(self) -> Message:
+        """The same with numpy arrays of numbers, which take no more memory than their bytes: maps have many cells.
+
+        Raises:
+            MessageError: as `usual`.
+        """
+        if self._arrays is None:
+            self._check_fields()
+            self._arrays = self.message_class._decode_arrays(self.raw._buff, 0, len(self.raw._buff), _view)
+        return self._arrays
+
+    def _check_fields(self) -> None:
+        cls = self.message_class
+        if not _has_usual_fields(cls):
+            raise MessageError(f"its publisher has other fields in {foreign(cls._type)} than there are here")
 
 
 @lru_cache(1_000)

@@ -144,6 +144,8 @@ def _opened(data: bytes) -> Any:
         image.load()
     except MessageError:
         raise
+    except pil.UnidentifiedImageError:
+        raise MessageError("the picture cannot be read: its format is not known") from None
     except Exception as error:  # noqa: BLE001 - Pillow raises many kinds for damaged files
         raise MessageError(f"the picture cannot be read: {error}") from None
     return image

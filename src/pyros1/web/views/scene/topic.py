@@ -80,7 +80,7 @@ class SceneTopicView(View):
         if kind != GRID and kind not in CLOUDS and kind not in SHAPES:
             raise RequestError(f"messages of {kind} cannot be drawn")
         new = arrival is not self._shown
-        message: Any = arrival.usual
+        message: Any = arrival.arrays
         header = message.header
         if self._lost and not new and self._pose(kind, header) is None:
             return None
@@ -137,7 +137,7 @@ class SceneTopicView(View):
             self._grid.forget()  # the page asks for all again
         for arrival in updates:
             if arrival.at >= (self._shown.at if self._shown else 0):
-                self._grid.update(arrival.usual)
+                self._grid.update(arrival.arrays)
         return self._grid.take()
 
     def _changed_markers(self, markers: Markers) -> Push | None:
