@@ -12,7 +12,7 @@ from pyros1.ground import names, shown
 from pyros1.ground.errors import Error, NodeShutdownError
 from pyros1.msgs import load_message
 from pyros1.net.bell import Event
-from pyros1.net.hosts import host_from_environment, make_uri
+from pyros1.net.hosts import host_from_environment
 from pyros1.net.hosts import master_uri as find_master_uri
 from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
@@ -190,7 +190,7 @@ class Node(ServiceMethods, TimeMethods):
         offer_log(self.log, self._sink, self.name, self._topics, self._services, self.resolve, rosout, self._strict)
 
     def _service_uri(self) -> str:
-        return make_uri(self._host, self._tcpros.port if self._tcpros else 0, "rosrpc").rstrip("/")
+        return self._tcpros.uri if self._tcpros else ""
 
     def _use_simulated_time(self) -> None:
         self._clock.use_simulated_time()
