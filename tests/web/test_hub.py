@@ -187,6 +187,35 @@ def test_of_latched_messages_the_newest_is_the_last_and_those_of_the_dead_are_fo
     assert after == [2.0]
 
 
+def test_what_comes_while_one_gets_the_latched_message_comes_after_it(hub: Hub, subscriptions: Subscriptions) -> None:
+    hub.listen("/a", lambda arrival: None)
+    subscriptions.send("/a", 1.0, latching=True)
+    later: list[float] = []
+    sent: list[float] = []
+
+    def sends(arrival: Arrival) -> None:
+        if not sent:
+            sent.append(2.0)
+            subscriptions.send("/a", 2.0, latching=True)
+        later.append(arrival.message.data)  # type: ignore[attr-defined]
+
+    hub.listen("/a", sends)
+    newest: list[float] = []
+    hub.listen("/a", numbers(newest), lambda: subscriptions.send("/a", 3.0, latching=True))
+    assert (later, newest) == ([1.0, 2.0, 3.0], [2.0, 3.0])
+    subscriptions.send("/a", 4.0)
+    assert (later[3:], newest[2:]) == ([4.0], [4.0])
+
+
+def test_what_was_latched_is_forgotten_with_its_process(hub: Hub, subscriptions: Subscriptions) -> None:
+    hub.listen("/a", lambda arrival: None)
+    subscriptions.send("/a", 1.0, latching=True)
+    subscriptions.send("/a", 2.0)  # started again under the same name, and latches no more
+    later: list[float] = []
+    hub.listen("/a", numbers(later))
+    assert later == []
+
+
 def test_a_latched_message_may_come_before_its_link_is_listed(hub: Hub, subscriptions: Subscriptions) -> None:
     hub.listen("/a", lambda arrival: None)
     subscriptions.send("/a", 1.0, latching=True)
