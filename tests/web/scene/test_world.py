@@ -25,7 +25,9 @@ class Topics:
         self.listeners[topic] = listener
         return lambda: self.listeners.__delitem__(topic)
 
-    def send(self, *transforms: TransformStamped, static: bool = False, publisher: str = "/p") -> None:
+    def send(
+        self, *transforms: TransformStamped, static: bool = False, publisher: str = "/p", now: float = 0.0
+    ) -> None:
         class Raw:
             _connection_header = {"callerid": publisher}
 
@@ -35,6 +37,7 @@ class Topics:
         class Arrival:
             raw = Raw()
             message = Message()
+            time = now
 
         Arrival.message.transforms = list(transforms)  # type: ignore[attr-defined]
         self.listeners["/tf_static" if static else "/tf"](Arrival())
@@ -101,6 +104,16 @@ def test_a_bag_that_begins_again(topics: Topics, world: World) -> None:
     assert pose[0] == 8.0
     topics.send(transform("world", "map", 0.0, stamp=0.5), publisher="/another")  # with a clock of its own
     assert world.pose("map", "base") is not None
+
+
+def test_a_short_bag_that_begins_again_with_its_clock(topics: Topics, world: World) -> None:
+    world.look(lambda: None)
+    for stamp in (1.0, 2.0, 3.0):
+        topics.send(transform("map", "base", stamp, stamp=stamp), now=stamp)
+    topics.send(transform("map", "base", 1.0, stamp=1.0), now=1.0)
+    assert world.pose("map", "base")[0] == 1.0  # type: ignore[index]  # else it stood still for two seconds
+    topics.send(transform("base", "laser", 1.0, stamp=1.0), now=0.99)  # from another thread
+    assert world.pose("map", "laser") is not None
 
 
 def test_the_number_of_frames_is_bounded(topics: Topics, world: World, monkeypatch: pytest.MonkeyPatch) -> None:
