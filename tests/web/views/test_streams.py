@@ -8,9 +8,11 @@ from typing import Any
 
 import pytest
 
+from pyros1.msgs.geometry_msgs.msg import TransformStamped
 from pyros1.msgs.rosgraph_msgs.msg import Log
 from pyros1.msgs.sensor_msgs.msg import CompressedImage
 from pyros1.msgs.std_msgs.msg import String
+from pyros1.msgs.tf2_msgs.msg import TFMessage
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
 
@@ -58,6 +60,19 @@ def test_what_a_curve_waits_for_is_no_problem(watch: Callable[..., Any], make_no
     publisher.publish("hello")
     data = plot.until(lambda data: data["waiting"] == {2: "no such topic yet"})
     assert data["problems"] == {1: "not a number, but a text"}
+
+
+def test_what_is_wrong_with_transforms_is_told_until_it_is_right(
+    watch: Callable[..., Any], make_node: Callable[..., Any]
+) -> None:
+    watched = watch("frames")
+    node = make_node("robot")
+    node.advertise("/tf_static", "std_msgs/Float64", latch=True).publish(1.0)
+    watched.until(lambda data: "/robot publishes something else" in data["problem"])
+    node.shutdown()
+    message = TFMessage(transforms=[TransformStamped(child_frame_id="base")])
+    make_node("robot").advertise("/tf_static", TFMessage, latch=True).publish(message)
+    watched.until(lambda data: data["frames"] and not data["problem"])
 
 
 def test_what_cannot_be_drawn_in_a_scene_is_told(watch: Callable[..., Any], make_node: Callable[..., Any]) -> None:
