@@ -243,7 +243,7 @@ class Viewer:
                     return
                 known = header
                 keeper = header.get("callerid", "") if header.get("latching") == "1" else None
-            self._outbox.put(Waiting(ticket, frames.nanoseconds(arrival.time), arrival.raw._buff, keeper))
+            self._outbox.put(Waiting(ticket, frames.nanoseconds(arrival.time), arrival.raw._buff, keeper, arrival.at))
             self._wake()
 
         def end() -> None:
