@@ -105,9 +105,9 @@ class Client:
                 self._publishers.publish(action.topic, action.message)
             case operations.Advertise():
                 self._check_may_change()
-                self._publishers.advertise(action)
+                self._publishers.advertise(action, id)
             case operations.Unadvertise():
-                if not self._publishers.unadvertise(action.topic):
+                if not self._publishers.unadvertise(action.topic, id):
                     self._tell("warning", f"you do not advertise {action.topic}", id)
             case operations.Subscribe():
                 self._subscribe(action)
