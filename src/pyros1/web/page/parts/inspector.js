@@ -57,7 +57,7 @@ export class Inspector {
 
   _take(data) {
     if (!this.data) this._askForWords();
-    if (!this.data || data.count !== this.data.count) this.at = performance.now();
+    this.at = performance.now() - 1000 * data.age;
     this.data = data;
     this.waiting.hidden = true;
     this._problem(data.problem || "");
@@ -83,7 +83,7 @@ export class Inspector {
     const stamp = value?.fields.find(([name]) => name === "header")?.[2].fields?.find(([name]) => name === "stamp")?.[2];
     const delay = stamp && stamp.secs ? time - stamp.secs - stamp.nsecs / 1e9 : null;
     const figure = (label, text, title) => text && h("span.figure", { title }, h("span.muted", {}, label), text);
-    const quiet = age > Math.max(QUIET, hz ? 3 / hz : 0);
+    const quiet = !this.frozen && age > Math.max(QUIET, hz ? 3 / hz : 0);
     fill(this.figures,
       figure("rate", quiet ? "0 Hz" : rate(hz) || "…", "messages per second, of the last 5 s; of slow topics, of the newest two messages"),
       figure("flow", quiet || !flow ? "" : `${bytes(flow)}/s`, "bytes per second"),
