@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.ground.errors import NodeError
+from pyros1.ground.errors import MasterUnreachableError, NodeError
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.web.hub import MOST_BYTES, Arrival, Hub
@@ -255,6 +255,20 @@ def test_who_wants_to_know_is_told_that_there_is_no_subscription() -> None:
     assert said == ["ready"]
     waits.close()
     assert said == ["ready", "closed"]
+
+
+def test_a_subscription_whose_publishers_are_not_known_is_one_all_the_same(subscriptions: Subscriptions) -> None:
+    def settle(topic: str, subscriber: Any) -> None:
+        raise MasterUnreachableError("the master went just then")
+
+    hub = Hub(subscriptions.subscribe, lambda: 0.0, at_once, settle)
+    seen: list[float] = []
+    ends = [hub.listen("/a", numbers(seen)) for _ in range(2)]
+    subscriptions.send("/a", 1.0)
+    assert seen == [1.0, 1.0]
+    for end in ends:
+        end()
+    assert subscriptions.ended == ["/a"]
 
 
 def test_large_messages_wait_in_smaller_numbers(hub: Hub, subscriptions: Subscriptions) -> None:

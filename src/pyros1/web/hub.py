@@ -8,6 +8,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from time import monotonic
 from typing import Any
 
@@ -126,7 +127,8 @@ class Hub:
         try:
             subscriber = self._subscribe(topic, feed.arrived)
             if feed.begun(subscriber):
-                self._settle(topic, subscriber)
+                with suppress(Error):  # the master has gone since then
+                    self._settle(topic, subscriber)
         except Error:  # the node has ended, or the topic's name is not legal
             with self._lock:
                 if self._feeds.get(topic) is feed:

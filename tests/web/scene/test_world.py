@@ -12,6 +12,7 @@ from pyros1 import Time
 from pyros1.msgs.geometry_msgs.msg import TransformStamped
 from pyros1.web.scene import world as module
 from pyros1.web.scene.world import IDENTITY, World
+from pyros1.web.server.wire import RequestError
 
 
 class Topics:
@@ -92,6 +93,19 @@ def test_it_listens_only_while_somebody_looks(topics: Topics, world: World) -> N
     assert not topics.listeners
     world.look(lambda: None)
     assert world.pose("map", "base") is None  # what was known may be old
+
+
+def test_who_may_not_see_static_frames_leaves_nothing_behind(topics: Topics) -> None:
+    def listen(topic: str, listener: Callable[[Any], object]) -> Callable[[], None]:
+        if topic == "/tf_static":
+            raise RequestError("not shown")
+        return topics.listen(topic, listener)
+
+    world = World(listen)
+    for _ in range(2):  # the page tries again
+        with pytest.raises(RequestError):
+            world.look(lambda: None)
+        assert not topics.listeners
 
 
 def test_a_bag_that_begins_again(topics: Topics, world: World) -> None:

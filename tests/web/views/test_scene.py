@@ -156,6 +156,14 @@ def test_a_map_that_changes_faster_than_a_page_takes_it_loses_nothing(
     end()
 
 
+def test_a_map_whose_changes_pages_may_not_see(make_node: Make, watch: Make, make_robot: Make) -> None:
+    narrow = make_robot(topics=("/map", "/tf", "/tf_static"))
+    grid = OccupancyGrid(data=[0])
+    grid.info.width = grid.info.height = 1
+    make_node("mapper").advertise("/map", OccupancyGrid, latch=True).publish(grid)
+    watch("scene_topic", narrow, topic="/map", fixed="map").until(lambda data: data["kind"] == "map")
+
+
 def test_markers_come_again_when_there_is_a_way_to_their_frame(make_node: Make, watch: Make) -> None:
     node = make_node("robot")
     marker = Marker(ns="n", id=1)

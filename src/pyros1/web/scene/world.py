@@ -55,7 +55,11 @@ class World:
                 self.buffer = Buffer(warn=lambda text: None)
                 self._newest, self._now = {}, float("-inf")
                 self._ends.append(self._listen("/tf", self._moving))
-                self._ends.append(self._listen("/tf_static", self._static))
+                try:
+                    self._ends.append(self._listen("/tf_static", self._static))
+                except BaseException:
+                    self._ends.pop()()
+                    raise
             self._looking += 1
             self._changed = (*self._changed, changed)
         ended = False

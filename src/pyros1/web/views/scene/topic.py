@@ -136,7 +136,8 @@ class SceneTopicView(View):
     def _grid_shape(self, arrival: Arrival, new: bool) -> Shape | None:
         if self._grid is None:
             self._grid = Grid()
-            self._end_updates = self.robot.listen(self._topic + UPDATES, self._updated)
+            with suppress(RequestError):  # pages may not see them
+                self._end_updates = self.robot.listen(self._topic + UPDATES, self._updated)
         with self._drawing:
             if new and self._grid.message is arrival.message:
                 self._grid.forget()  # the page asks for all again
