@@ -105,6 +105,24 @@ class Robot:
         _ = self.node
         return self._hub.listen(topic, listener, ready)
 
+    def type_of(self, topic: str, wanted: str = "") -> str:
+        """Return the type of a topic; ``*`` if nobody has told it.
+
+        What the master said some moments ago counts only if it is a type, and the one that is wanted: else a program
+        would not know a topic that another one has just begun.
+
+        Args:
+            topic: its full name.
+            wanted: a type; empty for any.
+
+        Raises:
+            MasterUnreachableError: the master does not answer.
+        """
+        kind = self.graph.topic_types().get(topic, "*")
+        if kind == "*" or kind != (wanted or kind):
+            kind = Graph(self.master).topic_types().get(topic, "*")
+        return kind
+
     def why_no_master(self) -> str:
         """Return why the master does not answer; "" if it does."""
         try:

@@ -145,6 +145,23 @@ def test_parts_of_a_client_advertise_the_same_topic(serve: Serve, make_node: Mak
         assert "/words" not in graph.state().publishers
 
 
+def test_a_topic_that_another_client_has_just_begun(serve: Serve, make_node: MakeNode) -> None:
+    got: queue.Queue[Any] = queue.Queue()
+    server = serve(token="")
+    with client(server) as one, client(server) as two:
+        for number, kind in enumerate(("std_msgs/String", "std_msgs/Int32")):
+            tell(one, "advertise", topic=f"/new{number}", type=kind)  # which asks the master before
+            settle(one)
+            assert ask(two, "/rosapi/topic_type", {"topic": f"/new{number}"})["values"] == {"type": kind}
+            make_node(f"ear{number}").subscribe(f"new{number}", kind, lambda message: got.put(message.data))
+            tell(two, "publish", topic=f"/new{number}", msg={"data": "x" if kind.endswith("String") else 5})
+            tell(two, "subscribe", topic=f"/new{number}", type=kind)
+            settle(two)
+            topics = ask(two, "/rosapi/topics")["values"]
+            assert dict(zip(topics["topics"], topics["types"], strict=True))[f"/new{number}"] == kind
+    assert [got.get(timeout=PATIENCE) for _ in range(2)] == ["x", 5]
+
+
 def test_the_last_words_of_a_client_are_heard(serve: Serve, make_node: MakeNode) -> None:
     got: queue.Queue[Any] = queue.Queue()
     make_node("listener").subscribe("words", String, lambda message: got.put(message.data))

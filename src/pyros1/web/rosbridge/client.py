@@ -138,7 +138,7 @@ class Client:
         topic = self._robot.node.resolve(wish.topic)
         self._robot.check_visible(topic)
         if wish.type:
-            kind = self._robot.graph.topic_types().get(topic, "*")
+            kind = self._robot.type_of(topic, wish.type)
             if kind not in ("*", wish.type):
                 raise BridgeError(f"{topic} has messages of the type {kind}, not {wish.type}")
         flow = self._flows.get(wish.topic)

@@ -46,7 +46,7 @@ class Publishers:
         topic = node.resolve(wish.topic)
         self._robot.check_visible(topic)
         cls = load_message(wish.type)
-        known = self._robot.graph.topic_types().get(topic, "*")
+        known = self._robot.type_of(topic, wish.type)
         if known not in ("*", wish.type):
             raise BridgeError(f"{topic} has messages of the type {known}, not {wish.type}")
         mine = self._topics.get(wish.topic)
@@ -96,7 +96,7 @@ class Publishers:
         if name not in self._topics:
             topic = self._robot.node.resolve(name)
             self._robot.check_visible(topic)
-            kind = self._robot.graph.topic_types().get(topic, "*")
+            kind = self._robot.type_of(topic)
             if kind == "*":
                 raise BridgeError(f"nobody has told the type of {topic}: advertise it")
             self.advertise(Advertise(name, kind, False, 0))
