@@ -168,16 +168,24 @@ def test_markers_come_again_when_there_is_a_way_to_their_frame(make_node: Make, 
     node = make_node("robot")
     marker = Marker(ns="n", id=1)
     marker.header.frame_id = "base"
-    node.advertise("/markers", MarkerArray, latch=True).publish(MarkerArray(markers=[marker]))
+    publisher = node.advertise("/markers", MarkerArray, latch=True)
+    publisher.publish(MarkerArray(markers=[marker]))
     watched = watch("scene_topic", topic="/markers", fixed="map")
     first = watched.until(lambda data: data["new"])
     assert first["poses"] == {"base": None} and watched.view.polled
     assert watched.view.take() is None
+    other, gone = Marker(ns="n", id=2), Marker(ns="n", id=3)
+    other.header.frame_id, gone.header.frame_id = "map", "nowhere"
+    publisher.publish(MarkerArray(markers=[other, gone]))
+    assert {*watched.until(lambda data: len(data["new"]) == 2)["poses"]} == {"map", "base", "nowhere"}
+    gone.action = 2
+    publisher.publish(MarkerArray(markers=[gone]))
+    assert watched.until(lambda data: data["gone"])["poses"] == {"base": None}
     link = TransformStamped(child_frame_id="base")
     link.header.frame_id, link.transform.translation.x, link.transform.rotation.w = "map", 2.0, 1.0
     StaticTransformBroadcaster(node).send_transform([link])
     again = watched.until(lambda data: data["poses"]["base"] is not None)
-    assert again["all"] and again["poses"]["base"][0] == 2.0 and [each["id"] for each in again["new"]] == [1]
+    assert again["all"] and again["poses"]["base"][0] == 2.0 and [each["id"] for each in again["new"]] == [1, 2]
     assert watched.view.take() is None
 
 

@@ -56,6 +56,10 @@ class Markers:
         gone = [list(key) for key, version in self._gone.items() if version > seen]
         return self._version, new, gone
 
+    def frames(self) -> set[str]:
+        """Return the frames of all markers."""
+        return {_frame(marker) for _, marker, *_ in self._markers.values()}
+
     def _put(self, marker: Any, now: float) -> None:
         key = (marker.ns, marker.id)
         lifetime = marker.lifetime.to_sec()
@@ -85,7 +89,7 @@ def as_json(marker: Any) -> dict[str, Any]:
         "ns": marker.ns,
         "id": marker.id,
         "type": marker.type,
-        "frame": marker.header.frame_id.lstrip("/"),
+        "frame": _frame(marker),
         "locked": bool(marker.frame_locked),
         "pose": _numbers(place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w),
         "scale": _numbers(size.x, size.y, size.z),
@@ -96,6 +100,11 @@ def as_json(marker: Any) -> dict[str, Any]:
         "mesh": marker.mesh_resource[:1000],
         "materials": bool(marker.mesh_use_embedded_materials),
     }
+
+
+def _frame(marker: Any) -> str:
+    frame: str = marker.header.frame_id.lstrip("/")
+    return frame
 
 
 def _numbers(*values: float) -> list[float]:

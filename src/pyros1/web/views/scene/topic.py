@@ -39,8 +39,8 @@ class SceneTopicView(View):
 
     Pushes the facts of `pyros1.web.scene.shapes` with "frame", "stamp" and "pose", the place of the message's frame at
     its time, or null if that is not known (the message comes again as soon as it is); or
-    ``{"kind": "markers", "new": [...], "gone": [[NS, ID], ...], "poses": {FRAME: POSE}, "all": BOOL}``, where all
-    markers come again as soon as a frame is known that was not.
+    ``{"kind": "markers", "new": [...], "gone": [[NS, ID], ...], "poses": {FRAME: POSE}, "all": BOOL}``, with null for
+    each frame that is not known; all markers come again as soon as one of these is.
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
@@ -170,12 +170,12 @@ class SceneTopicView(View):
                 return None
             before = self._seen
             self._seen, new, gone = markers.changes(self._seen, self.robot.node.now().to_sec())
+            astray = self._astray & markers.frames() if self._astray and before else set()
         if self._seen == before:
             return None
         frames = {marker["frame"] for marker in new}
-        poses = {frame: self.robot.world.pose(self._fixed, frame) for frame in frames}
-        known = self._astray if before else set()
-        self._astray = {*known, *(frame for frame, pose in poses.items() if pose is None)}
+        poses = {frame: self.robot.world.pose(self._fixed, frame) for frame in frames} | dict.fromkeys(astray)
+        self._astray = {frame for frame, pose in poses.items() if pose is None}
         return Push({"kind": "markers", "new": new, "gone": gone if before else [], "poses": poses, "all": not before})
 
     def _arrived(self, arrival: Arrival) -> None:
