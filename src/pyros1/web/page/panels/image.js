@@ -27,6 +27,8 @@ class Picture {
       this.paused = !this.paused;
       this.pause.setAttribute("aria-pressed", String(this.paused));
       fill(this.pause, this.paused ? "Go on" : "Pause");
+      if (!this.paused && this.missed) this._take(...this.missed); // another one may never come
+      this.missed = null;
     } }, "Pause");
     const limit = (index, hint) => h("input", {
       type: "number", step: "any", placeholder: hint, "aria-label": `${hint} value`, title: `the ${hint} value of depth and other pictures of one channel; empty: what the picture has`,
@@ -81,7 +83,7 @@ class Picture {
     this.stream?.close();
     this.stream = null;
     this.topic = topic;
-    this.facts = null;
+    this.facts = this.missed = null;
     this.zoom.reset();
     this.choice.value = topic;
     this.place.problem("");
@@ -91,7 +93,9 @@ class Picture {
     this.stream = this.place.robot.stream("image", { topic }, {
       data: (data, blob) => {
         [this.hz, this.at] = [data.hz, performance.now()];
-        return this.paused ? null : this._take(data, blob);
+        if (!this.paused) return this._take(data, blob);
+        this.missed = [data, blob];
+        return null;
       },
       problem: (text) => this.place.problem(text),
     });
