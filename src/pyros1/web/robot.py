@@ -46,6 +46,7 @@ class Robot:
         make_node: makes the server's node; it raises MasterUnreachableError at once if no master answers.
 
     Attributes:
+        movers: which view publishes joint states on a topic: of several pages, the first.
         when_killed: called, from any thread, when someone else has told the server's node to end.
     """
 
@@ -60,6 +61,7 @@ class Robot:
         self.world = World(self.listen)
         self.files = PackageFiles()
         self.bags = Library(Shelf(access.bags), access.may_see)
+        self.movers: dict[str, object] = {}
         self.trouble = "looking for the master"
         self.when_killed: Callable[[], object] = lambda: None
         self._make_node = make_node
