@@ -76,6 +76,13 @@ def test_poses(topics: Topics, world: World) -> None:
     end()
 
 
+@pytest.mark.parametrize("x", [math.inf, math.nan, 1e308])
+def test_a_frame_that_is_nowhere(topics: Topics, world: World, x: float) -> None:
+    world.look(lambda: None)
+    topics.send(transform("map", "base", x), transform("base", "hand", x, yaw=1.0))
+    assert world.pose("map", "hand") is None  # no numbers that JSON lacks
+
+
 def test_a_time_that_is_not_in_the_buffer_gives_the_latest(topics: Topics, world: World) -> None:
     world.look(lambda: None)
     topics.send(transform("map", "base", 1.0, stamp=1.0))

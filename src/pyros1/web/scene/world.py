@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -87,7 +88,7 @@ class World:
             stamp: the time; the latest if None, or if the buffer does not reach so far.
 
         Returns:
-            The pose; None if there is no connection between the frames.
+            The pose; None if there is no connection between the frames, or a transform has numbers without an end.
         """
         fixed, frame = fixed.lstrip("/"), frame.lstrip("/")
         if fixed == frame:
@@ -98,7 +99,8 @@ class World:
             except TransformException:
                 continue
             move, turn = found.transform.translation, found.transform.rotation
-            return [move.x, move.y, move.z, turn.x, turn.y, turn.z, turn.w]
+            pose = [move.x, move.y, move.z, turn.x, turn.y, turn.z, turn.w]
+            return pose if all(map(math.isfinite, pose)) else None
         return None
 
     def _start_anew_if_time_went_back(self, transforms: Any, publisher: str, now: float) -> None:
