@@ -56,7 +56,10 @@ export class Inspector {
   }
 
   _take(data) {
-    if (!this.data) this._askForWords();
+    if (data.type !== this.data?.type) {
+      this.tree.fields = null; // of another type
+      this._askForWords();
+    }
     this.at = performance.now() - 1000 * data.age;
     this.data = data;
     this.waiting.hidden = true;
@@ -68,7 +71,9 @@ export class Inspector {
   // The names of constants. The type of a new topic may not be known at once.
   async _askForWords(times = 5) {
     try {
-      this.tree.fields = (await this.robot.call("topics.form", { topic: this.topic })).fields;
+      const { type, fields } = await this.robot.call("topics.form", { topic: this.topic });
+      if (type !== this.data.type) throw new Error("another type has come meanwhile");
+      this.tree.fields = fields;
       this.tree.show(this.data.value);
     } catch {
       // without a definition, numbers have no names
