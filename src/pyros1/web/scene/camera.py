@@ -8,7 +8,6 @@ from typing import Any
 
 from pyros1.web.scene.shape import ShapeError
 
-
 _LEAST_LENGTH, _MOST = 1e-6, 1e9
 """The least focal length, and the most of any number, in pixels: beyond these, no camera is meant."""
 
