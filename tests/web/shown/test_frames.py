@@ -84,7 +84,9 @@ def test_when_time_goes_back_all_begins_anew_but_what_is_static() -> None:
     odom = told["odom"]
     assert (round(odom["hz"], 6), round(odom["age"], 6)) == (10, 0.1)
     assert (odom["publishers"], odom["problem"]) == (["/other"], "")
-    assert {*by_name(frames, 1.0)} == {"laser"}  # again, and nothing has come yet
+    frames.add([transform("base", "camera")], "/robot", True, 1.0)  # which had come before
+    assert {*by_name(frames, 3.5)} == {"camera", "laser", "odom"}
+    assert {*by_name(frames, 1.0)} == {"camera", "laser"}  # again, and nothing has come yet
 
 
 def test_too_many_frames_are_counted_only() -> None:

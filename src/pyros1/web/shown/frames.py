@@ -41,7 +41,8 @@ class Frames:
             static: whether it came on /tf_static.
             now: the time in seconds.
         """
-        self._look_at(now)
+        if not static:  # these may have come before somebody looked
+            self._look_at(now)
         for each in transforms:
             child, parent = each.child_frame_id.lstrip("/"), each.header.frame_id.lstrip("/")
             frame = self._frames.get(child)
