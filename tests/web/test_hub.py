@@ -52,16 +52,23 @@ class Subscriptions:
 
     def send(self, topic: str, number: float, latching: bool = False, caller: str = "/talker") -> None:
         raw = AnyMsg(encode(Float64(number)))
-        raw._connection_header = {
+        word = "1" if latching else "0"
+        if not any((link.header["callerid"], link.header["latching"]) == (caller, word) for link in self.links):
+            self.connect(caller, latching)
+        (raw._connection_header,) = (link.header for link in self.links if link.header["callerid"] == caller)
+        self.callbacks[topic](raw)
+
+    def connect(self, caller: str, latching: bool) -> None:
+        """Make the connection of a publisher, in place of the one that it had."""
+        self.links[:] = [link for link in self.links if link.header["callerid"] != caller]
+        header = {
             "type": "std_msgs/Float64",
             "md5sum": Float64._md5sum,
             "message_definition": "float64 data",
             "callerid": caller,
             "latching": "1" if latching else "0",
         }
-        if not any(link.header["callerid"] == caller for link in self.links):
-            self.links.append(SimpleNamespace(header={"callerid": caller}))
-        self.callbacks[topic](raw)
+        self.links.append(SimpleNamespace(header=header))
 
 
 @pytest.fixture
@@ -214,6 +221,11 @@ def test_what_was_latched_is_forgotten_with_its_process(hub: Hub, subscriptions:
     later: list[float] = []
     hub.listen("/a", numbers(later))
     assert later == []
+    subscriptions.send("/a", 3.0, latching=True)
+    subscriptions.connect("/talker", latching=True)  # once more, and has nothing to say yet
+    last: list[float] = []
+    hub.listen("/a", numbers(last))
+    assert (later, last) == ([3.0], [])
 
 
 def test_a_latched_message_may_come_before_its_link_is_listed(hub: Hub, subscriptions: Subscriptions) -> None:
@@ -287,7 +299,7 @@ def test_latched_messages_of_many_publishers_are_bounded(hub: Hub, subscriptions
     for number in range(6):
         raw = AnyMsg(bytes(MOST_BYTES // 4))
         raw._connection_header = {"callerid": f"/talker{number}", "latching": "1"}
-        subscriptions.links.append(SimpleNamespace(header={"callerid": f"/talker{number}"}))
+        subscriptions.links.append(SimpleNamespace(header=raw._connection_header))
         subscriptions.callbacks["/a"](raw)
     later: list[Arrival] = []
     hub.listen("/a", later.append)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from time import monotonic
 from typing import Any
@@ -242,9 +242,15 @@ class _Feed:
         place = object()
         with self._lock:
             if self._latched and self._subscriber is not None:
-                here = {link.header.get("callerid", "") for link in self._subscriber.links if _may_latch(link.header)}
+                headers = [link.header for link in self._subscriber.links if link.header]
+                names = {header.get("callerid", "") for header in headers}
                 new = monotonic() - _JUST_COME
-                self._latched = {name: each for name, each in self._latched.items() if name in here or each.at > new}
+                self._latched = {
+                    name: each
+                    for name, each in self._latched.items()  # each connection has a header of its own
+                    if any(header is each.raw._connection_header for header in headers)
+                    or (name not in names and each.at > new)
+                }
             late = _Late(listener, self._latched.values()) if self._latched else None
             self._listeners[place] = late or listener
             self._called = None
@@ -269,8 +275,6 @@ class _Feed:
                 self._limit()
             if header.get("latching") == "1":
                 self._keep(header.get("callerid", ""), arrival)
-            elif self._latched:
-                self._latched.pop(header.get("callerid", ""), None)  # another process has this name now
         for listener in listeners:
             listener(arrival)
 
@@ -280,7 +284,3 @@ class _Feed:
         size = sum(len(each.raw._buff) for each in self._latched.values())
         while len(self._latched) > _MOST_LATCHED or (size > MOST_BYTES and len(self._latched) > 1):
             size -= len(self._latched.pop(next(iter(self._latched))).raw._buff)
-
-
-def _may_latch(header: Mapping[str, str] | None) -> bool:
-    return header is not None and header.get("latching") != "0"
