@@ -105,7 +105,7 @@ def test_a_map_and_what_changes_in_it(make_node: Make, watch: Make) -> None:
 def test_a_map_whose_frame_comes_late_has_what_changed_meanwhile(
     make_node: Make, watch: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.web.views.scene.topic._MOST_UPDATES", 2)
+    monkeypatch.setattr("pyros1.web.views.scene.topic.MOST_UPDATES", 2)
     node = make_node("mapper")
     grid = OccupancyGrid(data=[0] * 8)
     grid.info.width, grid.info.height = 8, 1
@@ -134,7 +134,7 @@ def test_a_map_whose_frame_comes_late_has_what_changed_meanwhile(
 def test_a_map_that_changes_faster_than_a_page_takes_it_loses_nothing(
     make_node: Make, watch: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.web.views.scene.topic._MOST_UPDATES", 2)
+    monkeypatch.setattr("pyros1.web.views.scene.topic.MOST_UPDATES", 2)
     node = make_node("mapper")
     grid = OccupancyGrid(data=[0] * 8)
     grid.info.width, grid.info.height = 8, 1

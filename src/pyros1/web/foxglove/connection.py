@@ -39,7 +39,7 @@ _AT_ONCE = 4
 _UNSENT = 1 << 20
 """Bytes that the system keeps for a slow connection: what waits there grows old, and nothing newer can overtake it."""
 _MOST_STRANGERS = 1_000
-_AGAIN = 2.0
+TELL_AGAIN = 2.0
 """Seconds after which a publisher that sends another definition than its channel's is told of again."""
 
 
@@ -268,8 +268,8 @@ class Viewer:
     def _learn(self, channel: Channel, header: dict[str, str], now: float) -> None:
         """Take a publisher's header that does not fit; called with each of its messages."""
         stranger = (channel.id, header.get("callerid", ""), header.get("md5sum", ""))
-        told = self._strangers.get(stranger, now - _AGAIN)
-        if now >= told + _AGAIN and (stranger in self._strangers or len(self._strangers) < _MOST_STRANGERS):
+        told = self._strangers.get(stranger, now - TELL_AGAIN)
+        if now >= told + TELL_AGAIN and (stranger in self._strangers or len(self._strangers) < _MOST_STRANGERS):
             self._strangers[stranger] = now
             self._shared.catalogue.learn(channel, header)
             self._call_soon(self._changed.set)

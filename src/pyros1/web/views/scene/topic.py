@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 MARKERS = {"visualization_msgs/Marker", "visualization_msgs/MarkerArray"}
 GRID = "nav_msgs/OccupancyGrid"
 GRID_UPDATE = "map_msgs/OccupancyGridUpdate"
-_MOST_UPDATES = 100
+MOST_UPDATES = 100
 """Most updates of a grid that wait for a slow page; beyond that, they are drawn into the grid as they come."""
 
 
@@ -200,7 +200,7 @@ class SceneTopicView(View):
             return
         with self._lock:
             self._updates.append(arrival)
-            newest, much = self._newest, len(self._updates) > _MOST_UPDATES
+            newest, much = self._newest, len(self._updates) > MOST_UPDATES
         if much and newest is not None and self._grid is not None and _type(newest) == GRID:
             with self._drawing, suppress(MessageError, ShapeError):  # of the grid, which `take` tells
                 self._draw(self._grid, newest)
