@@ -15,6 +15,7 @@ from pyros1.ground.errors import Error
 from pyros1.msgs.actionlib_tutorials.msg import FibonacciAction, FibonacciFeedback, FibonacciResult
 from pyros1.msgs.std_srvs.srv import SetBool, SetBoolResponse
 from pyros1.reconfigure import Parameters, Server
+from pyros1.web.links import panel_link
 
 PATIENCE = 20.0
 Make = Callable[..., Any]
@@ -172,6 +173,17 @@ def test_a_nodes_loggers_and_its_end(browser: Browser, web: Web, make_node: Make
     browser.click(".asking button", "Yes")
     assert ended.wait(PATIENCE)
     browser.wait_for_text("this node is gone")
+
+
+def test_a_node_that_is_started_again_has_its_new_address(browser: Browser, web: Web, make_node: Make) -> None:
+    shown = "[...document.querySelectorAll('.details .mono')].some((each) => each.textContent === arguments[0])"
+    first = make_node("robot")
+    browser.open(panel_link(web.link, "nodes", {"selected": "/robot"}))
+    browser.wait(shown, first.uri)
+    first.shutdown()
+    second = make_node("robot")
+    assert second.uri != first.uri
+    browser.wait(shown, second.uri)
 
 
 def test_goals_of_an_action(browser: Browser, web: Web, make_node: Make) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
+from math import isfinite
 from time import monotonic
 from typing import Any, NamedTuple
 
@@ -162,8 +163,10 @@ def flows(stats: Any) -> list[Flow]:
             case [str(topic), _, list(connections)]:
                 for connection in connections[:_MOST_NUMBERS]:
                     match connection:
-                        case [number, int(size), int(count), *_]:
-                            found.append(Flow(foreign(topic), number, count, size))
+                        case [number, int() | float() as size, int() | float() as count, *_] if (
+                            isfinite(size) and isfinite(count)  # floats are numbers that are too large for XML-RPC
+                        ):
+                            found.append(Flow(foreign(topic), number, int(count), int(size)))
     return found
 
 

@@ -39,6 +39,15 @@ def test_a_lifetime_ends() -> None:
     assert markers.changes(version, 10.5)[2] == [["n", 1]]
 
 
+def test_a_lifetime_ends_when_time_goes_back() -> None:
+    markers = Markers()
+    markers.add([marker(1, lifetime=0.5), marker(2)], 600.0)
+    version, _, _ = markers.changes(0, 600.1)
+    assert markers.changes(version, 2.0)[2] == [["n", 1]]  # a bag begins again
+    markers.add([marker(3, lifetime=0.5)], 2.0)
+    assert [each["id"] for each in markers.changes(version, 1.99)[1]] == [3]
+
+
 @given(st.lists(st.tuples(st.integers(0, 3), st.sampled_from([0, 2, 3, 7]), st.booleans()), max_size=40))
 def test_who_looks_now_and_then_knows_the_same_as_who_looks_once(steps: list[tuple[int, int, bool]]) -> None:
     markers, known, seen = Markers(), {}, 0

@@ -8,6 +8,9 @@ from typing import Any
 
 from pyros1.web.scene.shape import ShapeError
 
+_LEAST_LENGTH, _MOST = 1e-6, 1e9
+"""The least focal length, and the most of any number, in pixels: beyond these, no camera is meant."""
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -48,7 +51,7 @@ def pinhole(info: Any) -> Camera:
     """
     rows = [*info.P] if info.P[0] else [*info.K[:3], 0.0, *info.K[3:6], 0.0]
     fx, cx, fy, cy = rows[0], rows[2], rows[5], rows[6]
-    if not all(map(math.isfinite, rows)) or fx <= 0 or fy <= 0:
+    if not all(map(math.isfinite, rows)) or min(fx, fy) < _LEAST_LENGTH or max(map(abs, rows)) > _MOST:
         raise ShapeError("the CameraInfo has no focal lengths (P and K): the camera is not calibrated")
     part = info.roi
     across, down = max(1, info.binning_x), max(1, info.binning_y)

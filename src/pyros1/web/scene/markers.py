@@ -13,6 +13,8 @@ MOST_MARKERS = 20_000
 """Most markers of a topic; the oldest leave first."""
 MOST_POINTS = 200_000
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
+_BACK = 0.5
+"""Seconds by which the time goes back when a bag or a simulation begins again."""
 
 Key = tuple[str, int]
 
@@ -21,7 +23,7 @@ class Markers:
     """The markers of a topic, and what has changed since somebody looked."""
 
     def __init__(self) -> None:
-        self._markers: dict[Key, tuple[int, Any, float]] = {}  # version, marker, when it ends
+        self._markers: dict[Key, tuple[int, Any, float, float]] = {}  # version, marker, when it came, and ends
         self._version = 0
         self._gone: dict[Key, int] = {}
 
@@ -47,12 +49,16 @@ class Markers:
         Returns:
             The version now, the markers that are new or different, and the namespaces and numbers of those that left.
         """
-        for key in [key for key, (_, _, ends) in self._markers.items() if ends <= now]:
+        for key in [key for key, (*_, came, ends) in self._markers.items() if _has_ended(came, ends, now)]:
             self._version += 1
             self._remove(key)
-        new = [as_json(marker) for version, marker, _ in self._markers.values() if version > seen]
+        new = [as_json(marker) for version, marker, *_ in self._markers.values() if version > seen]
         gone = [list(key) for key, version in self._gone.items() if version > seen]
         return self._version, new, gone
+
+    def frames(self) -> set[str]:
+        """Return the frames of all markers."""
+        return {_frame(marker) for _, marker, *_ in self._markers.values()}
 
     def _put(self, marker: Any, now: float) -> None:
         key = (marker.ns, marker.id)
@@ -61,7 +67,7 @@ class Markers:
         self._gone.pop(key, None)
         if len(self._markers) >= MOST_MARKERS:
             self._remove(next(iter(self._markers)))
-        self._markers[key] = (self._version, marker, now + lifetime if lifetime > 0 else math.inf)
+        self._markers[key] = (self._version, marker, now, now + lifetime if lifetime > 0 else math.inf)
 
     def _remove(self, key: Key) -> None:
         if self._markers.pop(key, None) is not None:
@@ -71,6 +77,11 @@ class Markers:
             self._gone[key] = self._version
 
 
+def _has_ended(came: float, ends: float, now: float) -> bool:
+    """Return whether a marker's lifetime is over; it is, too, if the time has gone back to before it came."""
+    return ends < math.inf and not came - _BACK < now < ends
+
+
 def as_json(marker: Any) -> dict[str, Any]:
     """Return a marker for JSON."""
     place, turn, size = marker.pose.position, marker.pose.orientation, marker.scale
@@ -78,7 +89,7 @@ def as_json(marker: Any) -> dict[str, Any]:
         "ns": marker.ns,
         "id": marker.id,
         "type": marker.type,
-        "frame": marker.header.frame_id.lstrip("/"),
+        "frame": _frame(marker),
         "locked": bool(marker.frame_locked),
         "pose": _numbers(place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w),
         "scale": _numbers(size.x, size.y, size.z),
@@ -89,6 +100,11 @@ def as_json(marker: Any) -> dict[str, Any]:
         "mesh": marker.mesh_resource[:1000],
         "materials": bool(marker.mesh_use_embedded_materials),
     }
+
+
+def _frame(marker: Any) -> str:
+    frame: str = marker.header.frame_id.lstrip("/")
+    return frame
 
 
 def _numbers(*values: float) -> list[float]:

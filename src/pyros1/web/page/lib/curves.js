@@ -1,6 +1,7 @@
 // Points of curves over time, and what of them a chart of some width shows.
 
 const ROOM = 1024;
+const BACK = 0.1; // seconds: by more, a time goes back only when a bag or a simulation begins again
 
 export class Points {
   constructor() {
@@ -15,14 +16,23 @@ export class Points {
     return this.end - this.start;
   }
 
-  // Add points, whose times grow; a time that goes back (a simulation began again) starts anew.
+  // Add points, whose times grow; a time that goes back, wherever it is among them, starts anew.
   add(times, values) {
-    if (!times.length) return;
-    if (this.length && times[0] < this.times[this.end - 1] - 1) this.start = this.end = 0;
-    this._makeRoom(times.length);
-    this.times.set(times, this.end);
-    this.values.set(values, this.end);
-    this.end += times.length;
+    let newest = this.length ? this.times[this.end - 1] : -Infinity;
+    let first = 0;
+    times.forEach((time, index) => {
+      if (time < newest - BACK) {
+        this.start = this.end = 0;
+        first = index;
+        newest = time;
+      }
+      newest = Math.max(newest, time);
+    });
+    this._makeRoom(times.length - first);
+    for (let index = first; index < times.length; index += 1, this.end += 1) {
+      this.times[this.end] = Math.max(times[index], this.length ? this.times[this.end - 1] : -Infinity); // a clock was set right
+      this.values[this.end] = values[index];
+    }
   }
 
   // Forget what is older than a time, and the oldest of too many.

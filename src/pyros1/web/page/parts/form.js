@@ -177,8 +177,7 @@ function readNumber(text, kind) {
   const [least, most] = signed ? [-(2n ** BigInt(bits)), 2n ** BigInt(bits) - 1n] : [0n, 2n ** BigInt(bits) - 1n];
   const whole = BigInt(word.replace("+", ""));
   if (whole < least || whole > most) return { problem: `${kind} is from ${least} to ${most}` };
-  if (!Number.isSafeInteger(Number(whole))) return { problem: "numbers beyond 2^53 cannot be sent from here" };
-  return { value: Number(whole) };
+  return { value: Number.isSafeInteger(Number(whole)) ? Number(whole) : String(whole) }; // JavaScript would round it
 }
 
 function timeText(value) {
@@ -198,7 +197,7 @@ function readTime(text, kind) {
   const [, sign, whole, part = ""] = match;
   if (sign && kind === "time") return { problem: "times are not negative" };
   let [secs, nsecs] = [Number(whole), Number(part.padEnd(9, "0"))];
-  if (secs >= 2 ** 31) return { problem: "too many seconds" };
+  if (secs >= 2 ** (kind === "time" ? 32 : 31)) return { problem: "too many seconds" };
   if (sign) [secs, nsecs] = nsecs ? [-secs - 1, 1e9 - nsecs] : [-secs, 0];
   return { value: { secs, nsecs } };
 }

@@ -29,6 +29,7 @@ const OPTIONS = {
   Pose: { tint: TINT, axes: AXES }, PoseArray: { tint: TINT, axes: AXES }, PoseWithCovariance: { tint: TINT, covariance: COVARIANCE, axes: AXES },
 };
 const NUMBERS = new Float32Array(0);
+const IDENTITY = [0, 0, 0, 0, 0, 0, 1];
 
 export class Display {
   // kind: rviz's name of the display; changed(): called when it looks different without a push; pictures(): topics of them.
@@ -85,6 +86,10 @@ export class Display {
   }
 
   take(data, blob) {
+    if (data.kind !== "patch" && data.kind !== this.drawn) {
+      if (this.drawn) this._forget(); // the topic has another type now
+      this.drawn = data.kind;
+    }
     if (data.kind === "markers") {
       this._markers(data);
       return;
@@ -231,6 +236,12 @@ export class Display {
   _drop(child) {
     this.object.remove(child);
     dispose(child);
+  }
+
+  _forget() {
+    this._clear();
+    this.points = this.plane = this.markers = this.last = this.told = undefined;
+    put(this.object, IDENTITY);
   }
 
   _clear() {
