@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import threading
+import tracemalloc
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from pyros1.ground.errors import MasterUnreachableError, NodeError
-from pyros1.msgs import AnyMsg
+from pyros1.ground.errors import MasterUnreachableError, MessageError, NodeError
+from pyros1.msgs import AnyMsg, from_definition
+from pyros1.msgs.geometry_msgs.msg import PointStamped
+from pyros1.msgs.nav_msgs.msg import OccupancyGrid
 from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.observe.decoder import Decoder
 from pyros1.web.hub import MOST_BYTES, Arrival, Hub
 
 from ..bodies import encode
@@ -304,3 +308,38 @@ def test_latched_messages_of_many_publishers_are_bounded(hub: Hub, subscriptions
     later: list[Arrival] = []
     hub.listen("/a", later.append)
     assert [each.raw._connection_header["callerid"] for each in later] == [f"/talker{n}" for n in range(2, 6)]  # type: ignore[index]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fits"),
+    [
+        ("Point point", "Point point", True),
+        ("Point point", "Point point\nint8 more", True),
+        ("Point point", "Point[] point", False),  # with the same checksum
+        ("float64 z", "string z", False),
+        ("string frame_id", "string frame", False),
+    ],
+)
+def test_fields_that_are_relied_on_are_there(old: str, new: str, fits: bool) -> None:
+    cls = from_definition("geometry_msgs/PointStamped", PointStamped._full_text.replace(old, new))
+    raw = AnyMsg(encode(cls()))
+    raw._connection_header = {"type": cls._type, "md5sum": cls._md5sum, "message_definition": cls._full_text}
+    arrival = Arrival(raw, 0.0, 0.0, Decoder())
+    assert type(arrival.message) is type(cls()) or arrival.message._full_text == cls._full_text
+    if fits:
+        assert arrival.usual is arrival.message
+    else:
+        with pytest.raises(MessageError, match=r"other fields in \w+/\w+ than there are here"):
+            _ = arrival.usual
+
+
+def test_arrays_of_large_messages_take_no_more_than_their_bytes() -> None:
+    grid = OccupancyGrid(data=[7] * 1_000_000)
+    raw = AnyMsg(encode(grid))
+    raw._connection_header = {"type": grid._type, "md5sum": grid._md5sum, "message_definition": grid._full_text}
+    arrival = Arrival(raw, 0.0, 0.0, Decoder())
+    tracemalloc.start()
+    message: Any = arrival.arrays
+    assert tracemalloc.get_traced_memory()[0] < 1_000_000  # a list takes 8
+    tracemalloc.stop()
+    assert arrival.arrays is message and message.data.sum() == 7_000_000

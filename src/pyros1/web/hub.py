@@ -9,11 +9,16 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from functools import lru_cache
 from time import monotonic
 from typing import Any
 
-from pyros1.ground.errors import Error
-from pyros1.msgs import AnyMsg, Message
+import numpy as np
+
+from pyros1.ground.errors import Error, MessageError
+from pyros1.ground.shown import foreign
+from pyros1.msgs import AnyMsg, Message, load_message
+from pyros1.msgs.array_views import numpy_view
 from pyros1.observe.decoder import Decoder
 from pyros1.web.server.threads import Threads
 
@@ -26,6 +31,7 @@ _JUST_COME = 1.0
 """Seconds after a message within which its link may not be listed yet: within a process it brings the message first."""
 _AT_ONCE = 16
 """Most topics that are subscribed to at the same time; more wait."""
+_view = numpy_view(np)
 Listener = Callable[["Arrival"], object]
 """Called with each message, in a thread of the node. It must be quick, and raises nothing."""
 
@@ -39,7 +45,7 @@ class Arrival:
         at: when it came, in seconds of `time.monotonic`.
     """
 
-    __slots__ = ("_decoder", "_message", "at", "raw", "time")
+    __slots__ = ("_arrays", "_decoder", "_message", "at", "raw", "time")
 
     def __init__(self, raw: AnyMsg, time: float, at: float, decoder: Decoder) -> None:
         self.raw = raw
@@ -47,6 +53,7 @@ class Arrival:
         self.at = at
         self._decoder = decoder
         self._message: Message | None = None
+        self._arrays: Message | None = None
 
     @property
     def message_class(self) -> type[Message]:
@@ -67,6 +74,45 @@ class Arrival:
         if self._message is None:
             self._message = self._decoder.decode(self.raw)
         return self._message
+
+    @property
+    def usual(self) -> Message:
+        """The decoded message, with all fields that its type has here, of the same types.
+
+        Raises:
+            MessageError: as `message`; or the type is another one at its publisher, or is not known here.
+        """
+        self._check_fields()
+        return self.message
+
+    @property
+    def arrays(self) -> Message:
+        """The same with numpy arrays of numbers, which take no more memory than their bytes: maps have many cells.
+
+        Raises:
+            MessageError: as `usual`.
+        """
+        if self._arrays is None:
+            self._check_fields()
+            self._arrays = self.message_class._decode_arrays(self.raw._buff, 0, len(self.raw._buff), _view)
+        return self._arrays
+
+    def _check_fields(self) -> None:
+        cls = self.message_class
+        if not _has_usual_fields(cls):
+            raise MessageError(f"its publisher has other fields in {foreign(cls._type)} than there are here")
+
+
+@lru_cache(1_000)
+def _has_usual_fields(cls: type[Message]) -> bool:
+    """Return whether a class has all fields of the class of the same name that is installed here.
+
+    Checksums do not tell: they are the same for a message and an array of such messages.
+    """
+    classes = (cls, load_message(cls._type))
+    mine, usual = (dict(zip(each.__slots__, each._slot_types, strict=True)) for each in classes)
+    nested = [cls._classes[base] for kind in usual.values() if (base := kind.partition("[")[0]) in cls._classes]
+    return usual.items() <= mine.items() and all(map(_has_usual_fields, nested))
 
 
 class Hub:

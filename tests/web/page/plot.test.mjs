@@ -5,7 +5,7 @@ import test from "node:test";
 
 import { Points, grid, sample } from "../../../src/pyros1/web/page/lib/curves.js";
 import { seconds } from "../../../src/pyros1/web/page/lib/format.js";
-import { axisWidth, marks } from "../../../src/pyros1/web/page/parts/plot/words.js";
+import { axisWidth, countable, marks, spread } from "../../../src/pyros1/web/page/parts/plot/words.js";
 import { written } from "../../../src/pyros1/web/page/parts/tree.js";
 
 test("marks of an axis differ, and are as short as that allows", () => {
@@ -56,4 +56,18 @@ test("integers are written whole, and times exactly", () => {
   for (const [secs, nsecs, text] of [[1, 5, "1.000000005"], [-1, 500000000, "-0.500000000"], [-2, 999999999, "-1.000000001"], [-2, 0, "-2.000000000"], [4294967295, 0, "4294967295.000000000"]]) {
     assert.equal(seconds({ secs, nsecs }), text);
   }
+});
+
+test("between the ends of an axis one can count", () => {
+  const numbers = [0, 1, -1, 0.1, 0.1 + 2e-17, 1e16, 1e16 + 2, 1e17, 1e17 + 16, 1e308, 1.7e308, -1.7e308, 5e-324, -1e-320, 1e-300];
+  for (const one of numbers) for (const other of numbers) {
+    const [least, most] = [one, other].sort((first, second) => first - second);
+    for (const ends of [spread(least, most), ...(least < most ? [countable([least, most])] : [])]) {
+      const step = (ends[1] - ends[0]) / 1000;
+      assert.ok(Number.isFinite(step) && ends[0] <= Math.max(least, -8e307) && ends[1] >= Math.min(most, 8e307), String(ends));
+      for (const end of ends) assert.ok(step < 1e-300 || end + step > end, `${least} to ${most}: ${ends}`);
+    }
+  }
+  assert.deepEqual(countable([-Infinity, Infinity]), [-8e307, 8e307]);
+  assert.deepEqual(countable([0, 2]), [0, 2]);
 });

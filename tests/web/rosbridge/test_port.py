@@ -241,7 +241,7 @@ def test_call_service(serve: Serve, make_node: MakeNode, compression: str) -> No
             assert word in answer["values"]
 
 
-def test_a_service_of_a_client(serve: Serve, make_node: MakeNode) -> None:
+def test_a_service_of_a_client(serve: Serve, make_node: MakeNode, capfd: pytest.CaptureFixture[str]) -> None:
     caller = make_node("caller")
     server = serve(token="")
     answers: queue.Queue[Any] = queue.Queue()
@@ -281,6 +281,11 @@ def test_a_service_of_a_client(serve: Serve, make_node: MakeNode) -> None:
         id = hear(socket_)["id"]
         tell(socket_, "service_response", id=id, service="/switch", values={"wrong": 1}, result=True)
         assert "wrong" in answers.get(timeout=PATIENCE)
+        begin()
+        id = hear(socket_)["id"]
+        tell(socket_, "service_response", id=id, service="/switch", values={"success": []}, result=True)
+        assert "gave a wrong answer: field success is not a bool" in answers.get(timeout=PATIENCE)
+        assert capfd.readouterr().err == ""
         begin()
         hear(socket_)
     assert "gone" in answers.get(timeout=PATIENCE)

@@ -56,6 +56,12 @@ def test_cameras_that_are_not_calibrated(rows: list[float]) -> None:
         pinhole(info(P=rows, K=[0.0] * 9))
 
 
+@pytest.mark.parametrize(("place", "number"), [(0, 1e-300), (2, 1e300), (3, -1e200), (5, 5e-324), (7, 1.7e308)])
+def test_absurd_cameras_are_not_calibrated(place: int, number: float) -> None:
+    with pytest.raises(ShapeError, match="not calibrated"):
+        pinhole(info(P=[number if index == place else value for index, value in enumerate(P)]))
+
+
 def test_pictures_of_another_size() -> None:
     camera = Camera(500.0, 510.0, 319.5, 239.5, 0.0, 0.0, 640, 480)
     assert camera.resized(640, 480) is camera

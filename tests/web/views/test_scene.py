@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.msgs import AnyMsg
+from pyros1.msgs import AnyMsg, from_definition
 from pyros1.msgs.geometry_msgs.msg import PoseStamped, TransformStamped
 from pyros1.msgs.map_msgs.msg import OccupancyGridUpdate
 from pyros1.msgs.nav_msgs.msg import OccupancyGrid
@@ -216,6 +216,27 @@ def test_a_topic_whose_type_changes_while_it_is_shown(make_node: Make, watch: Ma
             assert shown != "markers" or (push.data["all"] and len(push.data["new"]) == 1)
         node.shutdown()
     end()
+
+
+def test_an_array_without_markers(make_node: Make, watch: Make, capfd: pytest.CaptureFixture[str]) -> None:
+    arrays = make_node("robot").advertise("/markers", MarkerArray, latch=True)
+    arrays.publish(MarkerArray())
+    watched = watch("scene_topic", topic="/markers", fixed="map")
+    assert arrays.wait_for_subscribers(timeout=PATIENCE)
+    arrays.publish(MarkerArray(markers=[Marker(id=7)]))
+    watched.until(lambda data: [each["id"] for each in data["new"]] == [7])
+    assert capfd.readouterr().err == ""
+
+
+def test_markers_of_another_definition_are_told(
+    make_node: Make, watch: Make, capfd: pytest.CaptureFixture[str]
+) -> None:
+    other = from_definition("visualization_msgs/Marker", Marker._full_text.replace("int32 id", "string[] id"))
+    make_node("robot").advertise("/markers", other, latch=True).publish(other())
+    watched = watch("scene_topic", topic="/markers", fixed="map")
+    with pytest.raises(RequestError, match="other fields in visualization_msgs/Marker"):
+        watched.until(lambda data: False)
+    assert capfd.readouterr().err == ""
 
 
 def test_a_cloud_by_a_field_of_ones_choice(make_node: Make, watch: Make, robot: Robot) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -12,6 +11,7 @@ from pyros1.ground.timing import Time
 from pyros1.tf.buffer import Buffer
 from pyros1.tf.errors import TransformException
 from pyros1.web.hub import Arrival
+from pyros1.web.scene.shape import GREATEST
 
 Listen = Callable[[str, Callable[[Arrival], object]], Callable[[], None]]
 Pose = list[float]
@@ -100,7 +100,7 @@ class World:
                 continue
             move, turn = found.transform.translation, found.transform.rotation
             pose = [move.x, move.y, move.z, turn.x, turn.y, turn.z, turn.w]
-            return pose if all(map(math.isfinite, pose)) else None
+            return pose if all(abs(each) < GREATEST for each in pose) else None
         return None
 
     def _start_anew_if_time_went_back(self, transforms: Any, publisher: str, now: float) -> None:

@@ -45,7 +45,7 @@ class FramesView(View):
         now = self.robot.node.now().to_sec()
         with self._lock:
             problem = next((text for text, seen in self._problems.values() if seen > monotonic() - _LASTS), "")
-            return Push({**_plain(self._frames.describe(now)), "problem": problem})
+            return Push({**plain(self._frames.describe(now)), "problem": problem})
 
     def close(self) -> None:
         for end in self._ends:
@@ -71,7 +71,7 @@ class FramesView(View):
                 self._problems = {publisher: (text, monotonic()), **dict([*self._problems.items()][:_MOST_PROBLEMS])}
 
 
-def _plain(facts: dict[str, Any]) -> dict[str, Any]:
+def plain(facts: dict[str, Any]) -> dict[str, Any]:
     """Replace the numbers that JSON does not have."""
     for frame in facts["frames"]:
         frame["transform"] = [value if math.isfinite(value) else None for value in frame["transform"]]

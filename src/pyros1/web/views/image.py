@@ -46,10 +46,10 @@ def picture(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
 
     Raises:
         RequestError: see `check_picture`; or it would unpack to more than a page can hold.
-        MessageError: see `Arrival.message`.
+        MessageError: see `Arrival.usual`.
     """
     kind = check_picture(arrival)
-    message: Any = arrival.message
+    message: Any = arrival.usual
     data = bytes(message.data)
     facts = {"type": kind, "frame": message.header.frame_id, "stamp": message.header.stamp.to_sec()}
     if kind == COMPRESSED:

@@ -196,11 +196,11 @@ class JointsView(View):
 
     def _arrived(self, arrival: Arrival) -> None:
         try:
-            message: Any = arrival.message
-            pairs = list(zip(message.name, message.position, strict=False))
+            message: Any = arrival.usual
+            pairs = [each for each in zip(message.name, message.position, strict=False) if math.isfinite(each[1])]
+            with self._lock:
+                if self._states is not None:
+                    known = self._states.kinds
+                    self._heard.update((name, at) for name, at in pairs if name in known)
         except (MessageError, AttributeError, TypeError):
             return  # something else than joint states
-        with self._lock:
-            if self._states is not None:
-                known = self._states.kinds
-                self._heard.update((name, at) for name, at in pairs if name in known and math.isfinite(at))

@@ -97,8 +97,11 @@ export function sample(points, { step, first, columns }) {
   let index = Math.max(points.start, points.indexOf(first * step) - 1); // the line begins outside
   const { times, values, end } = points;
   const last = (first + columns + 1) * step;
+  let next = 0; // column; by rounding, a time at an edge may seem to be in the column before
   while (index < end && times[index] < last) {
-    const column = Math.max(0, Math.floor(times[index] / step) - first);
+    const column = Math.max(next, Math.floor(times[index] / step) - first);
+    if (column > columns) break;
+    next = column + 1;
     const limit = (first + column + 1) * step;
     let least = index;
     let most = index;

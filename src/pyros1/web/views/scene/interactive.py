@@ -80,7 +80,7 @@ class SceneInteractiveView(View):
             self._problem = f"{self._base} has no interactive markers, but {kind}"
             return
         try:
-            message: Any = arrival.message
+            message: Any = arrival.usual
         except MessageError as error:
             self._problem = str(error)
             return

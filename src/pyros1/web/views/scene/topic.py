@@ -21,7 +21,7 @@ from pyros1.web.views.view import View, number, text
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-MARKERS = {"visualization_msgs/Marker", "visualization_msgs/MarkerArray"}
+MARKER, MARKERS = "visualization_msgs/Marker", "visualization_msgs/MarkerArray"
 GRID = "nav_msgs/OccupancyGrid"
 GRID_UPDATE = "map_msgs/OccupancyGridUpdate"
 MOST_UPDATES = 100
@@ -85,7 +85,7 @@ class SceneTopicView(View):
         if kind != GRID and kind not in CLOUDS and kind not in SHAPES:
             raise RequestError(f"messages of {kind} cannot be drawn")
         new = arrival is not self._shown
-        message: Any = arrival.message
+        message: Any = arrival.arrays
         header = message.header
         if self._lost and not new and self._pose(kind, header) is None:
             return None
@@ -139,7 +139,7 @@ class SceneTopicView(View):
             with suppress(RequestError):  # pages may not see them
                 self._end_updates = self.robot.listen(self._topic + UPDATES, self._updated)
         with self._drawing:
-            if new and self._grid.message is arrival.message:
+            if new and self._grid.message is arrival.arrays:
                 self._grid.forget()  # the page asks for all again
             self._draw(self._grid, arrival)
             wrong, self._wrong = self._wrong, None
@@ -152,13 +152,13 @@ class SceneTopicView(View):
         """Bring the grid up to date. Of updates that do not fit, one is kept, to be told of."""
         with self._lock:
             updates, self._updates = self._updates, []
-        message: Any = arrival.message
+        message: Any = arrival.arrays
         if grid.message is not message:
             grid.put(message)
         for update in updates:
             if update.at >= arrival.at:
                 try:
-                    grid.update(update.message)
+                    grid.update(update.arrays)
                 except (ShapeError, MessageError) as error:
                     self._wrong = error
 
@@ -179,17 +179,17 @@ class SceneTopicView(View):
         return Push({"kind": "markers", "new": new, "gone": gone if before else [], "poses": poses, "all": not before})
 
     def _arrived(self, arrival: Arrival) -> None:
-        if _type(arrival) in MARKERS:
+        kind = _type(arrival)
+        if kind in (MARKER, MARKERS):
             try:
-                message: Any = arrival.message
+                message: Any = arrival.usual
+                with self._lock:
+                    if self._markers is None:
+                        self._markers, self._seen = Markers(), 0
+                    self._markers.add([message] if kind == MARKER else message.markers, arrival.time)
+                self._problem = ""
             except MessageError as error:
                 self._problem = str(error)
-                return
-            with self._lock:
-                if self._markers is None:
-                    self._markers, self._seen = Markers(), 0
-                self._markers.add(getattr(message, "markers", [message]), arrival.time)
-                self._problem = ""
         else:
             with self._lock:
                 self._newest, self._markers, self._problem = arrival, None, ""

@@ -200,7 +200,8 @@ export class Display {
     this.plane ||= this._own(new MapPlane());
     this._style();
     this.plane.set(data, new Int8Array(blob.buffer, blob.offset));
-    this.word = `${data.width} × ${data.height} cells`;
+    const { every } = this.plane;
+    this.word = `${data.width} × ${data.height} cells${every > 1 ? `, one of ${every} across and down is shown` : ""}`;
   }
 
   _markers(data) {
