@@ -270,7 +270,7 @@ def test_places_are_measured_and_published(browser: Browser, web: Web, robot: An
     points: list[Any] = []
     robot.subscribe("/clicked_point", PointStamped, points.append)
     browser.open(panel_link(web.link, "scene", {"fixed": "map", "topics": ["/box"]}))
-    browser.wait(f"{display('/box')}?.word === '1 markers'")
+    browser.wait(f"{display('/box')}?.word === '1 marker'")
     browser.choose("select[aria-label=view]", "flat")
     click = """
         const canvas = document.querySelector('.scene canvas'), box = canvas.getBoundingClientRect();

@@ -25,8 +25,12 @@ _MOST_NUMBERS = 100_000
 """Most connections of a node that are counted."""
 
 
+_LENGTH = 4
+"""Bytes that say how long a message is, which nodes count, too."""
+
+
 class Flow(NamedTuple):
-    """What a node has sent on a connection since it was made."""
+    """What a node has sent on a connection since it was made: messages, and their bytes."""
 
     topic: str
     number: Any
@@ -163,7 +167,7 @@ def flows(stats: Any) -> list[Flow]:
                 for connection in connections[:_MOST_NUMBERS]:
                     match connection:
                         case [number, int(size), int(count), *_]:
-                            found.append(Flow(foreign(topic), number, count, size))
+                            found.append(Flow(foreign(topic), number, count, max(0, size - _LENGTH * count)))
     return found
 
 

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { axisWidth, marks } from "../../../src/pyros1/web/page/parts/plot/words.js";
+import { axisWidth, expand, marks } from "../../../src/pyros1/web/page/parts/plot/words.js";
 
 test("marks of an axis differ, and are as short as that allows", () => {
   for (const [ticks, texts] of [
@@ -22,4 +22,15 @@ test("marks of an axis differ, and are as short as that allows", () => {
 test("an axis has room for its marks", () => {
   assert.equal(axisWidth(null, null), axisWidth(null, ["0.5"]));
   assert.ok(axisWidth(null, ["1795706846.5"]) >= 12 * 7 + 20);
+});
+
+test("words of rqt_plot, slices and expressions are curves", () => {
+  for (const [text, curves] of [
+    ["/a/x:y:z", ["/a/x", "/a/y", "/a/z"]],
+    ["/a/x,/b[0:2]/y", ["/a/x", "/b[0:2]/y"]],
+    ["/a/m:n", ["/a/m", "/a/n"]],
+    ["/a: hypot(m.x, m.y)", ["/a: hypot(m.x, m.y)"]],
+    ["/a:m.x*2", ["/a:m.x*2"]],
+    ["/a/x,/b: m.y * 2", ["/a/x", "/b: m.y * 2"]],
+  ]) assert.deepEqual(expand(text), curves);
 });

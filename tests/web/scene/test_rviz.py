@@ -97,7 +97,6 @@ def test_what_the_panel_shows() -> None:
     assert notes == [
         "LaserScan 'Scan': not here: Decay Time",
         "PlanningScene 'Planning': there is no display moveit_rviz_plugin/PlanningScene",
-        "the tool SetGoal publishes on /move_base_simple/goal, not on /goal",
         "there is no tool my_tools/Plant",
         "there is no panel my_panels/Buttons",
     ]

@@ -104,6 +104,9 @@ function theme() {
   window.dispatchEvent(new Event("themechange"));
 }
 
+// The system may change it, too, as at sunset.
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => window.dispatchEvent(new Event("themechange")));
+
 function drawState() {
   const lost = robot.state === "connected" && robot.lost;
   state.className = `state ${lost ? "lost" : robot.state}`;

@@ -1,5 +1,7 @@
 // Numbers and times as people read them.
 
+const SIMULATED = 1e8; // seconds: times before this, in 1973, are those of a simulation
+
 export function number(value, digits = 4) {
   if (typeof value !== "number") return String(value);
   if (Number.isInteger(value) && Math.abs(value) < 1e15) return String(value);
@@ -27,9 +29,14 @@ export function bytes(count, unit = "B") {
 
 export function clock(seconds) {
   const date = new Date(seconds * 1000);
-  if (seconds < 1e8) return seconds.toFixed(3); // simulated time
+  if (seconds < SIMULATED) return seconds.toFixed(3);
   const two = (value) => String(value).padStart(2, "0");
   return `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}.${String(date.getMilliseconds()).padStart(3, "0")}`;
+}
+
+// Date and time, as those of a bag; a simulation has seconds only.
+export function moment(seconds) {
+  return seconds < SIMULATED ? `${seconds.toFixed(2)} s` : new Date(seconds * 1000).toLocaleString();
 }
 
 export function plural(count, word) {

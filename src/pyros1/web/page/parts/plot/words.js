@@ -4,11 +4,13 @@ import { number } from "../../lib/format.js";
 
 const SHORT = 8; // letters of a number
 
+const EXPRESSION = /^\s*[\w/]+\s*:(?=[^,]*[^\w/:,]).*\bm\b/s; // what is behind the colon is no name of a field
+
 // /a/x:y and /a,/b stand for several curves; an expression stands for itself.
 export function expand(text) {
-  if (text.includes(": ") || text.includes("(")) return [text];
+  if (EXPRESSION.test(text)) return [text];
   return text.split(",").flatMap((part) => {
-    if (part.includes("[")) return [part];
+    if (part.includes("[") || EXPRESSION.test(part)) return [part];
     const [head, ...others] = part.trim().split(":");
     const folder = head.slice(0, head.lastIndexOf("/"));
     return [head, ...others.map((other) => `${folder}/${other}`)];
