@@ -30,7 +30,7 @@ def split_expression(text: str) -> tuple[str, str] | None:
 
 
 def expand(name: str) -> list[str]:
-    """Return the fields that an argument names: three for ``/t/x:y:z``, two for ``/t/x,/u/y``; see `split_expression`."""
+    """Return the fields that an argument has: three for ``/t/x:y:z``, two for ``/t/x,/u/y``, one for an expression."""
     if split_expression(name):
         return [name]
     names = []

@@ -75,6 +75,7 @@ def test_what_the_panel_shows() -> None:
     settings, notes = read(FILE)
     assert settings["fixed"] == "odom"
     assert settings["robots"] == ["/robot_description"]
+    assert settings["tools"] == {"goal": "/goal"}
     assert settings["topics"] == [
         "/scan", "/points", "/map", "/plan", "/camera/image/compressed", "camera:/camera/image", "/markers", "/odom",
         "/handles/update", "depth:/depth/image",

@@ -15,7 +15,7 @@ _ENOUGH = 10
 _QUIET = 3.0
 """Times the usual distance of two messages, after which nothing flows any more."""
 _PAUSE = 2.5
-"""Seconds between two looks, and times the ones before, after which one begins anew: when messages came is not known."""
+"""Seconds between two looks after which the times of messages are not known; of looks that are far apart, more."""
 _MOST_TIMES = 10_000
 
 

@@ -75,7 +75,10 @@ VERB = Verb(
     examples=[
         ("/velocity/data", "one curve in the terminal"),
         ("/imu/linear_acceleration/x:y:z", "three fields of one message"),
-        ("'/odom: hypot(m.twist.twist.linear.x, m.twist.twist.linear.y)'", "what an expression makes of each message m"),
+        (
+            "'/odom: hypot(m.twist.twist.linear.x, m.twist.twist.linear.y)'",
+            "what an expression makes of each message m",
+        ),
     ],
     stock="",
     run=run,
