@@ -6,8 +6,18 @@ export function number(value, digits = 4) {
   if (typeof value !== "number") return String(value);
   if (Number.isInteger(value) && Math.abs(value) < 1e15) return String(value);
   const size = Math.abs(value);
-  if (size !== 0 && (size < 1e-4 || size >= 1e7)) return value.toExponential(digits - 1);
+  if (size !== 0 && (size < 1e-4 || size >= 1e7)) return value.toExponential(digits - 1).replace(/\.?0*e/, "e");
   return String(Number(value.toPrecision(digits + 2)));
+}
+
+// A value of a curve, so exact that a thousandth of what its axis spans is told.
+export function reading(value, span) {
+  const size = Math.abs(value);
+  if (!(span > 0) || !(size > 0) || size >= 1e15 || Number.isInteger(value)) return number(value);
+  const behind = Math.ceil(-Math.log10(span / 1000)); // digits behind the point
+  const needed = Math.floor(Math.log10(size)) + 1 + behind;
+  if (needed <= (size < 1e-4 || size >= 1e7 ? 4 : 6)) return number(value);
+  return String(Number(value.toFixed(Math.min(12, Math.max(0, behind)))));
 }
 
 export function rate(hz) {

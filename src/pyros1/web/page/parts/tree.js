@@ -84,7 +84,7 @@ export class Tree {
     element.classList.add(numeric ? (type === "bool" ? "bool" : "num") : type === "string" ? "text" : "time");
     let last;
     return { element, update: (value) => {
-      const text = written(value, type);
+      const text = written(value, type === "float64" && path.endsWith("]") ? "" : type); // many have shorter ones
       if (text === last) return;
       last = text;
       element.textContent = text;
@@ -194,7 +194,7 @@ export class Tree {
 
 export function written(value, type = "") {
   if (value === null || value === undefined) return "";
-  if (typeof value === "number") return number(value, type === "float32" ? 4 : 7); // what the type can hold, nearly
+  if (typeof value === "number") return type === "float64" && !Number.isInteger(value) ? String(Number(value.toPrecision(15))) : number(value, type === "float32" ? 4 : 7); // what the type can hold, nearly
   if (typeof value === "object" && "secs" in value) {
     const seconds = value.secs + value.nsecs / 1e9;
     return seconds > 1e8 ? clock(seconds) : `${number(seconds, 7)} s`;

@@ -3,8 +3,8 @@
 import uPlot from "../../vendor/uplot.js";
 import { Points, grid, sample } from "../../lib/curves.js";
 import { fill, h } from "../../lib/dom.js";
-import { number } from "../../lib/format.js";
-import { lookOf, say, swatch } from "../plot/looks.js";
+import { reading } from "../../lib/format.js";
+import { dots, lookOf, say, swatch } from "../plot/looks.js";
 import { marks } from "../plot/words.js";
 import { RIGHT } from "./timeline.js";
 
@@ -165,7 +165,7 @@ export class Chart {
       cursor: { drag: { x: false, y: false }, y: false },
       scales: { x: { time: false, auto: false }, y: { range: (_, least, most) => spread(least, most) } },
       axes: [{ ...axis, show: false }, { ...axis, size: this.on.gutter(), values: (_, ticks) => marks(ticks) }],
-      series: [{}, ...this.lines.map((line) => ({ label: line.label, stroke: line.colour, dash: line.dash, width: 1.5, spanGaps: true, points: { show: false } }))],
+      series: [{}, ...this.lines.map((line) => ({ label: line.label, stroke: line.colour, dash: line.dash, width: 1.5, points: dots(line.colour) }))],
     }, [new Float64Array(0), ...this.lines.map(() => [])], this.area);
     this.mark = h("i.cursor");
     this.plot.over.append(this.mark);
@@ -211,10 +211,11 @@ export class Chart {
 
   // The legend has the values at the cursor: those of the last points at or before it.
   _values() {
+    const { min, max } = this.plot?.scales.y || {};
     for (const curve of this.curves) {
       if (!curve.mark) continue;
       const values = [...curve.lines.values()].map((points) => points.values[points.indexOf((this.time ?? 0) + 1e-9) - 1]);
-      say(curve.mark, [curve], values.slice(0, 6).map((value) => (value === undefined ? "–" : number(value))).join("  "));
+      say(curve.mark, [curve], values.slice(0, 6).map((value) => (value === undefined ? "–" : reading(value, max - min))).join("  "));
     }
   }
 }
