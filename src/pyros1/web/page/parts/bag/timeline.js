@@ -243,7 +243,7 @@ export class Timeline {
         title: `${topic.name}\n${topic.type}\n${plural(topic.count, "message")} ${hz}${topic.publishers > 1 ? `\n${topic.publishers} publishers` : ""}\nclick to see its messages; with Shift or Ctrl, several topics`,
         "aria-pressed": String(this.selected.has(topic.name)),
         onclick: (event) => this.on.select(topic.name, event.shiftKey || event.ctrlKey || event.metaKey),
-      }, h("span.topic.mono", {}, topic.name), h("span.count", {}, `${topic.count}`), h("span.kind", {}, topic.type), h("span.count", {}, hz)),
+      }, h("span.topic.mono", {}, h("bdi", {}, topic.name)), h("span.count", {}, `${topic.count}`), h("span.kind", {}, topic.type), h("span.count", {}, hz)),
       h("div.lane", {}, h("canvas"), topic.image && h("div.pictures")));
     row.topic = topic.name;
     row.image = topic.image;
