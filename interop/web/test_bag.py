@@ -297,9 +297,13 @@ def test_pictures_along_the_row(browser: Browser, start_web: Callable[..., Web],
 
 
 def test_it_is_readable_on_a_phone(page: Browser) -> None:
+    page.run(f"{BAG}.chart.add('/value/data')")
+    page.wait("document.querySelector('.chart .u-over')")
     page.resize(390, 800)
     page.wait("document.documentElement.scrollWidth <= 390")
     page.wait(f"{BAG}.timeline.width > 250")
+    left = "document.querySelector('.{}').getBoundingClientRect().left"  # times are below each other
+    page.wait(f"Math.abs({left.format('chart .u-over')} - {left.format('timeline .row .lane')}) < 2")
     page.click(".timeline .name", "/event")
     page.wait(f"{SHOWN} === 'event 0'", "/event")
 

@@ -172,6 +172,11 @@ def test_a_picture_is_made_larger_and_dragged(browser: Browser, picture: Callabl
     def mouse(kind: str, x: float, y: float, **more: Any) -> None:
         browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": kind, "x": x, "y": y, **more})
 
+    under = "document.querySelector('.image .status').textContent.split(': ')[1]"
+    mouse("mouseMoved", x, y)
+    browser.wait(f"{under} === '0 0 0'")
+    picture(Image(width=4, height=4, encoding="rgb8", step=12, data=bytes([9]) * 48))
+    assert browser.run(f"return {under}") == "9 9 9"  # what is under the mouse is told of each picture
     mouse("mouseWheel", x, y, deltaX=0, deltaY=-200)
     browser.wait(f"{box}.width > {wide} * 1.2")
     assert browser.run(f"return ({x} - {box}.left) / {box}.width") == pytest.approx(place, abs=0.01)  # it stays there

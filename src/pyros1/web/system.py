@@ -26,8 +26,12 @@ _MOST_NUMBERS = 100_000
 """Most connections of a node that are counted."""
 
 
+_LENGTH = 4
+"""Bytes that say how long a message is, which nodes count, too."""
+
+
 class Flow(NamedTuple):
-    """What a node has sent on a connection since it was made."""
+    """What a node has sent on a connection since it was made: messages, and their bytes."""
 
     topic: str
     number: Any
@@ -166,7 +170,8 @@ def flows(stats: Any) -> list[Flow]:
                         case [number, int() | float() as size, int() | float() as count, *_] if (
                             isfinite(size) and isfinite(count)  # floats are numbers that are too large for XML-RPC
                         ):
-                            found.append(Flow(foreign(topic), number, int(count), int(size)))
+                            bodies = max(0, int(size) - _LENGTH * int(count))
+                            found.append(Flow(foreign(topic), number, int(count), bodies))
     return found
 
 

@@ -5,7 +5,7 @@ import test from "node:test";
 
 import { Points, grid, sample } from "../../../src/pyros1/web/page/lib/curves.js";
 import { seconds } from "../../../src/pyros1/web/page/lib/format.js";
-import { axisWidth, countable, marks, spread } from "../../../src/pyros1/web/page/parts/plot/words.js";
+import { axisWidth, countable, expand, marks, spread } from "../../../src/pyros1/web/page/parts/plot/words.js";
 import { written } from "../../../src/pyros1/web/page/parts/tree.js";
 
 test("marks of an axis differ, and are as short as that allows", () => {
@@ -70,4 +70,15 @@ test("between the ends of an axis one can count", () => {
   }
   assert.deepEqual(countable([-Infinity, Infinity]), [-8e307, 8e307]);
   assert.deepEqual(countable([0, 2]), [0, 2]);
+});
+
+test("words of rqt_plot, slices and expressions are curves", () => {
+  for (const [text, curves] of [
+    ["/a/x:y:z", ["/a/x", "/a/y", "/a/z"]],
+    ["/a/x,/b[0:2]/y", ["/a/x", "/b[0:2]/y"]],
+    ["/a/m:n", ["/a/m", "/a/n"]],
+    ["/a: hypot(m.x, m.y)", ["/a: hypot(m.x, m.y)"]],
+    ["/a:m.x*2", ["/a:m.x*2"]],
+    ["/a/x,/b: m.y * 2", ["/a/x", "/b: m.y * 2"]],
+  ]) assert.deepEqual(expand(text), curves);
 });

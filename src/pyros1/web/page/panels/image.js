@@ -38,7 +38,7 @@ class Picture {
     place.tools.append(this.choice, this.pause,
       h("button.quiet", { title: "turn by a quarter", onclick: () => { this.turned = (this.turned + 1) % 4; this._save(); this._fit(); } }, "Turn"),
       h("button.quiet", { title: "save this picture", onclick: () => this._png() }, "PNG"), ...this.limits);
-    this.canvas = h("canvas", { onmousemove: (event) => this._point(event), onmouseleave: () => this._status() });
+    this.canvas = h("canvas", { onmousemove: (event) => this._point(event), onmouseleave: () => { this.pointed = null; this._status(); } });
     this.frame = h("div.frame", { title: "wheel or two fingers: larger; drag; double click: all of it" }, this.canvas);
     this.zoom = new Zoom(this.frame, () => this._fit());
     this.status = h("div.status.mono");
@@ -149,20 +149,25 @@ class Picture {
     return age > Math.max(QUIET, this.hz ? 3 / this.hz : 0) ? "0 Hz" : rate(this.hz);
   }
 
-  _status(more = "") {
+  _status() {
     const { facts } = this;
     if (!facts) return;
     const what = facts.encoding || facts.format;
     this.rate = this._rate();
-    fill(this.status, `${this.canvas.width} × ${this.canvas.height}  ${what}  ${this.rate}  ${facts.frame}${this.values}${more}`);
+    fill(this.status, `${this.canvas.width} × ${this.canvas.height}  ${what}  ${this.rate}  ${facts.frame}${this.values}${this._underPointer()}`);
   }
 
-  // The place and the colour under the pointer.
   _point(event) {
-    const [x, y] = [Math.floor(event.offsetX), Math.floor(event.offsetY)];
-    if (x < 0 || y < 0 || x >= this.canvas.width || y >= this.canvas.height) return;
+    this.pointed = [Math.floor(event.offsetX), Math.floor(event.offsetY)];
+    this._status();
+  }
+
+  // The place and the colour under the pointer, also of the next pictures.
+  _underPointer() {
+    const [x, y] = this.pointed || [-1, -1];
+    if (x < 0 || y < 0 || x >= this.canvas.width || y >= this.canvas.height) return "";
     const [red, green, blue] = this.canvas.getContext("2d").getImageData(x, y, 1, 1).data;
-    this._status(`   (${x}, ${y}): ${red} ${green} ${blue}`);
+    return `   (${x}, ${y}): ${red} ${green} ${blue}`;
   }
 
   _limits() {

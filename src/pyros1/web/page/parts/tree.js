@@ -84,7 +84,7 @@ export class Tree {
     element.classList.add(numeric ? (type === "bool" ? "bool" : "num") : type === "string" ? "text" : "time");
     let last;
     return { element, update: (value) => {
-      const text = written(value, type);
+      const text = written(value, type === "float64" && path.endsWith("]") ? "" : type); // many have shorter ones
       if (text === last) return;
       last = text;
       element.textContent = text;
@@ -195,6 +195,7 @@ export class Tree {
 export function written(value, type = "") {
   if (value === null || value === undefined) return "";
   if (typeof value === "number" && !type.startsWith("float")) return String(value);
+  if (type === "float64" && typeof value === "number" && !Number.isInteger(value)) return String(Number(value.toPrecision(15)));
   if (typeof value === "number") return number(value, type === "float32" ? 4 : 7); // what the type can hold, nearly
   if (typeof value === "object" && "secs" in value) {
     const time = value.secs + value.nsecs / 1e9;

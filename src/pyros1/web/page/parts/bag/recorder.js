@@ -81,7 +81,7 @@ export class Recorder {
       begin.disabled = !path || !writable;
       say(path && !writable ? "this server may not write into this folder: choose another one, or start it with: pyros1 web --bags FOLDER" : "");
     }, problem: (text) => { if (text) say(text); } }, this.folder || "", true);
-    const prefix = h("input", { placeholder: "name, before the date", "aria-label": "name", maxLength: 100, value: this.prefix || "" });
+    const prefix = h("input", { placeholder: "name", "aria-label": "name", title: "what the file's name has before the date", maxLength: 100, value: this.prefix || "" });
     const compression = h("select", { "aria-label": "compression" }, ["none", "lz4", "bz2"].map((each) => h("option", { selected: each === (this.compression || "none") }, each)));
     const list = h("div.topics", { hidden: true });
     const all = h("input", { type: "radio", name: "what", checked: true, onchange: () => { list.hidden = true; } });
