@@ -128,6 +128,11 @@ class Browser:
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
 
+    def prefer(self, theme: str) -> None:
+        """Let the system be light or dark; empty: as it is."""
+        features = [{"name": "prefers-color-scheme", "value": theme}] if theme else []
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+
     def picture(self, file: Path) -> None:
         """Write what is seen as PNG."""
         assert self.driver.save_screenshot(str(file))

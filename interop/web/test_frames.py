@@ -41,6 +41,11 @@ def test_the_tree(
     browser.wait("/translation\\s+0\\s+0\\s+0.5\\s+m/.test(document.querySelector('.detail').innerText)")
     browser.click(".frames tr", "odom")
     browser.wait("/translation\\s+1\\s+2\\s+0\\s+m/.test(document.querySelector('.detail').innerText)")
+    press = "document.activeElement.dispatchEvent(new KeyboardEvent('keydown', {key: arguments[0], bubbles: true}))"
+    browser.run("document.querySelectorAll('.frames tbody tr')[1].focus()")
+    for key in ("ArrowDown", "Enter"):
+        browser.run(press, key)
+    browser.wait("document.querySelector('.detail').innerText.includes('odom → base_link')")
     browser.click(".fold")
     browser.wait(f"{rows}.length === 1")
 

@@ -142,6 +142,25 @@ def test_what_cannot_be_shown(
     browser.wait_for_text(said)
 
 
+def test_what_came_in_a_pause_and_how_often_pictures_come(
+    browser: Browser, web: Web, make_node: Callable[..., Any]
+) -> None:
+    publisher = make_node("camera").advertise("camera", Image, latch=True)
+    black, white = (Image(width=1, height=1, encoding="mono8", step=1, data=bytes([value])) for value in (0, 255))
+    publisher.publish(black)
+    browser.open(panel_link(web.link, "image", {"topic": "/camera"}))
+    pixel = "document.querySelector('.image canvas').getContext('2d').getImageData(0, 0, 1, 1).data[0]"
+    browser.wait(f"document.querySelector('.image canvas')?.width === 1 && {pixel} === 0")
+    browser.click("button", "Pause")
+    publisher.publish(white)
+    browser.wait("/[1-9][0-9.]* Hz/.test(document.querySelector('.image .status').textContent)")
+    assert browser.run(f"return {pixel}") == 0
+    browser.click("button", "Go on")
+    browser.wait(f"{pixel} === 255")  # another one will not come
+    browser.run("const now = performance.now.bind(performance); performance.now = () => now() + 10000")
+    browser.wait_for_text("0 Hz")
+
+
 def test_a_picture_is_made_larger_and_dragged(browser: Browser, picture: Callable[[Any], None]) -> None:
     picture(Image(width=4, height=4, encoding="rgb8", step=12, data=bytes(48)))
     assert not browser.run("return document.querySelector('.limit').checkVisibility()")  # it has no range
@@ -153,6 +172,11 @@ def test_a_picture_is_made_larger_and_dragged(browser: Browser, picture: Callabl
     def mouse(kind: str, x: float, y: float, **more: Any) -> None:
         browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": kind, "x": x, "y": y, **more})
 
+    under = "document.querySelector('.image .status').textContent.split(': ')[1]"
+    mouse("mouseMoved", x, y)
+    browser.wait(f"{under} === '0 0 0'")
+    picture(Image(width=4, height=4, encoding="rgb8", step=12, data=bytes([9]) * 48))
+    assert browser.run(f"return {under}") == "9 9 9"  # what is under the mouse is told of each picture
     mouse("mouseWheel", x, y, deltaX=0, deltaY=-200)
     browser.wait(f"{box}.width > {wide} * 1.2")
     assert browser.run(f"return ({x} - {box}.left) / {box}.width") == pytest.approx(place, abs=0.01)  # it stays there

@@ -81,6 +81,11 @@ def test_curves_are_in_the_link_and_kept(browser: Browser, web: Web) -> None:
     browser.open(web.page("plot"))
     add(browser, "/a/data")
     browser.wait("document.querySelectorAll('.chip').length === 1")
+    chart = "document.querySelector('.plot').plot.charts[0]"
+    browser.wait(f"(window.before = {chart})")
+    browser.prefer("dark")  # as systems do at sunset
+    browser.wait(f"{chart} !== before")
+    browser.prefer("")
     browser.click("#bar button", "Link")
     link = browser.wait("location.href.includes('=') && location.hash.length > 10 && location.href")
     browser.run("localStorage.clear()")

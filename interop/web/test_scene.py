@@ -105,12 +105,21 @@ def test_a_goal_is_dragged(browser: Browser, web: Web, make_node: Callable[..., 
     browser.click(".tools button", "Nav goal")
     drag = """
         const canvas = document.querySelector('.scene canvas'), box = canvas.getBoundingClientRect();
-        const at = (kind, x, y) => canvas.dispatchEvent(new PointerEvent(kind, {
-            bubbles: true, pointerId: 1, clientX: box.left + box.width * x, clientY: box.top + box.height * y}));
-        canvas.setPointerCapture = () => {};
-        at('pointerdown', 0.5, 0.5); at('pointermove', 0.5, 0.3); at('pointerup', 0.5, 0.3);
+        const [button, pointers] = arguments;
+        const at = (kind, x, y, pointerId) => canvas.dispatchEvent(new PointerEvent(kind, {
+            bubbles: true, pointerId, button, pointerType: pointers[1] ? 'touch' : 'mouse',
+            clientX: box.left + box.width * x, clientY: box.top + box.height * y}));
+        canvas.setPointerCapture = canvas.releasePointerCapture = () => {};
+        for (const id of pointers) at('pointerdown', 0.5, 0.5, id);
+        at('pointermove', 0.5, 0.3, pointers[0]);
+        for (const id of pointers) at('pointerup', 0.5, 0.3, id);
     """
-    browser.run(drag)
+    tool = "document.querySelector('.tools input[aria-label=\"topic of the tool\"]')"
+    assert browser.run(f"return {tool}.value") == "/move_base_simple/goal"
+    browser.run(drag, 2, [1])  # the right button moves the view
+    browser.run(drag, 0, [1, 2])  # so do two fingers
+    browser.click(".tools button", "Reset")
+    browser.run(drag, 0, [1])
     browser.wait_for_text("to 1 subscriber")
     (goal,) = goals
     assert goal.header.frame_id == "map"
@@ -118,3 +127,15 @@ def test_a_goal_is_dragged(browser: Browser, web: Web, make_node: Callable[..., 
     assert abs(goal.pose.position.y) < 0.05
     assert abs(goal.pose.orientation.z) < 0.02
     assert goal.header.stamp.to_sec() > 0
+    others: list[Any] = []
+    node.subscribe("/robot1/goal", PoseStamped, others.append)
+    browser.click(".tools button", "Nav goal")
+    browser.run("document.querySelector('.scene').dispatchEvent(new KeyboardEvent('keydown', {key: 'Escape'}))")
+    assert browser.run(f"return {tool}.hidden")
+    browser.click(".tools button", "Nav goal")
+    browser.type(".tools input[aria-label='topic of the tool']", "robot1/goal")
+    browser.run(drag, 0, [1])
+    browser.wait_for_text("/robot1/goal: (")
+    browser.wait_for_text("to 1 subscriber")
+    assert (len(goals), len(others)) == (1, 1)
+    assert "/robot1/goal" in browser.run("return localStorage['pyros1.layouts']")

@@ -67,7 +67,7 @@ def test_the_scene_is_drawn_over_the_picture_where_things_are(browser: Browser, 
     settings = {"fixed": "map", "robots": [], "topics": [CAMERA, "/box"], "options": options}
     browser.open(panel_link(web.link, "scene", settings))
     browser.wait(f"{display(CAMERA)}?.word === '64 \u00d7 48, from optical' && !{display(CAMERA)}.problem")
-    browser.wait(f"{display('/box')}?.word === '1 markers'")
+    browser.wait(f"{display('/box')}?.word === '1 marker'")
     for place in [(16, 23), (14, 21), (18, 26)]:
         red, green, blue = browser.run(PIXEL, *place)
         assert green > 80 > max(red, blue), place

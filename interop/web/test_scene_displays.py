@@ -270,15 +270,16 @@ def test_places_are_measured_and_published(browser: Browser, web: Web, robot: An
     points: list[Any] = []
     robot.subscribe("/clicked_point", PointStamped, points.append)
     browser.open(panel_link(web.link, "scene", {"fixed": "map", "topics": ["/box"]}))
-    browser.wait(f"{display('/box')}?.word === '1 markers'")
+    browser.wait(f"{display('/box')}?.word === '1 marker'")
     browser.choose("select[aria-label=view]", "flat")
     click = """
         const canvas = document.querySelector('.scene canvas'), box = canvas.getBoundingClientRect();
         const place = {bubbles: true, clientX: box.left + box.width / 2, clientY: box.top + box.height * arguments[0]};
         canvas.setPointerCapture = canvas.releasePointerCapture = () => {};
         canvas.dispatchEvent(new PointerEvent('pointerdown', place));
-        canvas.dispatchEvent(new PointerEvent('pointerup', place));
-        canvas.dispatchEvent(new MouseEvent('click', place));
+        const end = {...place, clientX: place.clientX + (arguments[1] || 0)};
+        canvas.dispatchEvent(new PointerEvent('pointerup', end));
+        canvas.dispatchEvent(new MouseEvent('click', end));
     """
     browser.wait(f"{SCENE}.stage.frames > 2")
     browser.click(".tools button", "Measure")
@@ -287,6 +288,7 @@ def test_places_are_measured_and_published(browser: Browser, web: Web, robot: An
     browser.run(click, 0.25)
     browser.wait_for_text(", 0.000) 4.1")  # four metres ahead and one down, on the ground
     browser.click(".tools button", "Point")
+    browser.run(click, 0.5, 100)  # the view is turned
     browser.run(click, 0.5)
     browser.wait_for_text("/clicked_point: (0.0")
     browser.wait_for_text("to 1 subscriber")

@@ -68,7 +68,7 @@ def test_things_and_points_say_what_they_are(browser: Browser, web: Web, robot: 
     robot.advertise("/cloud", PointCloud2, latch=True).publish(cloud)
     settings = {"fixed": "map", "robots": [], "topics": ["/box", "/cloud"], "options": {"/cloud": {"by": "heat"}}}
     browser.open(panel_link(web.link, "scene", settings))
-    for topic, word in [("/box", "1 markers"), ("/cloud", "3 points, colour: heat")]:
+    for topic, word in [("/box", "1 marker"), ("/cloud", "3 points, colour: heat")]:
         browser.wait(f"{display(topic)}?.word === arguments[0]", word)
     browser.choose("select[aria-label=view]", "flat")
     browser.click(".tools button", "Select")

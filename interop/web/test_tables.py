@@ -15,10 +15,12 @@ from pyros1.ground.errors import Error
 from pyros1.msgs.actionlib_tutorials.msg import FibonacciAction, FibonacciFeedback, FibonacciResult
 from pyros1.msgs.std_srvs.srv import SetBool, SetBoolResponse
 from pyros1.reconfigure import Parameters, Server
+from pyros1.web.links import panel_link
 
 PATIENCE = 20.0
 Make = Callable[..., Any]
 LINE = "[...document.querySelectorAll('.line')].find((line) => line.dataset.key === {!r})"
+RIGHT = "document.querySelector(arguments[0]).getBoundingClientRect().right"
 
 
 def choose(browser: Browser, name: str) -> None:
@@ -174,6 +176,17 @@ def test_a_nodes_loggers_and_its_end(browser: Browser, web: Web, make_node: Make
     browser.wait_for_text("this node is gone")
 
 
+def test_a_node_that_is_started_again_has_its_new_address(browser: Browser, web: Web, make_node: Make) -> None:
+    shown = "[...document.querySelectorAll('.details .mono')].some((each) => each.textContent === arguments[0])"
+    first = make_node("robot")
+    browser.open(panel_link(web.link, "nodes", {"selected": "/robot"}))
+    browser.wait(shown, first.uri)
+    first.shutdown()
+    second = make_node("robot")
+    assert second.uri != first.uri
+    browser.wait(shown, second.uri)
+
+
 def test_goals_of_an_action(browser: Browser, web: Web, make_node: Make) -> None:
     def execute(goal: Any) -> Any:
         for number in range(goal.goal.order):
@@ -255,15 +268,23 @@ def test_nothing_from_the_robot_becomes_markup(browser: Browser, web: Web, make_
 
 
 def test_the_tables_fit_on_a_phone(browser: Browser, web: Web, make_node: Make) -> None:
-    node = make_node("worker")
-    node.advertise("/a/topic/with/quite/a/long/name/for/a/phone", "nav_msgs/Odometry", latch=True).publish()
+    long = "/a/topic/with/quite/a/long/name/for/a/phone_" + "which_has_little_room_" * 3
+    node = make_node("worker_" + "of_long_name_" * 6)
+    node.advertise(long, "nav_msgs/Odometry", latch=True).publish()
     browser.resize(390, 800)
     browser.open(web.page("topics"))
-    choose(browser, "/a/topic/with/quite/a/long/name/for/a/phone")
+    browser.wait(LINE.format(long))
+    name = f"{LINE.format(long)}.querySelector('.name')"  # its end is seen: the begin of many is the same
+    assert browser.run(f"return {name}.firstChild.getBoundingClientRect().right") < 390
+    choose(browser, long)
     browser.wait_for_text("child_frame_id")
+    assert browser.run(f"return {RIGHT}", ".inspector .actions button") < 390
     browser.click(".tab", "Publish")
     browser.wait("document.querySelectorAll('.form input').length > 5")
     assert browser.run("const e = document.querySelector('.details'); return e.scrollWidth - e.clientWidth") <= 0
     assert browser.run("return document.querySelector('.list').offsetParent") is None
     browser.click(".shut", "back")
     browser.wait("document.querySelector('.list').offsetParent")
+    browser.open(panel_link(web.link, "plot", {"curves": [f"{long}/pose/pose/position/x"]}))
+    browser.wait("document.querySelector('.chip button[aria-label^=remove]')")
+    assert browser.run(f"return {RIGHT}", ".chip button[aria-label^=remove]") < 390

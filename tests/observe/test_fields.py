@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from pyros1.msgs.geometry_msgs.msg import Point, Pose, PoseArray, PoseStamped
 from pyros1.msgs.sensor_msgs.msg import JointState
-from pyros1.observe.fields import FieldPath, FieldPathError
+from pyros1.observe.fields import FieldPath, FieldPathError, expand, split_expression
 
 
 def _poses() -> PoseArray:
@@ -31,6 +31,27 @@ def _poses() -> PoseArray:
 )
 def test_a_path_leads_to_value_and_type(path: str, value: object, kind: str | None) -> None:
     assert FieldPath(path).get(_poses()) == (value, kind)
+
+
+@pytest.mark.parametrize(
+    ("text", "curves"),
+    [
+        ("/a/x:y:z", ["/a/x", "/a/y", "/a/z"]),
+        ("/a/x,/b[0:2]/y", ["/a/x", "/b[0:2]/y"]),
+        ("/a/m:n", ["/a/m", "/a/n"]),
+        ("/a: hypot(m.x, m.y)", ["/a: hypot(m.x, m.y)"]),
+        ("/a:m.x*2", ["/a:m.x*2"]),
+        ("/a/x,/b: m.y * 2", ["/a/x", "/b: m.y * 2"]),
+    ],
+)
+def test_the_curves_of_an_argument(text: str, curves: list[str]) -> None:
+    """tests/web/page/plot.test.mjs has the same of the page."""
+    assert expand(text) == curves
+
+
+def test_an_expression_behind_a_topic() -> None:
+    assert split_expression(" b : -m.x ") == ("b", "-m.x")
+    assert split_expression("/a/x:y") is None
 
 
 def test_the_empty_path_is_the_message() -> None:

@@ -14,6 +14,8 @@ from pyros1.msgs.spec import is_type_name
 
 _STEP = re.compile(r"([A-Za-z_]\w*)(\[[^\[\]]*\])?\Z", re.ASCII)
 _INTEGER = re.compile(r"[+-]?\d{1,18}\Z", re.ASCII)
+# What is behind the colon is no name of a field, as in /topic/x:y.
+_WITH_EXPRESSION = re.compile(r"\s*([\w/~]+)\s*:(?=[^,]*[^\w/:,])\s*(.*\bm\b.*?)\s*\Z", re.DOTALL)
 _TIME_PARTS = ("secs", "nsecs")
 
 
@@ -21,11 +23,19 @@ class FieldPathError(Error):
     """A field path is malformed, or does not lead to a field of the type."""
 
 
+def split_expression(text: str) -> tuple[str, str] | None:
+    """Return the topic and the expression of ``/topic: m.x * 2``, where ``m`` is a message; None for a text without."""
+    match = _WITH_EXPRESSION.match(text)
+    return (match[1], match[2]) if match else None
+
+
 def expand(name: str) -> list[str]:
-    """Return the fields that an argument names: three for ``/t/x:y:z``, two for ``/t/x,/u/y``."""
+    """Return the fields that an argument has: three for ``/t/x:y:z``, two for ``/t/x,/u/y``, one for an expression."""
+    if split_expression(name):
+        return [name]
     names = []
     for part in name.split(","):
-        head, *others = part.split(":") if "[" not in part else [part]
+        head, *others = part.split(":") if "[" not in part and not split_expression(part) else [part]
         folder = head.rpartition("/")[0]
         names += [head, *(f"{folder}/{other}" for other in others)]
     return names

@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
+from math import isfinite
 from time import monotonic
 from typing import Any, NamedTuple
 
@@ -25,8 +26,12 @@ _MOST_NUMBERS = 100_000
 """Most connections of a node that are counted."""
 
 
+_LENGTH = 4
+"""Bytes that say how long a message is, which nodes count, too."""
+
+
 class Flow(NamedTuple):
-    """What a node has sent on a connection since it was made."""
+    """What a node has sent on a connection since it was made: messages, and their bytes."""
 
     topic: str
     number: Any
@@ -162,8 +167,11 @@ def flows(stats: Any) -> list[Flow]:
             case [str(topic), _, list(connections)]:
                 for connection in connections[:_MOST_NUMBERS]:
                     match connection:
-                        case [number, int(size), int(count), *_]:
-                            found.append(Flow(foreign(topic), number, count, size))
+                        case [number, int() | float() as size, int() | float() as count, *_] if (
+                            isfinite(size) and isfinite(count)  # floats are numbers that are too large for XML-RPC
+                        ):
+                            bodies = max(0, int(size) - _LENGTH * int(count))
+                            found.append(Flow(foreign(topic), number, int(count), bodies))
     return found
 
 

@@ -362,6 +362,9 @@ def test_plot_draws_what_comes(run: Any, make_node: Callable[..., Any]) -> None:
     code, out, err = run("topic", "plot", "-p", "0.3", "--once", "/state/position[0],/state/position[1]")
     assert (code, err) == (0, "")
     assert "/state/position[0] = 3" in out and "/state/position[1] = 4" in out
+    code, out, err = run("topic", "plot", "-p", "0.3", "--once", "/state: m.position[0] * 4")
+    assert (code, err) == (0, "") and "/state: m.position[0] * 4 = " in out
+    assert "never" in run("topic", "plot", "/state: never(m.position)")[2]
     assert "/state is not a number" in run("topic", "plot", "-p", "5", "--once", "/state")[2]
     assert "has no field 'nope'" in run("topic", "plot", "-p", "5", "--once", "/state/nope")[2]
     assert expand("/imu/a/x:y:z,/b") == ["/imu/a/x", "/imu/a/y", "/imu/a/z", "/b"]

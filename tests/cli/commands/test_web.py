@@ -101,6 +101,7 @@ def test_a_panel_of_a_server_that_runs(start: Start, environ: dict[str, str]) ->
     assert stat.S_IMODE(note.stat().st_mode) == 0o600  # it has the token
     for words, settings in [
         (["plot", "/velocity/data,force"], {"curves": ["/velocity/data", "/force"]}),
+        (["plot", "b: hypot(m.x, m.y)"], {"curves": ["/b: hypot(m.x, m.y)"]}),
         (["plot", "--xy", "/a/x:y"], {"curves": ["/a/x", "/a/y"], "xy": True}),
         (["plot", "-p", "5", "-P", "/a/x:y"], {"curves": ["/a/x", "/a/y"], "period": 5.0, "paused": True}),
     ]:

@@ -1,9 +1,12 @@
-// Points of curves, and what of them a chart shows. Run by tests/web/test_page_modules.py, or with: node --test tests/web/page
+// Points of curves, what of them a chart shows, and how they are written. Run by tests/web/test_page_modules.py, or with:
+// node --test tests/web/page
 
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { Points, sample } from "../../../src/pyros1/web/page/lib/curves.js";
+import { Points, grid, lone, sample } from "../../../src/pyros1/web/page/lib/curves.js";
+import { moment, number, reading } from "../../../src/pyros1/web/page/lib/format.js";
+import { written } from "../../../src/pyros1/web/page/parts/tree.js";
 
 function sampled(times, values, places) {
   const points = new Points();
@@ -14,7 +17,8 @@ function sampled(times, values, places) {
 test("a spike just before the edge of a column stays", () => {
   assert.equal(Math.floor(8.6 / 0.2), 42); // although 43 * 0.2 is 8.6
   const shown = sampled([8.5, 8.599, 8.6, 8.7], [0, 7, 0, 0], { step: 0.2, first: 40, columns: 4 });
-  assert.deepEqual(shown, [null, null, null, null, 0, 7, 0, null, null, null]);
+  const none = undefined;
+  assert.deepEqual(shown, [none, none, none, none, 0, 7, 0, none, none, none]);
 });
 
 test("the least and the greatest of each column are shown, whatever its edges", () => {
@@ -27,4 +31,46 @@ test("the least and the greatest of each column are shown, whatever its edges", 
     assert.equal(shown.length, 2 * (columns + 1));
     for (let column = 1; column < 9; column += 1) assert.deepEqual(shown.slice(2 * column, 2 * column + 2).sort(), [-5, 5]);
   }
+});
+
+function curve(values) {
+  const points = new Points();
+  points.add(Float64Array.from(values.keys()), Float64Array.from(values));
+  return points;
+}
+
+test("a line goes on where no point is, and ends where what came is no number", () => {
+  const shown = (...values) => sample(curve(values), grid(0, 8, 8)).slice(0, 10); // a column a second, of two values
+  const none = undefined;
+  assert.deepEqual(shown(1, 2, NaN, 3, 4), [1, none, 2, null, null, null, 3, none, 4, none]);
+  assert.deepEqual(shown(NaN, 2, NaN, Infinity, 4), [null, null, 2, null, null, null, null, null, 4, none]);
+  assert.deepEqual(sample(curve([NaN, 2, 7, 4]), grid(0, 8, 2)).slice(0, 4), [2, 7, undefined, undefined]);
+});
+
+test("numbers without a line are dots", () => {
+  const none = undefined;
+  assert.deepEqual(lone([none, 5, none]), [1]);
+  assert.deepEqual(lone([1, none, 2, null, none, 3, null, 4, 5, null, 6]), [5, 10]);
+  assert.equal(lone([1, 2, null]), null);
+  assert.equal(lone([]), null);
+});
+
+test("what a legend says is as exact as its axis", () => {
+  for (const [value, span, text] of [
+    [42.123456789, 1e-5, "42.12345679"], [1795706846.123456, 20, "1795706846.12"], [0.850437123, 2, "0.850437"],
+    [1.845e19, 1e18, "1.845e+19"], [5e-9, 1e-8, "5e-9"], [100.25, 0, "100.25"], [NaN, 1, "NaN"],
+  ]) assert.equal(reading(value, span), text);
+});
+
+test("numbers are written as exactly as their types are", () => {
+  assert.equal(written(42.123456789012, "float64"), "42.123456789012");
+  assert.equal(written(0.1 + 0.2, "float64"), "0.3");
+  assert.equal(written(1795706846.123456, "float64"), "1795706846.12346");
+  assert.equal(written(0.10000000149, "float32"), "0.1");
+  assert.equal(number(5e-9, 7), "5e-9");
+});
+
+test("times of a simulation have no date", () => {
+  assert.equal(moment(47.58), "47.58 s");
+  assert.match(moment(1400000000), /2014/);
 });

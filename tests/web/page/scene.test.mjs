@@ -31,6 +31,12 @@ test("ranges become points, but not those that are none", () => {
   assert.deepEqual([...indices], [0, 3]);
 });
 
+test("a scan without a greatest range has all points that are somewhere", () => {
+  const facts = { start: 0, step: Math.PI, least: null, most: null, count: 4, intensities: false };
+  const [positions, , indices] = scanPoints(facts, Float32Array.of(1, Infinity, 2, NaN));
+  assert.deepEqual([[...indices], positions[3]], [[0, 2], 2]);
+});
+
 test("levels go from the least to the greatest number", () => {
   assert.deepEqual([...levels(Float32Array.of(1, 2, 3))], [0, 127, 255]);
   assert.deepEqual([...levels(Float32Array.of(5, 5))], [0, 0]);

@@ -65,3 +65,9 @@ test("the nearest point in pixels", () => {
   assert.deepEqual(nearest(trails, { x: 9, y: 10 }, box, 100, 100, 20), { trail: 0, index: 1 });
   assert.equal(nearest(trails, { x: 2.5, y: 2.5 }, box, 100, 100, 20), null);
 });
+
+test("a trail ends where a value is no number, and goes on behind it", () => {
+  const joined = join(curve([1, 2, 3, 4], [10, NaN, 30, 40]), curve([1, 2, 3, 4], [5, 6, 7, NaN]), 0, 9, 100);
+  assert.deepEqual(list(joined), [[10, NaN, 30], [5, NaN, 7], [1, 3, 3]]);
+  assert.deepEqual(boxAround([joined]).x.map(Math.round), [9, 31]);
+});

@@ -40,7 +40,17 @@ def test_without_a_projection_matrix_k_counts() -> None:
     assert (camera.fx, camera.fy, camera.cx, camera.cy, camera.tx, camera.ty) == (525.0, 520.0, 319.5, 239.5, 0, 0)
 
 
-@pytest.mark.parametrize("rows", [[0.0] * 12, [math.nan] * 12, [-1.0, *P[1:]], [*P[:5], 0.0, *P[6:]]])
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [0.0] * 12,
+        [math.nan] * 12,
+        [-1.0, *P[1:]],
+        [*P[:5], 0.0, *P[6:]],
+        [5e-324, *P[1:]],
+        [*P[:3], -1e300, *P[4:]],
+    ],
+)
 def test_cameras_that_are_not_calibrated(rows: list[float]) -> None:
     with pytest.raises(ShapeError, match="not calibrated"):
         pinhole(info(P=rows, K=[0.0] * 9))

@@ -42,6 +42,15 @@ def test_a_lifetime_ends() -> None:
     assert markers.changes(version, 10.5)[2] == [["n", 1]]
 
 
+def test_a_lifetime_ends_when_time_goes_back() -> None:
+    markers = Markers()
+    markers.add([marker(1, lifetime=0.5), marker(2)], 600.0)
+    version, _, _ = markers.changes(0, 600.1)
+    assert markers.changes(version, 2.0)[2] == [["n", 1]]  # a bag begins again
+    markers.add([marker(3, lifetime=0.5)], 2.0)
+    assert [each["id"] for each in markers.changes(version, 1.99)[1]] == [3]
+
+
 def test_large_ones_make_room_for_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(markers_of, "MOST_BYTES", 1_000_000)
     markers, points = Markers(), [Point()] * 4_000

@@ -75,6 +75,7 @@ def test_what_the_panel_shows() -> None:
     settings, notes = read(FILE)
     assert settings["fixed"] == "odom"
     assert settings["robots"] == ["/robot_description"]
+    assert settings["tools"] == {"goal": "/goal"}
     assert settings["topics"] == [
         "/scan", "/points", "/map", "/plan", "/camera/image/compressed", "camera:/camera/image", "/markers", "/odom",
         "/handles/update", "depth:/depth/image",
@@ -97,7 +98,6 @@ def test_what_the_panel_shows() -> None:
     assert notes == [
         "LaserScan 'Scan': not here: Decay Time",
         "PlanningScene 'Planning': there is no display moveit_rviz_plugin/PlanningScene",
-        "the tool SetGoal publishes on /move_base_simple/goal, not on /goal",
         "there is no tool my_tools/Plant",
         "there is no panel my_panels/Buttons",
     ]

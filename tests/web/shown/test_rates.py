@@ -62,6 +62,20 @@ def test_nothing_is_zero_after_a_while() -> None:
     assert (track.rate(), meter.rate(PATIENCE + 1)) == (NOTHING, NOTHING)
 
 
+def test_what_came_while_nobody_looked_is_no_rate_of_the_next_second() -> None:
+    """A topic of 0.2 Hz had 1 Hz for a page that was opened later."""
+    track = Track(0.0, 0, 0)
+    for at in [*range(1, 12), *range(33, 60)]:
+        track.look(at, at // 5, at // 5 * SIZE)
+        rate = track.rate()
+        assert rate is None or rate.hz == pytest.approx(0.2), at
+    assert rate
+
+
+def test_looks_that_are_always_far_apart_make_rates() -> None:
+    assert looked(10.0, 60, 4.0)[2:] == [pytest.approx(10.0)] * 13
+
+
 def test_a_number_that_another_connection_has_now() -> None:
     track = Track(0.0, 100, 1000)
     track.look(1.0, 110, 1100)

@@ -490,6 +490,33 @@ def test_recording(show: Callable[..., Shown], shelved: Robot, bags: Path, make_
         assert [each.message.data for each in bag.messages("/counter")] == list(range(50))
 
 
+def test_rates_of_a_recording_are_of_a_second_at_least(
+    shelved: Robot, bags: Path, make_node: Callable[..., Node], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also if several pages look, one just after the other, and one topic comes later."""
+    now = 100.0
+    monkeypatch.setattr("pyros1.web.bags.recording.monotonic", lambda: now)
+    publisher: Any = make_node("talker").advertise("/counter", "std_msgs/Int32")
+    calls.run(shelved, "bags.record", {"folder": str(bags), "topics": ["/counter"]})
+    recording = shelved.bags.recording
+    assert recording is not None and publisher.wait_for_subscribers(timeout=PATIENCE)
+
+    def look(count: int) -> Any:
+        deadline = time.monotonic() + PATIENCE
+        while (status := recording.status())["messages"] < count:
+            assert time.monotonic() < deadline
+        return status["topics"][0]["hz"]
+
+    seen = []
+    for count in range(1, 41):
+        now += 0.125
+        publisher.publish(count)
+        seen.append(look(count))
+    assert {*seen} == {None, 8.0}
+    assert recording.status()["topics"][0]["hz"] == 8.0  # again, at the same time
+    calls.run(shelved, "bags.stop", {})
+
+
 @pytest.mark.parametrize(
     ("args", "words"),
     [

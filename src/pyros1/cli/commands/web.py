@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_these
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
@@ -188,7 +188,8 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
         name, setting = _PARTS[panel]
         return name, {setting: invocation.resolve(words[0]) if words else ""}
     if panel not in panels:
-        raise UsageError(f"there is no panel {panel!r}; there are {', '.join(panels)}")
+        hint = did_you_mean(panel, [*panels, *PROGRAMS, *_PARTS])
+        raise UsageError(f"there is no panel {panel!r}{hint}; there are {', '.join(panels)}")
     if panel in _SETTINGS:
         return panel, _SETTINGS[panel](invocation, options, words)
     if panel in _ONE and len(words) == 1:
@@ -205,9 +206,9 @@ def _bag(invocation: Invocation, options: Any, words: list[str]) -> dict[str, An
 
 
 def _plot(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:
-    from pyros1.observe.fields import expand  # noqa: PLC0415
+    from pyros1.cli.shared.curves import curves_of  # noqa: PLC0415
 
-    curves = [invocation.resolve(field) for word in words for field in expand(word)]
+    curves = [curve for word in words for curve in curves_of(invocation, word)]
     settings: dict[str, Any] = {"curves": curves} if curves or options.empty else {}
     if options.period is not None:
         settings["period"] = options.period

@@ -1,6 +1,6 @@
 // The page: a bar with layouts, and the workspace with the panels of one of them.
 
-import { fill, h } from "./lib/dom.js";
+import { copy, fill, h } from "./lib/dom.js";
 import { Robot } from "./lib/robot.js";
 import { panelList } from "./lib/panels.js";
 import { Workspace } from "./lib/workspace.js";
@@ -85,8 +85,7 @@ function changed(tree) {
 async function share() {
   const link = linkFor(current, workspace.tree);
   history.replaceState(null, "", link);
-  await navigator.clipboard?.writeText(location.href).catch(() => {});
-  say("link copied");
+  say(await copy(location.href) ? "link copied" : "the address has the link");
 }
 
 let saying = 0;
@@ -104,6 +103,9 @@ function theme() {
   window.dispatchEvent(new Event("themechange"));
 }
 
+// The system may change it, too, as at sunset.
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => window.dispatchEvent(new Event("themechange")));
+
 function drawState() {
   const lost = robot.state === "connected" && robot.lost;
   state.className = `state ${lost ? "lost" : robot.state}`;
@@ -119,7 +121,7 @@ robot.addEventListener("about", drawState);
 robot.addEventListener("master", drawState);
 
 addEventListener("keydown", (event) => {
-  if (event.target.matches("input, textarea, select") || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.target.matches("input, textarea, select") || event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
   const index = Number(event.key) - 1;
   if (panels[index]) choose(panels[index].name);
 });

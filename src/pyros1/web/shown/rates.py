@@ -14,6 +14,8 @@ _ENOUGH = 10
 """Messages that make a rate: of fast topics, the newest ones count alone."""
 _QUIET = 3.0
 """Times the usual distance of two messages, after which nothing flows any more."""
+_PAUSE = 2.5
+"""Seconds between two looks after which the times of messages are not known; of looks that are far apart, more."""
 _MOST_TIMES = 10_000
 
 
@@ -81,14 +83,19 @@ class Track:
 
     def _begin(self, at: float, messages: int, size: int) -> None:
         self._begun = self._at = at
+        self._pause = 0.0  # between the last two looks
         # The first one is the newest look before those at which there was more.
         self._marks = [_Mark(at, messages, size)]
 
     def look(self, at: float, messages: int, size: int) -> None:
         """Take the counts of another look."""
         newest = self._marks[-1]
-        if messages < newest.messages or size < newest.bytes:  # another connection has its number
+        before, self._pause = self._pause, at - self._at
+        unseen = self._pause > max(_PAUSE, 1.5 * before) and messages > newest.messages
+        if messages < newest.messages or size < newest.bytes or unseen:  # or another connection has its number
+            pause = self._pause
             self._begin(at, messages, size)
+            self._pause = pause
             return
         self._at = at
         if messages > newest.messages:

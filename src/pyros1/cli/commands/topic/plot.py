@@ -6,7 +6,7 @@ import contextlib
 import shutil
 import sys
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from time import monotonic
 from typing import Any
 
@@ -14,13 +14,15 @@ from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.chart import draw
+from pyros1.cli.shared.curves import curves_of
 from pyros1.cli.shared.printing import use_colour
 from pyros1.cli.shared.subscribing import find_topic, subscribe
 from pyros1.ground.errors import MessageError
 from pyros1.ground.timing import TVal
-from pyros1.msgs import AnyMsg
+from pyros1.msgs import AnyMsg, Message
 from pyros1.observe.decoder import Decoder
-from pyros1.observe.fields import FieldPath, FieldPathError, expand
+from pyros1.observe.expression import Expression, ExpressionError
+from pyros1.observe.fields import FieldPath, FieldPathError, split_expression
 
 _MOST_POINTS = 20_000
 _FRAME = 0.1
@@ -33,16 +35,20 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError("a topic with a field must be specified")
     if not options.period > 0:
         raise UsageError("the period must be greater than zero")
-    names = [invocation.resolve(field) for arg in args for field in expand(arg)]
+    names = [name for arg in args for name in curves_of(invocation, arg)]
+    try:
+        read = {name: _expression_reader(name) for name in names}
+    except ExpressionError as error:
+        raise UsageError(str(error)) from None
     once = bool(options.once) or not sys.stdout.isatty()
     with invocation.open_node() as node, contextlib.ExitStack() as subscriptions:
         curves: list[_Curve] = []
         by_topic: dict[str, list[_Curve]] = {}
         for name in names:
-            found = find_topic(invocation, node, name)
+            found = find_topic(invocation, node, (split_expression(name) or (name,))[0])
             if found is None:
                 return
-            curve = _Curve(name, FieldPath(found[1]))
+            curve = _Curve(name, read[name] or _field_reader(found[1]))
             curves.append(curve)
             by_topic.setdefault(found[0], []).append(curve)
         for topic, its in by_topic.items():
@@ -69,6 +75,10 @@ VERB = Verb(
     examples=[
         ("/velocity/data", "one curve in the terminal"),
         ("/imu/linear_acceleration/x:y:z", "three fields of one message"),
+        (
+            "'/odom: hypot(m.twist.twist.linear.x, m.twist.twist.linear.y)'",
+            "what an expression makes of each message m",
+        ),
     ],
     stock="",
     run=run,
@@ -104,19 +114,35 @@ def _screen() -> Iterator[None]:
         sys.stdout.flush()
 
 
+def _field_reader(path: str) -> Callable[[Any], Any]:
+    field = FieldPath(path)
+    return lambda message: field.get(message)[0]
+
+
+def _expression_reader(name: str) -> Callable[[Any], Any] | None:
+    """Return what takes an expression's value from a message; None for a field."""
+    split = split_expression(name)
+    if split is None:
+        return None
+    expression = Expression(split[1])
+    return lambda message: expression({"m": message})
+
+
 class _Curve:
-    def __init__(self, name: str, path: FieldPath) -> None:
+    def __init__(self, name: str, read: Callable[[Any], Any]) -> None:
         self.name = name
-        self.path = path
+        self.read = read
         self.points: deque[tuple[float, float]] = deque(maxlen=_MOST_POINTS)
         self.error: str | None = None
 
     def add(self, now: float, message: Any) -> None:
         try:
-            value, _ = self.path.get(message)
-        except FieldPathError as error:
+            value = self.read(message)
+        except (FieldPathError, ExpressionError) as error:
             self.error = f"{self.name}: {error}"
             return
+        if isinstance(value, Message) and len(value.__slots__) == 1:  # the number in a std_msgs/Float64
+            value = getattr(value, value.__slots__[0])
         if isinstance(value, TVal):
             value = value.to_sec()
         if not isinstance(value, (int, float)):

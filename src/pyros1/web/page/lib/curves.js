@@ -1,6 +1,7 @@
 // Points of curves over time, and what of them a chart of some width shows.
 
 const ROOM = 1024;
+const BACK = 0.1; // seconds: by more, a time goes back only when a bag or a simulation begins again
 
 export class Points {
   constructor() {
@@ -15,14 +16,23 @@ export class Points {
     return this.end - this.start;
   }
 
-  // Add points, whose times grow; a time that goes back (a simulation began again) starts anew.
+  // Add points, whose times grow; a time that goes back, wherever it is among them, starts anew.
   add(times, values) {
-    if (!times.length) return;
-    if (this.length && times[0] < this.times[this.end - 1] - 1) this.start = this.end = 0;
-    this._makeRoom(times.length);
-    this.times.set(times, this.end);
-    this.values.set(values, this.end);
-    this.end += times.length;
+    let newest = this.length ? this.times[this.end - 1] : -Infinity;
+    let first = 0;
+    times.forEach((time, index) => {
+      if (time < newest - BACK) {
+        this.start = this.end = 0;
+        first = index;
+        newest = time;
+      }
+      newest = Math.max(newest, time);
+    });
+    this._makeRoom(times.length - first);
+    for (let index = first; index < times.length; index += 1, this.end += 1) {
+      this.times[this.end] = Math.max(times[index], this.length ? this.times[this.end - 1] : -Infinity); // a clock was set right
+      this.values[this.end] = values[index];
+    }
   }
 
   // Forget what is older than a time, and the oldest of too many.
@@ -82,8 +92,9 @@ export function grid(begin, end, columns) {
 }
 
 // What a curve has in the columns of a grid: its least and its greatest value in each, in the order in which they came.
+// undefined: no point is there, and the line goes on; null: what is there is no number, and the line ends.
 export function sample(points, { step, first, columns }) {
-  const out = new Array(2 * (columns + 1)).fill(null);
+  const out = new Array(2 * (columns + 1)).fill(undefined);
   let index = Math.max(points.start, points.indexOf(first * step) - 1); // the line begins outside
   const { times, values, end } = points;
   const last = (first + columns + 1) * step;
@@ -101,9 +112,37 @@ export function sample(points, { step, first, columns }) {
       index += 1;
     }
     out[2 * column] = finite(values[Math.min(least, most)]);
-    out[2 * column + 1] = least === most ? null : finite(values[Math.max(least, most)]);
+    if (least !== most) out[2 * column + 1] = finite(values[Math.max(least, most)]);
   }
-  return out;
+  return apart(out);
+}
+
+// Between two numbers there is no line if something else came: then all is null there, as uPlot wants it.
+function apart(values) {
+  let from = 0;
+  for (let at = values.indexOf(null); at >= 0; at = values.indexOf(null, from)) {
+    let begin = at;
+    while (begin > from && values[begin - 1] === undefined) begin -= 1;
+    from = at;
+    while (from < values.length && (values[from] === undefined || values[from] === null)) from += 1;
+    values.fill(null, begin, from);
+  }
+  return values;
+}
+
+// The indices of numbers of such a row to which no line leads: they are drawn as dots. null for none.
+export function lone(values) {
+  const found = [];
+  let before = null;
+  let last = -1; // index of a number that may be lone
+  values.forEach((value, index) => {
+    if (value === undefined) return;
+    if (value === null && last >= 0) found.push(last);
+    last = value !== null && before === null ? index : -1;
+    before = value;
+  });
+  if (last >= 0) found.push(last);
+  return found.length ? found : null;
 }
 
 function finite(value) {

@@ -51,14 +51,24 @@ export function empty(title, ...hints) {
   return h("div.empty", {}, h("h3", {}, title), hints.map((hint) => h("p", {}, hint)));
 }
 
+// Put a text into the clipboard. Return whether it is there.
+export async function copy(text) {
+  if (navigator.clipboard) return navigator.clipboard.writeText(text).then(() => true, () => false);
+  const focused = document.activeElement;
+  const area = h("textarea", { value: text }); // a page of another machine, over plain http, has no clipboard
+  document.body.append(area);
+  area.select();
+  const copied = document.execCommand("copy");
+  area.remove();
+  focused?.focus();
+  return copied;
+}
+
 // Text of a command, which a click copies.
 export function command(text) {
+  const take = async ({ currentTarget: element }) => { if (await copy(text)) element.classList.add("copied"); };
   return h("code.command", {
-    title: "click to copy",
-    onclick: (event) => {
-      navigator.clipboard?.writeText(text);
-      event.currentTarget.classList.add("copied");
-    },
+    role: "button", tabIndex: 0, title: "click to copy", onclick: take, onkeydown: (event) => { if (event.key === "Enter") take(event); },
   }, text);
 }
 

@@ -1,11 +1,23 @@
 // Numbers and times as people read them.
 
+const SIMULATED = 1e8; // seconds: times before this, in 1973, are those of a simulation
+
 export function number(value, digits = 4) {
   if (typeof value !== "number") return String(value);
   if (Number.isInteger(value) && Math.abs(value) < 1e15) return String(value);
   const size = Math.abs(value);
-  if (size !== 0 && (size < 1e-4 || size >= 1e7)) return value.toExponential(digits - 1);
+  if (size !== 0 && (size < 1e-4 || size >= 1e7)) return value.toExponential(digits - 1).replace(/\.?0*e/, "e");
   return String(Number(value.toPrecision(digits + 2)));
+}
+
+// A value of a curve, so exact that a thousandth of what its axis spans is told.
+export function reading(value, span) {
+  const size = Math.abs(value);
+  if (!(span > 0) || !(size > 0) || size >= 1e15 || Number.isInteger(value)) return number(value);
+  const behind = Math.ceil(-Math.log10(span / 1000)); // digits behind the point
+  const needed = Math.floor(Math.log10(size)) + 1 + behind;
+  if (needed <= (size < 1e-4 || size >= 1e7 ? 4 : 6)) return number(value);
+  return String(Number(value.toFixed(Math.min(12, Math.max(0, behind)))));
 }
 
 export function rate(hz) {
@@ -27,9 +39,21 @@ export function bytes(count, unit = "B") {
 
 export function clock(seconds) {
   const date = new Date(seconds * 1000);
-  if (seconds < 1e8) return seconds.toFixed(3); // simulated time
+  if (seconds < SIMULATED) return seconds.toFixed(3);
   const two = (value) => String(value).padStart(2, "0");
   return `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}.${String(date.getMilliseconds()).padStart(3, "0")}`;
+}
+
+// A time or duration {secs, nsecs} in seconds, exactly; a negative one has secs below it, and nsecs above that.
+export function seconds({ secs, nsecs }) {
+  const back = secs < 0 && nsecs > 0;
+  const [whole, part] = back ? [-secs - 1, 1e9 - nsecs] : [secs, nsecs];
+  return `${back ? "-" : ""}${whole}.${String(part).padStart(9, "0")}`;
+}
+
+// Date and time, as those of a bag; a simulation has seconds only.
+export function moment(seconds) {
+  return seconds < SIMULATED ? `${seconds.toFixed(2)} s` : new Date(seconds * 1000).toLocaleString();
 }
 
 export function plural(count, word) {

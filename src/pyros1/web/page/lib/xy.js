@@ -2,28 +2,35 @@
 
 const LARGEST_GAP = 1; // seconds between two values of x within which it is taken as a straight line
 
-// The points of a pair of curves between two times: {xs, ys, times}, at the times of y, at most so many.
+// The points of a pair of curves between two times: {xs, ys, times}, at the times of y, at most so many; NaN where a line ends.
 // Of too many, every second, third ... is left out, always the same, so that the picture does not flicker.
 export function join(x, y, begin, end, most) {
   const first = y.indexOf(begin);
   const last = Math.min(y.end, y.indexOf(end + 1e-9));
   const step = Math.max(1, 2 ** Math.ceil(Math.log2(Math.max(1, last - first) / most)));
   const count = Math.max(0, Math.ceil((last - first) / step));
-  const out = { xs: new Float64Array(count), ys: new Float64Array(count), times: new Float64Array(count) };
+  const [xs, ys, times] = [0, 1, 2].map(() => new Float64Array(2 * count));
   let kept = 0;
   let near = x.indexOf(begin);
+  let ended = false; // what came is no number: the line ends
+  const put = (...numbers) => {
+    [xs[kept], ys[kept], times[kept]] = numbers;
+    kept += 1;
+  };
   const keep = (index) => {
     const time = y.times[index];
     while (near < x.end && x.times[near] < time) near += 1;
     const value = at(x, near, time);
-    if (!Number.isFinite(value) || !Number.isFinite(y.values[index])) return;
-    out.xs[kept] = value;
-    out.ys[kept] = y.values[index];
-    out.times[kept] = time;
-    kept += 1;
+    if (!Number.isFinite(value) || !Number.isFinite(y.values[index])) {
+      ended = kept > 0;
+      return;
+    }
+    if (ended) put(NaN, NaN, time);
+    ended = false;
+    put(value, y.values[index], time);
   };
   for (let index = first + ((step - ((first - y.start + y.forgotten) % step)) % step); index < last; index += step) keep(index);
-  return { xs: out.xs.subarray(0, kept), ys: out.ys.subarray(0, kept), times: out.times.subarray(0, kept) };
+  return { xs: xs.subarray(0, kept), ys: ys.subarray(0, kept), times: times.subarray(0, kept) };
 }
 
 // The value of a curve at a time; near is the index of its first point at that time or later.

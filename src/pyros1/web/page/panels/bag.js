@@ -1,7 +1,7 @@
 // Recorded bags: what is in them, when, and to play and record.
 
 import { fill, h } from "../lib/dom.js";
-import { bytes, plural } from "../lib/format.js";
+import { bytes, moment, plural } from "../lib/format.js";
 import { Chart } from "../parts/bag/chart.js";
 import { Files } from "../parts/bag/files.js";
 import { Inspector } from "../parts/bag/inspector.js";
@@ -31,10 +31,12 @@ class BagPanel {
     }
     const said = (who) => (text) => this._problem(who, text);
     this.timeline = new Timeline(robot, {
-      seek: (time) => this.seek(time), view: (begin, end) => this.chart.setView([begin, end], this.timeline.gutter),
+      seek: (time) => this.seek(time), view: (begin, end) => this.chart.setView([begin, end]), room: () => this.chart.resize(),
       select: (topic, several) => this._select(topic, several), problem: said("timeline"),
     });
-    this.chart = new Chart(robot, { seek: (time) => this.seek(time), changed: () => this._save(), problem: said("chart") });
+    this.chart = new Chart(robot, {
+      gutter: () => this.timeline.gutter, seek: (time) => this.seek(time), changed: () => this._save(), problem: said("chart"),
+    });
     this.inspector = new Inspector(robot, {
       plot: (text) => this.chart.add(text), step: (topics, forward) => this._step(topics, forward),
       drop: (topic) => this._select(topic, true), problem: said("inspector"),
@@ -74,7 +76,7 @@ class BagPanel {
     body.append(this.recorder.strip, this.about, this.content, this.other);
     body.bag = this; // for tests, and the curious
     body.addEventListener("keydown", (event) => this._key(event));
-    this.onTheme = () => { this.timeline.draw(); this.chart._layOut(); };
+    this.onTheme = () => { this.timeline.draw(); this.chart.resize(); };
     addEventListener("themechange", this.onTheme);
   }
 
@@ -162,7 +164,7 @@ class BagPanel {
     const known = new Set(facts.topics.map(({ name }) => name));
     this.selected = new Set([...this.selected].filter((name) => known.has(name)));
     this.timeline.show(this.path, facts);
-    this.chart.show(this.path, this.timeline.view, this.timeline.gutter);
+    this.chart.show(this.path, this.timeline.view);
     this.inspector.show(this.path, facts);
     this.player.show(this.path, facts);
     this._selectAll();
@@ -185,7 +187,7 @@ class BagPanel {
       this.files.map((path) => h("option", { value: path, selected: path === this.path }, path.split("/").at(-1))));
     fill(this.about,
       h("div.line", {}, several || h("b.mono", { title: this.path }, name), h("span.muted", { title: `version ${facts.version}` }, figures.join(" · ")),
-        facts.start > 0 && h("span.muted", {}, `from ${new Date(facts.start * 1000).toLocaleString()}`)),
+        facts.start > 0 && h("span.muted", {}, `from ${moment(facts.start)}`)),
       facts.problems.length > 0 && h("ul.problems", {}, facts.problems.map((text) => h("li", {}, text))),
       facts.more > 0 && h("p.muted", {}, `${facts.more} more topics are not shown.`));
   }
@@ -221,7 +223,7 @@ class BagPanel {
     this.inspector.seek(time);
     const text = `${span(time)}`;
     if (this.clock.textContent !== text) this.clock.textContent = text;
-    if (this.facts.start > 0) this.clock.title = `${(this.facts.start + time).toFixed(6)}\n${new Date((this.facts.start + time) * 1000).toLocaleString()}`;
+    if (this.facts.start > 0) this.clock.title = `${(this.facts.start + time).toFixed(6)}\n${moment(this.facts.start + time)}`;
   }
 
   _inSight() {

@@ -85,6 +85,8 @@ class Console {
       h("button.quiet", { title: "save what is shown, as rqt_console's CSV", onclick: () => this._save() }, "Save"),
       h("button.quiet", { title: "load a saved log", onclick: () => file.click() }, "Load"), file,
       h("button.quiet", { title: "levels of the loggers of the chosen message's node", onclick: () => this._levels() }, "Levels"));
+    this.missing = h("span.muted", { hidden: true, title: "messages that came faster than this page took them, or while nobody looked at it" });
+    tools.append(this.missing);
     this.tall = h("div.tall");
     this.list = h("div.log", {
       role: "log", tabIndex: 0, onscroll: () => this._scrolled(), onkeydown: (event) => this._key(event),
@@ -101,7 +103,7 @@ class Console {
   }
 
   _take({ entries, dropped, run }) {
-    this.dropped += dropped;
+    if (this.count && this.args.run === run) this.dropped += dropped;
     this.args.run = run;
     this.last = entries.at(-1)[0];
     for (const entry of entries) {
@@ -140,6 +142,8 @@ class Console {
       const text = `${NAME.get(level)} ${count < 1e4 ? count : bytes(count, "")}`;
       if (button.textContent !== text) button.textContent = text;
     }
+    this.missing.hidden = !this.dropped || Boolean(this.loaded);
+    fill(this.missing, `${this.dropped < 1e4 ? this.dropped : bytes(this.dropped, "")} missing`);
   }
 
   _scrolled() {
@@ -261,6 +265,7 @@ class Console {
   _clear() {
     this.kept.clear();
     this.counts = countsOf([]);
+    this.dropped = 0;
     this._show(null);
   }
 

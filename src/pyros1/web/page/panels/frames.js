@@ -101,9 +101,8 @@ class Frames {
     } });
     const problem = h("div.wrong");
     const [hz, old, who] = [h("td.number"), h("td.number"), h("td.who.mono.muted")];
-    const element = h("tr.link", {
-      onclick: () => { this.selected = this.selected === name ? "" : name; this._save(); this._draw(); },
-    }, h("td.mono", { style: { paddingLeft: `${10 + depth * 18}px` } }, h("span.label", {}, fold || h("span.fold"), name), problem), hz, old, who);
+    const choose = () => { this.selected = this.selected === name ? "" : name; this._save(); this._draw(); };
+    const element = h("tr.link", { tabIndex: 0, onclick: choose, onkeydown: (event) => this._key(event, choose) }, h("td.mono", { style: { paddingLeft: `calc(10px + ${depth} * var(--step, 18px))` } }, h("span.label", {}, fold || h("span.fold"), name), problem), hz, old, who);
     return { element, update: (frame) => {
       element.setAttribute("aria-selected", String(name === this.selected));
       if (fold) put(fold, this.closed.has(name) ? "▸" : "▾");
@@ -113,6 +112,16 @@ class Frames {
       old.classList.toggle("wrong", frame.age > OLD && frame.age <= RECORDED);
       put(who, (frame.publishers || []).join(" "));
     } };
+  }
+
+  // Enter chooses a row; arrows go to others.
+  _key(event, choose) {
+    if (event.target !== event.currentTarget) return;
+    const other = { ArrowDown: "nextElementSibling", ArrowUp: "previousElementSibling" }[event.key];
+    if (event.key === "Enter" || event.key === " ") choose();
+    else if (other) event.target[other]?.focus();
+    else return;
+    event.preventDefault();
   }
 
   _drawDetail() {

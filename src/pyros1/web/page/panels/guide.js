@@ -1,6 +1,6 @@
 // The guide: ROS 1 in steps that one types into a terminal, beside panels that show what happens; and how-to pages.
 
-import { empty, fill, h } from "../lib/dom.js";
+import { copy, empty, fill, h } from "../lib/dom.js";
 
 // What to look at beside a step, by the step's name: panels, with their titles here, and their settings.
 const BESIDE = {
@@ -155,7 +155,7 @@ function copied(text) {
 }
 
 async function copyText(text, button) {
-  await navigator.clipboard?.writeText(text);
+  if (!await copy(text)) return;
   button.classList.add("copied");
   setTimeout(() => button.classList.remove("copied"), 1500);
 }

@@ -6,6 +6,7 @@ import { drawPicture } from "../lib/images.js";
 import { Zoom } from "../lib/zoom.js";
 
 const KINDS = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
+const QUIET = 3; // seconds without a picture after which the rate no longer holds
 
 export default {
   title: "Image",
@@ -26,6 +27,8 @@ class Picture {
       this.paused = !this.paused;
       this.pause.setAttribute("aria-pressed", String(this.paused));
       fill(this.pause, this.paused ? "Go on" : "Pause");
+      if (!this.paused && this.missed) this._take(...this.missed); // another one may never come
+      this.missed = null;
     } }, "Pause");
     const limit = (index, hint) => h("input", {
       type: "number", step: "any", placeholder: hint, "aria-label": `${hint} value`, title: `the ${hint} value of depth and other pictures of one channel; empty: what the picture has`,
@@ -35,7 +38,7 @@ class Picture {
     place.tools.append(this.choice, this.pause,
       h("button.quiet", { title: "turn by a quarter", onclick: () => { this.turned = (this.turned + 1) % 4; this._save(); this._fit(); } }, "Turn"),
       h("button.quiet", { title: "save this picture", onclick: () => this._png() }, "PNG"), ...this.limits);
-    this.canvas = h("canvas", { onmousemove: (event) => this._point(event), onmouseleave: () => this._status() });
+    this.canvas = h("canvas", { onmousemove: (event) => this._point(event), onmouseleave: () => { this.pointed = null; this._status(); } });
     this.frame = h("div.frame", { title: "wheel or two fingers: larger; drag; double click: all of it" }, this.canvas);
     this.zoom = new Zoom(this.frame, () => this._fit());
     this.status = h("div.status.mono");
@@ -45,10 +48,12 @@ class Picture {
     this.observer = new ResizeObserver(() => this._fit());
     this.observer.observe(this.frame);
     this.system = place.robot.stream("system", {}, { data: (data) => this._topics(data) });
+    this.timer = setInterval(() => { if (this.facts && this._rate() !== this.rate) this._status(); }, 500);
     this._choose(this.topic);
   }
 
   unmount() {
+    clearInterval(this.timer);
     this.system.close();
     this.stream?.close();
     this.observer.disconnect();
@@ -78,7 +83,7 @@ class Picture {
     this.stream?.close();
     this.stream = null;
     this.topic = topic;
-    this.facts = null;
+    this.facts = this.missed = null;
     this.zoom.reset();
     this.choice.value = topic;
     this.place.problem("");
@@ -86,7 +91,12 @@ class Picture {
     this._showHint();
     if (!topic) return;
     this.stream = this.place.robot.stream("image", { topic }, {
-      data: (data, blob) => (this.paused ? null : this._take(data, blob)),
+      data: (data, blob) => {
+        [this.hz, this.at] = [data.hz, performance.now()];
+        if (!this.paused) return this._take(data, blob);
+        this.missed = [data, blob];
+        return null;
+      },
       problem: (text) => this.place.problem(text),
     });
   }
@@ -133,19 +143,31 @@ class Picture {
     this.canvas.style.imageRendering = scale > 2 ? "pixelated" : "auto";
   }
 
-  _status(more = "") {
+  // What comes now, also if the picture stands still.
+  _rate() {
+    const age = (performance.now() - this.at) / 1000;
+    return age > Math.max(QUIET, this.hz ? 3 / this.hz : 0) ? "0 Hz" : rate(this.hz);
+  }
+
+  _status() {
     const { facts } = this;
     if (!facts) return;
     const what = facts.encoding || facts.format;
-    fill(this.status, `${this.canvas.width} × ${this.canvas.height}  ${what}  ${rate(facts.hz)}  ${facts.frame}${this.values}${more}`);
+    this.rate = this._rate();
+    fill(this.status, `${this.canvas.width} × ${this.canvas.height}  ${what}  ${this.rate}  ${facts.frame}${this.values}${this._underPointer()}`);
   }
 
-  // The place and the colour under the pointer.
   _point(event) {
-    const [x, y] = [Math.floor(event.offsetX), Math.floor(event.offsetY)];
-    if (x < 0 || y < 0 || x >= this.canvas.width || y >= this.canvas.height) return;
+    this.pointed = [Math.floor(event.offsetX), Math.floor(event.offsetY)];
+    this._status();
+  }
+
+  // The place and the colour under the pointer, also of the next pictures.
+  _underPointer() {
+    const [x, y] = this.pointed || [-1, -1];
+    if (x < 0 || y < 0 || x >= this.canvas.width || y >= this.canvas.height) return "";
     const [red, green, blue] = this.canvas.getContext("2d").getImageData(x, y, 1, 1).data;
-    this._status(`   (${x}, ${y}): ${red} ${green} ${blue}`);
+    return `   (${x}, ${y}): ${red} ${green} ${blue}`;
   }
 
   _limits() {

@@ -2,7 +2,7 @@
 
 import { Points, grid, sample } from "../lib/curves.js";
 import { command, empty, fill, h, save } from "../lib/dom.js";
-import { clock, number } from "../lib/format.js";
+import { clock, reading } from "../lib/format.js";
 import { lookOf, say, swatch } from "../parts/plot/looks.js";
 import { Pairs } from "../parts/plot/pairs.js";
 import { picture } from "../parts/plot/picture.js";
@@ -344,8 +344,11 @@ class Plot {
     }
     for (const curve of this.curves) {
       if (!curve.mark) continue;
-      const values = this.lines.filter((line) => line.curve === curve).map((line) => line.at ?? line.points.last());
-      say(curve.mark, [curve], values.map((value) => number(value)).join("  "));
+      const texts = this.lines.filter((line) => line.curve === curve).map((line) => {
+        const { min, max } = this.charts.find((chart) => chart.lines.includes(line))?.scales.y || {};
+        return reading(line.at ?? line.points.last(), max - min);
+      });
+      say(curve.mark, [curve], texts.join("  "));
     }
   }
 

@@ -30,7 +30,7 @@ class Scene {
     this.robots = texts(robots) || [DESCRIPTION]; // parameters with URDFs
     this.options = { ...options }; // key of a display -> what was chosen
     this.concealed = new Set(texts(hidden)); // keys
-    this.look = new ViewChoice({ view, target }, { changed: () => this._save(), robot: () => this._robotAlone() });
+    this.look = new ViewChoice({ view, target }, { changed: () => this.keep(), robot: () => this._robotAlone() });
     this.displays = new Map(); // key -> {key, topic, display, stream}
     this.types = {};
     this._build();
@@ -98,8 +98,8 @@ class Scene {
   _build() {
     const { body, tools } = this.place;
     const file = h("input", { type: "file", accept: ".rviz,.yaml,.yml", hidden: true, onchange: () => this._open(file) });
-    this.toolbox = new Toolbox(this);
-    const more = h("span.more", {}, h("label.check", {}, "follow", this.look.frames), [...this.toolbox.buttons.values()],
+    this.toolbox = new Toolbox(this, this.place.settings.tools);
+    const more = h("span.more", {}, h("label.check", {}, "follow", this.look.frames), this.toolbox.elements,
       h("button.quiet", { title: "look from where one looked at first", onclick: () => this.look.reset() }, "Reset"),
       h("button.quiet", { title: "save the picture", onclick: () => this._png() }, "PNG"));
     tools.append(this.fixed.element, h("label.check", {}, h("span.what", {}, "view"), this.look.views, this.look.axes),
@@ -124,8 +124,9 @@ class Scene {
     body.append(element, this.view, file);
   }
 
-  _save() {
-    this.place.save({ fixed: this.fixed.frame, topics: this.topics, robots: this.robots, options: this.options, hidden: [...this.concealed], view: this.look.kept, target: this.look.target });
+  keep() {
+    const { topics } = this.toolbox;
+    this.place.save({ fixed: this.fixed.frame, topics: this.topics, robots: this.robots, options: this.options, hidden: [...this.concealed], view: this.look.kept, target: this.look.target, ...(Object.keys(topics).length ? { tools: topics } : {}) });
   }
 
   _system(data) {
@@ -176,7 +177,7 @@ class Scene {
     this.stage.followed = null;
     this.world.change({ fixed: this.fixed.frame });
     this._restream();
-    this._save();
+    this.keep();
   }
 
   _restream() {
@@ -221,7 +222,7 @@ class Scene {
   }
 
   _changed() {
-    this._save();
+    this.keep();
     this.offered = "";
     this.list.draw();
     this.stage.draw();
@@ -309,7 +310,7 @@ class Scene {
     if (shown) this.concealed.delete(key);
     else this.concealed.add(key);
     this.displays.get(key).display.show(shown);
-    this._save();
+    this.keep();
     this.stage.draw();
   }
 
@@ -320,7 +321,7 @@ class Scene {
     const before = JSON.stringify(display.args);
     display.set({ [name]: value });
     if (entry.topic && JSON.stringify(display.args) !== before) this.again(entry);
-    this._save();
+    this.keep();
     this.stage.draw();
   }
 

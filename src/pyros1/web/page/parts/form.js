@@ -177,8 +177,7 @@ function readNumber(text, kind) {
   const [least, most] = signed ? [-(2n ** BigInt(bits)), 2n ** BigInt(bits) - 1n] : [0n, 2n ** BigInt(bits) - 1n];
   const whole = BigInt(word.replace("+", ""));
   if (whole < least || whole > most) return { problem: `${kind} is from ${least} to ${most}` };
-  if (!Number.isSafeInteger(Number(whole))) return { problem: "numbers beyond 2^53 cannot be sent from here" };
-  return { value: Number(whole) };
+  return { value: Number.isSafeInteger(Number(whole)) ? Number(whole) : String(whole) }; // JavaScript would round it
 }
 
 export function timeText(value) {

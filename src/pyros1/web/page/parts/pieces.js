@@ -1,6 +1,6 @@
 // Small pieces that several panels are made of.
 
-import { fill, h } from "../lib/dom.js";
+import { copy, fill, h } from "../lib/dom.js";
 
 // Text that a click copies.
 export function copied(text, shown = text) {
@@ -10,18 +10,6 @@ export function copied(text, shown = text) {
     setTimeout(() => element.classList.remove("done"), 1000);
   } }, shown);
   return element;
-}
-
-function copy(text) {
-  if (navigator.clipboard) {
-    navigator.clipboard.writeText(text).catch(() => {});
-    return;
-  }
-  const area = h("textarea", { value: text }); // a page of another machine, over plain http, has no clipboard
-  document.body.append(area);
-  area.select();
-  document.execCommand("copy");
-  area.remove();
 }
 
 // A button that asks before it does something: act() may return a promise.

@@ -192,7 +192,7 @@ export class Table {
     let line = this.drawn.get(item.key);
     if (!line) {
       line = { element: h("div.line", { role: "row", dataset: { key: item.key } }), cells: [] };
-      line.cells = this.shown.map((column, at) => h(`div.cell${column.number ? ".number" : ""}${at ? "" : ".name"}`, { role: "gridcell" }));
+      line.cells = this.shown.map((column, at) => h(`div.cell${column.number ? ".number" : ""}${at ? "" : ".name"}`, { role: "gridcell" }, !at && h("bdi")));
       line.element.append(...line.cells);
       this.drawn.set(item.key, line);
       this.tall.append(line.element);
@@ -205,7 +205,7 @@ export class Table {
     element.setAttribute("aria-level", String(item.depth + 1));
     if (item.group) {
       element.setAttribute("aria-expanded", String(item.open));
-      put(cells[0], `${item.open ? "▾" : "▸"} ${item.label} (${item.group.count})`, item.group.path);
+      put(cells[0].firstChild, `${item.open ? "▾" : "▸"} ${item.label} (${item.group.count})`, item.group.path);
       return;
     }
     element.classList.toggle("dim", Boolean(item.row.dim));
@@ -215,7 +215,7 @@ export class Table {
         return;
       }
       const text = at ? column.text(item.row) : item.label;
-      put(cells[at], text, at ? undefined : item.row.name);
+      put(at ? cells[at] : cells[0].firstChild, text, at ? undefined : item.row.name);
     });
     line.row = item.row;
   }

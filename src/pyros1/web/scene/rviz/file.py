@@ -86,7 +86,12 @@ _PANELS = frozenset({"Displays", "Help", "Selection", "Time", "Tool Properties",
 _TOOLS = frozenset(
     {"FocusCamera", "Interact", "Measure", "MoveCamera", "PublishPoint", "Select", "SetGoal", "SetInitialPose"}
 )
-_TOOL_TOPICS = {"SetGoal": "/move_base_simple/goal", "SetInitialPose": "/initialpose", "PublishPoint": "/clicked_point"}
+_PUBLISHING = {
+    "SetGoal": ("goal", "/move_base_simple/goal"),
+    "SetInitialPose": ("estimate", "/initialpose"),
+    "PublishPoint": ("point", "/clicked_point"),
+}
+"""Tools that publish: their names in the panel, and where they publish usually."""
 
 
 class _Reader:
@@ -98,6 +103,7 @@ class _Reader:
         self._robots: list[str] = []
         self._hidden: list[str] = []
         self._options: dict[str, Options] = {}
+        self._tools: dict[str, str] = {}
         self._notes: list[str] = []
 
     def read(self, data: Mapping[Any, Any], manager: Mapping[Any, Any]) -> RvizFile:
@@ -121,6 +127,8 @@ class _Reader:
             **view,
         }
         self._others(data, manager)
+        if self._tools:
+            settings["tools"] = self._tools
         if len(self._notes) > _MOST_NOTES:
             self._notes[_MOST_NOTES:] = [f"and {len(self._notes) - _MOST_NOTES} more that are not here"]
         return RvizFile(settings, self._notes)
@@ -245,8 +253,10 @@ class _Reader:
             topic = text(tool, "Topic")
             if kind not in _TOOLS:
                 self._note(f"there is no tool {one_line(text(tool, 'Class')) or 'without a class'}")
-            elif kind in _TOOL_TOPICS and topic and self._resolve(topic) != _TOOL_TOPICS[kind]:
-                self._note(f"the tool {kind} publishes on {_TOOL_TOPICS[kind]}, not on {one_line(topic)}")
+            elif kind in _PUBLISHING and topic:
+                name, usual = _PUBLISHING[kind]
+                if (full := self._resolve(topic)) != usual:
+                    self._tools[name] = full
         for panel in map(mapping, listed(data.get("Panels"))):
             if class_of(panel) not in _PANELS:
                 self._note(f"there is no panel {one_line(text(panel, 'Class')) or 'without a class'}")

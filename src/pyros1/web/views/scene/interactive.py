@@ -85,6 +85,7 @@ class SceneInteractiveView(View):
             self._problem = str(error)
             return
         with self._lock:
+            self._problem = ""
             if kind.endswith("Init"):
                 self._markers.init(message, monotonic())
             elif not self._markers.update(message, monotonic()):

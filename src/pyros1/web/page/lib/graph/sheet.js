@@ -125,7 +125,8 @@ export class Sheet {
     const flow = h("dd.mono");
     this.live.push((system) => {
       const topic = system.topics[name];
-      const text = topic?.hz === null ? "…" : topic?.hz === undefined ? "not known: it is counted per connection" : `${rate(topic.hz)}${topic.hz ? ` of ${bytes(topic.bytes / topic.hz)}` : ""}, ${bytes(topic.bytes, "B/s")}`;
+      const text = topic?.hz === null ? "…" : topic?.hz === undefined ? "not known: it is counted per connection" : topic.hz && !topic.bytes ? rate(topic.hz) // nothing is encoded within a process
+        : `${rate(topic.hz)}${topic.hz ? ` of ${bytes(topic.bytes / topic.hz)}` : ""}, ${bytes(topic.bytes, "B/s")}`;
       if (flow.textContent !== text) fill(flow, text);
     });
     this.latest?.close();

@@ -4,6 +4,7 @@ import * as THREE from "../../vendor/three/three.module.min.js";
 import { Density, Pace } from "./density.js";
 import * as draw from "./draw.js";
 import { MapPlane, SCHEMES } from "./map.js";
+import { plural } from "../format.js";
 import { MarkerSet } from "./markers.js";
 import { PointSet, levels, scanPoints } from "./points.js";
 import { numbers, placed } from "./select.js";
@@ -29,6 +30,7 @@ const OPTIONS = {
   Pose: { tint: TINT, axes: AXES }, PoseArray: { tint: TINT, axes: AXES }, PoseWithCovariance: { tint: TINT, covariance: COVARIANCE, axes: AXES },
 };
 const NUMBERS = new Float32Array(0);
+const IDENTITY = [0, 0, 0, 0, 0, 0, 1];
 
 export class Display {
   // kind: rviz's name of the display; changed(): called when it looks different without a push; pictures(): topics of them.
@@ -85,6 +87,10 @@ export class Display {
   }
 
   take(data, blob) {
+    if (data.kind !== "patch" && data.kind !== this.drawn) {
+      if (this.drawn) this._forget(); // the topic has another type now
+      this.drawn = data.kind;
+    }
     if (data.kind === "markers") {
       this._markers(data);
       return;
@@ -168,7 +174,7 @@ export class Display {
     this.told = { indices, values, by: data.intensities ? "intensity" : "range" };
     this.points.set(positions, "value", levels(values));
     this._style();
-    this.word = `${positions.length / 3} points`;
+    this.word = plural(positions.length / 3, "point");
   }
 
   _cloud({ count, every, fields, by, colour, least, most, numbers: told }, blob) {
@@ -188,7 +194,7 @@ export class Display {
     Object.assign(this, { count, every });
     const why = this.density.enough < this.options.most ? ": this browser draws slowly" : "";
     this.pace.tick(performance.now());
-    this.word = `${count} points${every > 1 ? ` (one of ${every}${why}), ${this.pace}` : ""}, colour: ${by}`;
+    this.word = `${plural(count, "point")}${every > 1 ? ` (one of ${every}${why}), ${this.pace}` : ""}, colour: ${by}`;
   }
 
   _map(data, blob) {
@@ -214,7 +220,7 @@ export class Display {
 
   _say() {
     const { count, faults } = this.markers;
-    this.word = `${count} markers`;
+    this.word = plural(count, "marker");
     this.problem = this.astray === undefined ? [...faults][0] || "" : `no way to the frame ${this.astray}`;
   }
 
@@ -232,6 +238,12 @@ export class Display {
   _drop(child) {
     this.object.remove(child);
     dispose(child);
+  }
+
+  _forget() {
+    this._clear();
+    this.points = this.plane = this.markers = this.last = this.told = undefined;
+    put(this.object, IDENTITY);
   }
 
   _clear() {

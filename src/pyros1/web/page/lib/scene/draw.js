@@ -4,6 +4,7 @@
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { arrowOf } from "./markers.js";
 import { label } from "./label.js";
+import { plural } from "../format.js";
 import { rainbow } from "./colours.js";
 import { put } from "./stage.js";
 
@@ -14,7 +15,7 @@ const AROUND = 0xe0a000;
 export function path({ count }, poses, colour) {
   const positions = new Float32Array(3 * count);
   for (let index = 0; index < count; index += 1) positions.set(poses.subarray(7 * index, 7 * index + 3), 3 * index);
-  return [line(positions, colour), `${count} poses`];
+  return [line(positions, colour), plural(count, "pose")];
 }
 
 export function poses({ count, spread, turn }, numbers, colour, style = {}) {

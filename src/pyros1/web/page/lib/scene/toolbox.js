@@ -2,15 +2,28 @@
 
 import { h } from "../dom.js";
 
-const TOOLS = { select: "Select", measure: "Measure", goal: "Nav goal", estimate: "Pose estimate", point: "Point" };
-const WRITING = ["goal", "estimate", "point"]; // tools that publish
+const TOOLS = {
+  select: ["Select", "what a thing is, and the values of points"],
+  measure: ["Measure", "how far places are from each other"],
+  goal: ["Nav goal", "rviz's 2D Nav Goal: tell the robot where to go"],
+  estimate: ["Pose estimate", "rviz's 2D Pose Estimate: tell the robot where it is"],
+  point: ["Point", "rviz's Publish Point"],
+};
+const WRITING = { goal: "/move_base_simple/goal", estimate: "/initialpose", point: "/clicked_point" }; // tools that publish, and where
+const HINTS = { point: "click the place that is published", goal: "press at the place, and release in the direction", estimate: "press at the place, and release in the direction" };
 
 export class Toolbox {
-  // scene: the panel; of it are used stage, lib, view, displays, mouse, place, say(text), again(entry) and fixedFrame().
-  constructor(scene) {
+  // scene: the panel; of it are used stage, lib, view, displays, mouse, place, say(text), again(entry), keep() and fixedFrame().
+  // topics: where tools publish, of those that do so elsewhere; a link may say anything.
+  constructor(scene, topics) {
     this.scene = scene;
     this.using = "";
-    this.buttons = new Map(Object.entries(TOOLS).map(([name, text]) => [name, h("button", { "aria-pressed": "false", onclick: () => this.use(name) }, text)]));
+    this.topics = Object.fromEntries(Object.keys(WRITING).filter((name) => typeof topics?.[name] === "string").map((name) => [name, topics[name]]));
+    this.buttons = new Map(Object.entries(TOOLS).map(([name, [text, title]]) => [name, h("button", { "aria-pressed": "false", title, onclick: () => this.use(name) }, text)]));
+    this.field = h("input.mono", { hidden: true, "aria-label": "topic of the tool", title: "where this tool publishes; empty: the usual topic", spellcheck: false, size: 20, maxLength: 200, onchange: () => this._publishOn(this.field.value.trim()) });
+    this.elements = [...this.buttons.values(), this.field];
+    const escape = ({ key }) => { if (key === "Escape" && this.using) this.use(this.using); };
+    for (const each of [scene.place.body, scene.place.tools]) each.addEventListener("keydown", escape);
   }
 
   close() {
@@ -31,9 +44,9 @@ export class Toolbox {
       else if (name === "measure") this.tool = new MeasureTool(scene.stage, (text) => scene.say(text));
       else if (name === "point") this.tool = new PointTool(scene.stage, (point) => this._publish(name, point.toArray()));
       else this.tool = new ArrowTool(scene.stage, name === "goal" ? 0xae3ec9 : 0x2f9e44, (x, y, yaw) => this._publish(name, [x, y, 0], yaw));
-      if (name === "point") scene.say("click the place that is published");
-      else if (name === "goal" || name === "estimate") scene.say("press at the place, and release in the direction");
+      if (HINTS[name]) scene.say(`${HINTS[name]}; Escape ends it`);
     }
+    this._showTopic();
     this.mayWrite();
     if ("select" === before || "select" === this.using) this._inspect();
     for (const [each, button] of this.buttons) button.setAttribute("aria-pressed", String(each === this.using));
@@ -43,7 +56,7 @@ export class Toolbox {
   mayWrite() {
     const { mouse, place } = this.scene;
     const { read_only: readOnly } = place.robot.about;
-    for (const name of WRITING) this.buttons.get(name).hidden = readOnly;
+    for (const name of Object.keys(WRITING)) this.buttons.get(name).hidden = readOnly;
     if (mouse) mouse.enabled = !this.using && !readOnly;
   }
 
@@ -56,10 +69,24 @@ export class Toolbox {
     }
   }
 
+  _showTopic() {
+    this.field.hidden = !(this.using in WRITING);
+    this.field.value = this.topics[this.using] || WRITING[this.using] || "";
+  }
+
+  _publishOn(topic) {
+    const name = this.using;
+    delete this.topics[name];
+    if (topic && topic !== WRITING[name]) this.topics[name] = topic.replace(/^\/?/, "/");
+    this._showTopic();
+    this.scene.keep();
+  }
+
   async _publish(name, [x, y, z], yaw = 0) {
     const { scene } = this;
     const pose = { position: { x, y, z }, orientation: { x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) } };
-    const [topic, type, value] = scene.lib.MESSAGES[name](pose, scene.fixedFrame());
+    const [type, value] = scene.lib.MESSAGES[name](pose, scene.fixedFrame());
+    const topic = this.topics[name] || WRITING[name];
     this.use(name);
     try {
       const { subscribers } = await scene.place.robot.call("topics.publish", { topic, type, value });

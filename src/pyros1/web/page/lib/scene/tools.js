@@ -4,13 +4,14 @@ import * as THREE from "../../vendor/three/three.module.min.js";
 import { arrowOf } from "./markers.js";
 import { dispose, put } from "./stage.js";
 
+const STILL = 4; // pixels that a pointer may move in a click
 const COVARIANCE = Object.assign(new Array(36).fill(0), { 0: 0.25, 7: 0.25, 35: 0.06853891909122467 }); // as rviz: 0.5 m, 15°
 
-// What a pose on the ground becomes.
+// What a pose on the ground becomes: a type and a value.
 export const MESSAGES = {
-  goal: (pose, frame) => ["/move_base_simple/goal", "geometry_msgs/PoseStamped", { header: { frame_id: frame, stamp: "now" }, pose }],
-  point: ({ position }, frame) => ["/clicked_point", "geometry_msgs/PointStamped", { header: { frame_id: frame, stamp: "now" }, point: position }],
-  estimate: (pose, frame) => ["/initialpose", "geometry_msgs/PoseWithCovarianceStamped",
+  goal: (pose, frame) => ["geometry_msgs/PoseStamped", { header: { frame_id: frame, stamp: "now" }, pose }],
+  point: ({ position }, frame) => ["geometry_msgs/PointStamped", { header: { frame_id: frame, stamp: "now" }, point: position }],
+  estimate: (pose, frame) => ["geometry_msgs/PoseWithCovarianceStamped",
     { header: { frame_id: frame, stamp: "now" }, pose: { pose, covariance: COVARIANCE } }],
 };
 
@@ -23,20 +24,25 @@ export class ArrowTool {
     this.arrow = arrowOf(1, 0.3, 0.08, 0.22, this.material);
     this.arrow.visible = false;
     stage.scene.add(this.arrow);
-    this.listen = [["pointerdown", (event) => this._down(event)], ["pointermove", (event) => this._move(event)], ["pointerup", (event) => this._up(event)]];
+    this.listen = [["pointerdown", (event) => this._down(event)], ["pointermove", (event) => this._move(event)], ["pointerup", (event) => this._up(event)], ["pointercancel", () => this._forget()]];
     for (const [name, call] of this.listen) stage.canvas.addEventListener(name, call);
-    stage.controls.enabled = false;
+    stage.claimed = true; // other buttons, and two fingers, move the view
   }
 
   close() {
     for (const [name, call] of this.listen) this.stage.canvas.removeEventListener(name, call);
     this.stage.scene.remove(this.arrow);
     dispose(this.arrow);
-    this.stage.controls.enabled = true;
+    this.stage.claimed = false;
     this.stage.draw();
   }
 
   _down(event) {
+    if (this.from) { // a second finger moves the view
+      this._forget();
+      return;
+    }
+    if (event.button !== 0) return;
     this.from = this.stage.ground(event.offsetX, event.offsetY);
     if (!this.from) return;
     this.stage.canvas.setPointerCapture(event.pointerId);
@@ -51,10 +57,17 @@ export class ArrowTool {
     this._show();
   }
 
-  _up() {
+  _up({ button }) {
     const { from } = this;
+    if (!from || button !== 0) return;
     this.from = null;
-    if (from) this.done(from.x, from.y, this.yaw);
+    this.done(from.x, from.y, this.yaw);
+  }
+
+  _forget() {
+    this.from = null;
+    this.arrow.visible = false;
+    this.stage.draw();
   }
 
   _show() {
@@ -64,19 +77,23 @@ export class ArrowTool {
   }
 }
 
-// Click a place on something, or on the ground. done(point)
+// Click a place on something, or on the ground; a press that turns the view is no click. done(point)
 export class PointTool {
   constructor(stage, done) {
     this.stage = stage;
-    this.click = ({ offsetX, offsetY }) => {
-      const point = stage.surface(offsetX, offsetY);
-      if (point) done(point);
+    this.listen = {
+      pointerdown: ({ clientX, clientY }) => { this.from = [clientX, clientY]; },
+      click: ({ clientX, clientY, offsetX, offsetY }) => {
+        if (this.from && Math.hypot(clientX - this.from[0], clientY - this.from[1]) > STILL) return;
+        const point = stage.surface(offsetX, offsetY);
+        if (point) done(point);
+      },
     };
-    stage.canvas.addEventListener("click", this.click);
+    for (const [name, call] of Object.entries(this.listen)) stage.canvas.addEventListener(name, call);
   }
 
   close() {
-    this.stage.canvas.removeEventListener("click", this.click);
+    for (const [name, call] of Object.entries(this.listen)) this.stage.canvas.removeEventListener(name, call);
   }
 }
 
@@ -92,21 +109,15 @@ export class MeasureTool {
       each.renderOrder = 10;
       stage.scene.add(each);
     }
-    this.listen = {
-      pointerdown: ({ clientX, clientY }) => { this.from = [clientX, clientY]; },
-      click: ({ clientX, clientY, offsetX, offsetY }) => {
-        if (this.from && Math.hypot(clientX - this.from[0], clientY - this.from[1]) > 4) return; // the view was turned
-        const point = stage.surface(offsetX, offsetY);
-        if (point) this._add(point, told);
-      },
-      dblclick: () => this._begin(told),
-    };
-    for (const [name, call] of Object.entries(this.listen)) stage.canvas.addEventListener(name, call);
+    this.clicked = new PointTool(stage, (point) => this._add(point, told));
+    this.anew = () => this._begin(told);
+    stage.canvas.addEventListener("dblclick", this.anew);
     this._begin(told);
   }
 
   close() {
-    for (const [name, call] of Object.entries(this.listen)) this.stage.canvas.removeEventListener(name, call);
+    this.clicked.close();
+    this.stage.canvas.removeEventListener("dblclick", this.anew);
     this.stage.scene.remove(this.line, this.dots);
     dispose(this.line);
     this.dots.material.dispose();

@@ -3,15 +3,15 @@
 import uPlot from "../../vendor/uplot.js";
 import { Points, grid, sample } from "../../lib/curves.js";
 import { fill, h } from "../../lib/dom.js";
-import { number } from "../../lib/format.js";
-import { lookOf, say, swatch } from "../plot/looks.js";
+import { reading } from "../../lib/format.js";
+import { dots, lookOf, say, swatch } from "../plot/looks.js";
 import { marks, spread } from "../plot/words.js";
 import { RIGHT } from "./timeline.js";
 
 const MOST = 16;
 const PATIENCE = 250; // ms after the last zoom
 
-// on: {seek(time), changed(curves), problem(text)}
+// on: {gutter() the pixels beside the lanes, seek(time), changed(curves), problem(text)}
 export class Chart {
   constructor(robot, on) {
     this.robot = robot;
@@ -39,11 +39,10 @@ export class Chart {
     this.stream = null;
   }
 
-  show(path, view, gutter) {
+  show(path, view) {
     this.forget();
     this.path = path;
     this.view = view;
-    this.gutter = gutter;
     for (const curve of this.curves) Object.assign(curve, { lines: new Map(), problem: "", done: false });
     this._ask();
   }
@@ -70,9 +69,8 @@ export class Chart {
   }
 
   // A zoom reads what is in sight again, in more detail; what is known is shown meanwhile.
-  setView(view, gutter) {
+  setView(view) {
     this.view = view;
-    this.gutter = gutter;
     this._draw();
     clearTimeout(this.timer);
     if (this.curves.length) this.timer = setTimeout(() => this._ask(), PATIENCE);
@@ -81,6 +79,11 @@ export class Chart {
   setTime(time) {
     this.time = time;
     this._mark();
+  }
+
+  // The lanes have another place.
+  resize() {
+    this._layOut();
   }
 
   _ask() {
@@ -161,8 +164,8 @@ export class Chart {
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, y: false },
       scales: { x: { time: false, auto: false }, y: { range: (_, least, most) => spread(least, most) } },
-      axes: [{ ...axis, show: false }, { ...axis, size: this.gutter, values: (_, ticks) => marks(ticks) }],
-      series: [{}, ...this.lines.map((line) => ({ label: line.label, stroke: line.colour, dash: line.dash, width: 1.5, spanGaps: true, points: { show: false } }))],
+      axes: [{ ...axis, show: false }, { ...axis, size: this.on.gutter(), values: (_, ticks) => marks(ticks) }],
+      series: [{}, ...this.lines.map((line) => ({ label: line.label, stroke: line.colour, dash: line.dash, width: 1.5, points: dots(line.colour) }))],
     }, [new Float64Array(0), ...this.lines.map(() => [])], this.area);
     this.mark = h("i.cursor");
     this.plot.over.append(this.mark);
@@ -179,7 +182,7 @@ export class Chart {
   _draw() {
     if (!this.plot) return;
     const [begin, end] = this.view;
-    const places = grid(begin, end, Math.max(50, this.plot.width - this.gutter - RIGHT)); // it is measured later
+    const places = grid(begin, end, Math.max(50, this.plot.width - this.on.gutter() - RIGHT)); // it is measured later
     this.plot.batch(() => {
       this.plot.setData([places.times, ...this.lines.map((line) => sample(line.points, places))], false);
       this.plot.setScale("x", { min: begin, max: end });
@@ -190,7 +193,7 @@ export class Chart {
   _mark() {
     if (this.plot && this.time !== undefined) {
       const x = this.plot.valToPos(this.time, "x");
-      this.mark.hidden = !(x >= 0 && x <= this.plot.width - this.gutter - RIGHT);
+      this.mark.hidden = !(x >= 0 && x <= this.plot.width - this.on.gutter() - RIGHT);
       this.mark.style.transform = `translateX(${x}px)`;
     }
     this._values();
@@ -208,10 +211,11 @@ export class Chart {
 
   // The legend has the values at the cursor: those of the last points at or before it.
   _values() {
+    const { min, max } = this.plot?.scales.y || {};
     for (const curve of this.curves) {
       if (!curve.mark) continue;
       const values = [...curve.lines.values()].map((points) => points.values[points.indexOf((this.time ?? 0) + 1e-9) - 1]);
-      say(curve.mark, [curve], values.slice(0, 6).map((value) => (value === undefined ? "–" : number(value))).join("  "));
+      say(curve.mark, [curve], values.slice(0, 6).map((value) => (value === undefined ? "–" : reading(value, max - min))).join("  "));
     }
   }
 }

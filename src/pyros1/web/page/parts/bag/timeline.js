@@ -12,7 +12,7 @@ const MOST_PICTURED = 6; // rows with pictures at the same time
 const LEAST_SPAN = 1e-4; // seconds
 export const RIGHT = 12; // pixels beside the lanes
 
-// on: {seek(time), view(begin, end), select(topic, several)}
+// on: {seek(time), view(begin, end), room() the lanes have another place, select(topic, several)}
 export class Timeline {
   constructor(robot, on) {
     this.robot = robot;
@@ -93,12 +93,14 @@ export class Timeline {
     const style = getComputedStyle(this.element);
     const gutter = parseFloat(style.getPropertyValue("--gutter")) || 240;
     const narrow = style.getPropertyValue("--narrow").trim() === "1";
+    const moved = this.gutter !== undefined && this.gutter !== gutter;
     this.gutter = gutter;
     this.width = Math.max(50, this.element.clientWidth - gutter - RIGHT);
     if (narrow !== this.narrow) {
       this.narrow = narrow;
       if (this.facts) this._layOut();
     }
+    if (moved) this.on.room();
   }
 
   // Where a time is, in pixels from the left of the lanes.
@@ -241,7 +243,7 @@ export class Timeline {
         title: `${topic.name}\n${topic.type}\n${plural(topic.count, "message")} ${hz}${topic.publishers > 1 ? `\n${topic.publishers} publishers` : ""}\nclick to see its messages; with Shift or Ctrl, several topics`,
         "aria-pressed": String(this.selected.has(topic.name)),
         onclick: (event) => this.on.select(topic.name, event.shiftKey || event.ctrlKey || event.metaKey),
-      }, h("span.topic.mono", {}, topic.name), h("span.count", {}, `${topic.count}`), h("span.kind", {}, topic.type), h("span.count", {}, hz)),
+      }, h("span.topic.mono", {}, h("bdi", {}, topic.name)), h("span.count", {}, `${topic.count}`), h("span.kind", {}, topic.type), h("span.count", {}, hz)),
       h("div.lane", {}, h("canvas"), topic.image && h("div.pictures")));
     row.topic = topic.name;
     row.image = topic.image;

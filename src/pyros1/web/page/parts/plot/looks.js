@@ -1,5 +1,7 @@
 // How curves look: ten colours, and dashes for those that come after them; and what is said of one.
 
+import { lone } from "../../lib/curves.js";
+
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9", "#c2255c", "#5c940d"];
 const DASHES = [undefined, [9, 5], [2, 4], [12, 4, 2, 4]];
 
@@ -12,6 +14,11 @@ export function lookOf(index) {
 export function swatch({ colour = "var(--border)", dash }) {
   if (!dash) return colour;
   return `repeating-linear-gradient(90deg, ${colour} 0 ${Math.min(5, dash[0])}px, transparent 0 ${Math.min(5, dash[0]) + 3}px)`;
+}
+
+// Points of uPlot's that no line shows.
+export function dots(colour) {
+  return { show: false, filter: (chart, number) => lone(chart.data[number]), size: 5, fill: colour };
 }
 
 // Show what is wrong with curves, or for what one waits, which is no fault; else their values.

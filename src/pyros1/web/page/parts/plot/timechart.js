@@ -3,6 +3,7 @@
 import uPlot from "../../vendor/uplot.js";
 import { number } from "../../lib/format.js";
 import { gestures } from "./gestures.js";
+import { dots } from "./looks.js";
 import { axisWidth, countable, marks, spread, ticksBefore } from "./words.js";
 
 // lines: [{label, colour, dash}]
@@ -28,7 +29,7 @@ export function timeChart(area, lines, size, on) {
       { ...axis, size: (_, texts) => on.room(axisWidth(_, texts)), values: (_, ticks) => marks(ticks) },
     ],
     series: [{}, ...lines.map((line) => ({
-      label: line.label, stroke: line.colour, dash: line.dash, width: 1.5, spanGaps: true, points: { show: false },
+      label: line.label, stroke: line.colour, dash: line.dash, width: 1.5, points: dots(line.colour),
     }))],
     hooks: {
       setSelect: [zoomTo],

@@ -113,7 +113,7 @@ export class XYChart {
         ctx.globalAlpha = alpha;
         ctx.beginPath();
         for (let index = from; index <= to; index += 1) {
-          if (index === from) ctx.moveTo(across(xs[index]), down(ys[index]));
+          if (index === from || Number.isNaN(xs[index - 1])) ctx.moveTo(across(xs[index]), down(ys[index]));
           else ctx.lineTo(across(xs[index]), down(ys[index]));
         }
         ctx.stroke();
