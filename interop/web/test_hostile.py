@@ -46,7 +46,7 @@ def test_numbers_that_nothing_can_draw(browser: Browser, web: Web, make_node: Ma
     for name, message in messages.items():
         node.advertise(f"/{name}", type(message), latch=True).publish(message)
     browser.open(panel_link(web.link, "scene", {"topics": [f"/{name}" for name in messages], "fixed": "map"}))
-    for words in ("1 poses", "1 corners", "0.00 N, 0.00 N m", "one of 3 across and down is shown"):
+    for words in ("1 pose", "1 corner", "0.00 N, 0.00 N m", "one of 3 across and down is shown"):
         browser.wait("document.querySelector('.panel')?.textContent.includes(arguments[0])", words)
     browser.wait("document.querySelector('.scene').scene.displays.get('/markers')?.display.word === '12 markers'")
     drawn = browser.run("return document.querySelector('.scene').scene.stage.frames")
