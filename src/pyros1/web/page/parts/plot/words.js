@@ -4,7 +4,7 @@ import { number } from "../../lib/format.js";
 
 const SHORT = 8; // letters of a number
 
-const EXPRESSION = /^\s*[\w/]+\s*:(?=[^,]*[^\w/:,]).*\bm\b/s; // what is behind the colon is no name of a field
+const EXPRESSION = /^\s*[\w/]+\s*:[^,]*[^\w/:,]/; // what is behind the colon is no name of a field
 
 // /a/x:y and /a,/b stand for several curves; an expression stands for itself.
 export function expand(text) {
