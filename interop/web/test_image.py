@@ -187,6 +187,9 @@ def test_a_picture_is_made_larger_and_dragged(browser: Browser, picture: Callabl
     browser.wait(f"Math.abs({box}.left - {left} - 30) < 1")
     browser.run("document.querySelector('.image .frame').dispatchEvent(new MouseEvent('dblclick'))")
     browser.wait(f"{box}.width === {wide}")
+    browser.click(".tools button", "Pause")
+    browser.choose(".tools select", "/camera0")  # of a topic that is chosen, something is seen
+    browser.wait("document.querySelector('.tools button').textContent === 'Pause'")
 
 
 def test_two_fingers_make_a_picture_larger(browser: Browser, picture: Callable[[Any], None]) -> None:

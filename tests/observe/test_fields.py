@@ -42,6 +42,7 @@ def test_a_path_leads_to_value_and_type(path: str, value: object, kind: str | No
         ("/a: hypot(m.x, m.y)", ["/a: hypot(m.x, m.y)"]),
         ("/a:m.x*2", ["/a:m.x*2"]),
         ("/a/x,/b: m.y * 2", ["/a/x", "/b: m.y * 2"]),
+        ("/a: 5", ["/a: 5"]),
     ],
 )
 def test_the_curves_of_an_argument(text: str, curves: list[str]) -> None:

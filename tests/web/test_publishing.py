@@ -9,6 +9,7 @@ import pytest
 
 from pyros1.msgs import from_definition
 from pyros1.web.publishing import IDLE, IDLE_LATCHED, Publishing
+from pyros1.web.server.wire import RequestError
 
 FLOAT = "std_msgs/Float64"
 
@@ -89,4 +90,18 @@ def test_the_first_message_reaches_all_who_are_there(make_node: Callable[..., An
         for listener in listeners:
             listener.subscribe(f"/first{number}", FLOAT, lambda message: None)
     assert [publishing.publish(f"/first{number}", FLOAT, {"data": 1.0}) for number in range(5)] == [3] * 5
+    publishing.close()
+
+
+def test_a_type_that_nobody_takes_is_refused(node: Any, make_node: Callable[..., Any], clock: Clock) -> None:
+    """The master told everybody the new type, and the page that the message was sent to nobody."""
+    robot = make_node("robot")
+    subscriber = robot.subscribe("/vel_cmd", FLOAT, lambda message: None)
+    publishing = Publishing(lambda: node, clock=clock)
+    with pytest.raises(RequestError, match="/vel_cmd has the type std_msgs/Float64"):
+        publishing.publish("/vel_cmd", "std_msgs/String", {"data": "x"})
+    assert publishing.publish("/vel_cmd", FLOAT, {"data": 1.0}) == 1
+    subscriber.unregister()
+    publishing.end("/vel_cmd")
+    assert publishing.publish("/vel_cmd", "std_msgs/String", {"data": "x"}) == 0  # it is free
     publishing.close()

@@ -15,7 +15,7 @@ from pyros1.msgs.spec import is_type_name
 _STEP = re.compile(r"([A-Za-z_]\w*)(\[[^\[\]]*\])?\Z", re.ASCII)
 _INTEGER = re.compile(r"[+-]?\d{1,18}\Z", re.ASCII)
 # What is behind the colon is no name of a field, as in /topic/x:y.
-_WITH_EXPRESSION = re.compile(r"\s*([\w/~]+)\s*:(?=[^,]*[^\w/:,])\s*(.*\bm\b.*?)\s*\Z", re.DOTALL)
+_WITH_EXPRESSION = re.compile(r"\s*([\w/~]+)\s*:(?=[^,]*[^\w/:,])\s*(.+?)\s*\Z", re.DOTALL)
 _TIME_PARTS = ("secs", "nsecs")
 
 

@@ -65,6 +65,7 @@ class Publishing:
         Raises:
             MessageError: no such type, or a value does not fit its field.
             NodeError: the server publishes the topic with another type.
+            RequestError: other nodes have the topic with another type.
         """
         node = self._node()
         cls = self._find(type_name)
@@ -96,6 +97,7 @@ class Publishing:
             ended = [self._publishers.pop(each) for each in others]
         _end(ended)
         node.master.ping()  # to advertise would wait for a master that is away
+        _check_type(node, topic, cls._type)
         try:
             publisher = node.advertise(topic, cls, latch=latch)
         except TypeError as error:
@@ -129,6 +131,16 @@ class Publishing:
         with self._lock:
             ended, self._publishers = list(self._publishers.values()), {}
         _end(ended)
+
+
+def _check_type(node: Node, topic: str, kind: str) -> None:
+    """Refuse a type that those who have the topic do not take: the master would tell everybody of it."""
+    graph = Graph(node.master)
+    state = graph.state()
+    others = {*state.publishers.get(topic, ()), *state.subscribers.get(topic, ())} - {node.name}
+    known = graph.topic_types().get(topic, "") if others else ""
+    if known not in ("", "*", kind):
+        raise RequestError(f"{topic} has the type {known}, so nobody would take a {kind}")
 
 
 def _end(publishers: Iterable[tuple[Any, float]]) -> None:

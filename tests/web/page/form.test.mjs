@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { readTime, timeText } from "../../../src/pyros1/web/page/parts/form.js";
+import { readNumber, readTime, timeText } from "../../../src/pyros1/web/page/parts/form.js";
 
 test("each time and duration of ROS can be written and read", () => {
   for (const nsecs of [0, 1, 5e8, 999999999]) {
@@ -15,5 +15,14 @@ test("each time and duration of ROS can be written and read", () => {
 test("others cannot", () => {
   for (const [text, kind] of [["4294967296", "time"], ["-1", "time"], ["2147483648", "duration"], ["-2147483648.1", "duration"], ["now", "duration"], ["1e3", "time"], ["", "time"]]) {
     assert.ok(readTime(text, kind).problem, `${text} as ${kind}`);
+  }
+});
+
+test("numbers are read, and what is wrong with others is said", () => {
+  for (const [text, kind, value] of [["1.5e3", "float64", 1500], ["nan", "float32", "NaN"], ["-inf", "float64", "-Infinity"], ["-128", "int8", -128], ["255", "uint8", 255]]) {
+    assert.deepEqual(readNumber(text, kind), { value });
+  }
+  for (const [text, kind, said] of [["1e400", "float64", /too large/], ["1,5", "float64", /not a number/], ["", "float32", /not a number/], ["1.5", "int32", /whole/], ["256", "uint8", /0 to 255/]]) {
+    assert.match(readNumber(text, kind).problem, said);
   }
 });

@@ -80,5 +80,6 @@ test("words of rqt_plot, slices and expressions are curves", () => {
     ["/a: hypot(m.x, m.y)", ["/a: hypot(m.x, m.y)"]],
     ["/a:m.x*2", ["/a:m.x*2"]],
     ["/a/x,/b: m.y * 2", ["/a/x", "/b: m.y * 2"]],
+    ["/a: 5", ["/a: 5"]],
   ]) assert.deepEqual(expand(text), curves);
 });

@@ -21,15 +21,8 @@ class Picture {
     this.topic = place.settings.topic || "";
     this.turned = place.settings.turned || 0;
     this.range = place.settings.range || null;
-    this.paused = false;
     this.choice = h("select.mono", { "aria-label": "topic", onchange: (event) => this._choose(event.target.value) });
-    this.pause = h("button", { "aria-pressed": "false", onclick: () => {
-      this.paused = !this.paused;
-      this.pause.setAttribute("aria-pressed", String(this.paused));
-      fill(this.pause, this.paused ? "Go on" : "Pause");
-      if (!this.paused && this.missed) this._take(...this.missed); // another one may never come
-      this.missed = null;
-    } }, "Pause");
+    this.pause = h("button", { onclick: () => this._pause(!this.paused) });
     const limit = (index, hint) => h("input", {
       type: "number", step: "any", placeholder: hint, "aria-label": `${hint} value`, title: `the ${hint} value of depth and other pictures of one channel; empty: what the picture has`,
       value: this.range?.[index] ?? "", className: "limit", hidden: true, onchange: () => this._limits(),
@@ -79,7 +72,17 @@ class Picture {
     this._showHint();
   }
 
+  _pause(paused) {
+    this.paused = paused;
+    this.pause.setAttribute("aria-pressed", String(paused));
+    fill(this.pause, paused ? "Go on" : "Pause");
+    if (!paused && this.missed) this._take(...this.missed); // another one may never come
+    this.missed = null;
+  }
+
   _choose(topic) {
+    this.missed = null;
+    this._pause(false); // of another one nothing would be seen
     this.stream?.close();
     this.stream = null;
     this.topic = topic;

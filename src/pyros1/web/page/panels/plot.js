@@ -88,7 +88,11 @@ class Plot {
     const form = h("form", { onsubmit: (event) => this._submit(event) }, this.input, list, " ", h("button.primary", {}, "Add"));
     const periods = h("select", {
       "aria-label": "period", title: "how much is shown",
-      onchange: (event) => { this.period = Number(event.target.value); this.range = null; this._save(); },
+      onchange: (event) => {
+        this.period = Number(event.target.value);
+        if (this.range) this._show([this.range[1] - this.period, this.range[1]]); // it stays paused
+        this._save();
+      },
     }, [...new Set([...PERIODS, this.period])].sort((one, other) => one - other).map((seconds) => h("option", { value: seconds, selected: seconds === this.period }, seconds < 60 ? `${seconds} s` : `${seconds / 60} min`)));
     this.pause = h("button", { "aria-pressed": "false", title: "stop the picture; drag to zoom, Shift and drag to move, double click for all; the wheel zooms, with Ctrl the height", onclick: () => this._pause() }, "Pause");
     const toggle = (label, title, key, more = () => {}) => h("button", { "aria-pressed": String(this[key]), title, onclick: (event) => {
@@ -243,10 +247,7 @@ class Plot {
     }
     const on = {
       origin: () => this.origin, shown: () => this._shown(),
-      show: (range) => {
-        this.range = range;
-        this._showPause();
-      },
+      show: (range) => this._show(range),
       all: () => this._follow(), cursor: (chart) => this._cursor(chart),
       room: (width) => { this.axis = Math.max(this.axis, width); return this.axis; }, // one for all charts, so that times are below each other
     };
@@ -266,6 +267,11 @@ class Plot {
 
   _pause() {
     this.range = this.range ? null : this._shown();
+    this._showPause();
+  }
+
+  _show(range) {
+    this.range = range;
     this._showPause();
   }
 

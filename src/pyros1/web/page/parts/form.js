@@ -163,13 +163,15 @@ function numberText(value) {
   return { NaN: "nan", Infinity: "inf", "-Infinity": "-inf" }[value] ?? String(value);
 }
 
-function readNumber(text, kind) {
+// A number that one typed: {value}, or {problem}.
+export function readNumber(text, kind) {
   const word = text.trim().toLowerCase();
   if (FLOATS.has(kind)) {
     const special = { nan: "NaN", inf: "Infinity", "+inf": "Infinity", "-inf": "-Infinity" }[word];
     if (special) return { value: special };
     const value = Number(word);
-    return word === "" || Number.isNaN(value) ? { problem: "not a number" } : { value };
+    if (word === "" || Number.isNaN(value)) return { problem: "not a number" };
+    return Number.isFinite(value) ? { value } : { problem: "too large; write inf for infinity" };
   }
   if (!/^[+-]?\d+$/.test(word)) return { problem: "not a whole number" };
   const bits = LIMITS[kind] ?? 31;

@@ -6,7 +6,7 @@ const SHORT = 8; // letters of a number
 const LARGEST = 8e307; // twice as much is still a number
 const FINEST = 1e-12; // of a number: numbers have 16 digits, and an axis has some marks
 
-const EXPRESSION = /^\s*[\w/]+\s*:(?=[^,]*[^\w/:,]).*\bm\b/s; // what is behind the colon is no name of a field
+const EXPRESSION = /^\s*[\w/]+\s*:[^,]*[^\w/:,]/; // what is behind the colon is no name of a field
 
 // /a/x:y and /a,/b stand for several curves; an expression stands for itself.
 export function expand(text) {
