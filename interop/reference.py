@@ -39,7 +39,18 @@ def modules() -> list[ModuleType]:
             making = getattr(value, "__new__", None) if hasattr(value, "_fields") else None
             if hasattr(making, "__annotations__"):  # of a NamedTuple, whose types pdoc would look for in a wrong module
                 making.__annotations__ = get_type_hints(value)
+            if isinstance(value, type):
+                _take_from_bases(value)
     return found
+
+
+def _take_from_bases(value: type) -> None:
+    """Make methods of a class's own bases, which have no page, its own."""
+    for base in value.__mro__[1:]:
+        if base.__module__.startswith("pyros1."):
+            for name, member in vars(base).items():
+                if not name.startswith("_") and name not in vars(value):
+                    setattr(value, name, member)
 
 
 def make(folder: Path) -> None:

@@ -13,10 +13,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import settings
 
 from pyros1.master.server import Master
 from pyros1.node import Node
 from pyros1.node.same_host import host_key
+
+settings.register_profile("at any speed", settings(), deadline=None)
+settings.load_profile("at any speed")
 
 
 @pytest.fixture(autouse=True)

@@ -33,6 +33,8 @@ from pyros1.msgs.sensor_msgs.msg import Image
 with Node("relay_of_ours", argv=[]) as node:
     publisher = node.advertise(sys.argv[2], Image, queue_size=10)
     node.subscribe(sys.argv[1], Image, publisher.publish, arrays="memoryview")
+    there = node.service(sys.argv[1] + "/there", "std_srvs/SetBool")
+    node.advertise_service(sys.argv[2] + "/here", "std_srvs/SetBool", lambda request: there(request.data))
     node.spin()
 """
 RELAYS = {
@@ -123,6 +125,7 @@ def test_who_cannot_share_memory_is_linked_over_tcp(launcher: Master, node: Node
     heard = Heard()
     node.subscribe(topic + "/out", Image, heard, arrays="memoryview")
     publisher = node.advertise(topic, Image, queue_size=10)
+    node.advertise_service(topic + "/there", "std_srvs/SetBool", lambda request: (request.data, "from there"))
     launcher.run(
         [*OUT_OF_REACH[who], *RELAYS["ours"], topic, topic + "/out"],
         label=who,
@@ -139,6 +142,8 @@ def test_who_cannot_share_memory_is_linked_over_tcp(launcher: Master, node: Node
     assert bytes(heard.items[0].data) == bytes([7]) * SIZE
     bus = launcher.node(node.name, "getBusInfo")[2]
     assert [entry[3] for entry in bus if entry[4].startswith(topic)] == ["TCPROS", "TCPROS"]
+    answer = node.service(topic + "/out/here", "std_srvs/SetBool")(True)
+    assert answer.success and answer.message == "from there"
 
 
 def test_all_of_them_at_once(launcher: Master, node: Node, topic: str) -> None:

@@ -55,6 +55,10 @@ async function main() {
       const message = await first({ name: '/floats', messageType: 'std_msgs/Float64MultiArray', compression, fragment_size: 25 });
       say(`fragments of ${compression}`, [message.data, pieces]);
     }
+    pieces = 0;
+    const answer = within(new Promise((done) => ros.once('pieces', done)));
+    ros.callOnConnection({ op: 'call_service', id: 'pieces', service: '/rosapi/nodes', args: {}, fragment_size: 25 });
+    say('fragments of an answer', [(await answer).values.nodes.includes('/robot'), pieces]);
   }
 
   // What comes every 20 ms is throttled; what is sent in fragments is put together.

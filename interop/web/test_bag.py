@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import resource
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +15,7 @@ import pytest
 from browsing import PATIENCE, Browser, Web
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
+from vitals import limited
 
 import pyros1.bag
 from pyros1.ground.timing import Time
@@ -217,6 +219,25 @@ def test_recording_with_a_click(page: Browser, make_node: Callable[..., Any], ba
         assert [each.message.data for each in bag.messages("/counter")] == list(range(30))
     page.click(".recording button", "Open")
     page.wait("[...document.querySelectorAll('.timeline .topic')].some((each) => each.textContent === '/counter')")
+
+
+def test_a_recording_that_had_to_end_is_told_at_the_next_visit(
+    browser: Browser, start_web: Callable[..., Web], bags: Path, make_node: Callable[..., Any]
+) -> None:
+    web = start_web("--bags", str(bags))
+    publisher = make_node("talker").advertise("/text", "std_msgs/String", queue_size=0)
+    browser.open(web.page("bag"))
+    browser.wait("window.robot?.state === 'connected'")
+    browser.run("robot.call('bags.record', {folder: arguments[0], topics: ['/text']})", str(bags))
+    assert publisher.wait_for_subscribers(timeout=PATIENCE)
+    browser.driver.get("about:blank")
+    with limited(web.process.pid, resource.RLIMIT_FSIZE, 200_000):
+        while publisher.num_connections:  # it ends by itself
+            publisher.publish("x" * 20_000)
+        browser.open(web.page("bag"))
+        browser.wait_for_text("cannot write the bag")
+    browser.click(".recording button", "✕")
+    browser.wait("document.querySelector('.recording').hidden")
 
 
 def test_who_may_only_look_cannot_publish_or_record(

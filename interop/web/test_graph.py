@@ -118,6 +118,20 @@ def test_numbers_of_a_message_are_plotted_by_a_click(browser: Browser, web: Web,
     browser.wait("document.querySelector('.chip .name')?.textContent === '/number/data'")
 
 
+def test_the_newest_message_is_shown_also_if_it_came_just_after_another(
+    browser: Browser, web: Web, make_node: Callable[..., Any]
+) -> None:
+    publisher = make_node("talker").advertise("number", Float64)
+    browser.open(link(web, mode="all", hide=["debug"]))
+    wait_for_boxes(browser, "n:/talker", "t:/number")
+    click(browser, "t:/number")
+    assert publisher.wait_for_subscribers(timeout=20)
+    shown = "document.querySelector('.sheet .message').textContent === arguments[0]"
+    for number in (1.5, 2.5):
+        publisher.publish(number)
+        browser.wait(shown, f"data: {number}")
+
+
 def test_changes_move_the_picture_no_more_than_needed(
     browser: Browser, web: Web, make_node: Callable[..., Any]
 ) -> None:

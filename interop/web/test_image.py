@@ -142,6 +142,25 @@ def test_what_cannot_be_shown(
     browser.wait_for_text(said)
 
 
+def test_what_came_in_a_pause_and_how_often_pictures_come(
+    browser: Browser, web: Web, make_node: Callable[..., Any]
+) -> None:
+    publisher = make_node("camera").advertise("camera", Image, latch=True)
+    black, white = (Image(width=1, height=1, encoding="mono8", step=1, data=bytes([value])) for value in (0, 255))
+    publisher.publish(black)
+    browser.open(panel_link(web.link, "image", {"topic": "/camera"}))
+    pixel = "document.querySelector('.image canvas').getContext('2d').getImageData(0, 0, 1, 1).data[0]"
+    browser.wait(f"document.querySelector('.image canvas')?.width === 1 && {pixel} === 0")
+    browser.click("button", "Pause")
+    publisher.publish(white)
+    browser.wait("/[1-9][0-9.]* Hz/.test(document.querySelector('.image .status').textContent)")
+    assert browser.run(f"return {pixel}") == 0
+    browser.click("button", "Go on")
+    browser.wait(f"{pixel} === 255")  # another one will not come
+    browser.run("const now = performance.now.bind(performance); performance.now = () => now() + 10000")
+    browser.wait_for_text("0 Hz")
+
+
 def test_a_picture_is_made_larger_and_dragged(browser: Browser, picture: Callable[[Any], None]) -> None:
     picture(Image(width=4, height=4, encoding="rgb8", step=12, data=bytes(48)))
     assert not browser.run("return document.querySelector('.limit').checkVisibility()")  # it has no range

@@ -95,6 +95,27 @@ def test_publishing_from_the_page_until_a_driver_comes(browser: Browser, web: We
     browser.wait(f"{ROW.format('pan_joint')}.querySelector('input').disabled")
 
 
+def test_a_slider_is_where_the_robot_says_also_if_it_says_so_at_once(
+    browser: Browser, web: Web, make_node: Make
+) -> None:
+    driver = make_node("driver")
+    driver.params["/robot_description"] = ROBOT
+    states = driver.advertise("/joint_states", JointState, latch=True)
+    states.publish(JointState(name=["lift_joint"], position=[0.0]))
+    asked: list[float] = []
+
+    def moves_half_the_way(message: Any) -> None:
+        asked.extend(message.position)
+        states.publish(JointState(name=["lift_joint"], position=[message.position[0] / 2]))
+
+    driver.subscribe("/driver/sliders", JointState, moves_half_the_way)
+    browser.open(web.page("joints"))
+    browser.wait(f"{ROW.format('lift_joint')}?.querySelector('input').disabled === false")
+    browser.run(SLIDE, browser.run(f"return {ROW.format('lift_joint')}"), 0.2)
+    until(lambda: asked == [0.2], "the driver is asked")
+    browser.wait(f"{ROW.format('lift_joint')}.querySelector('.joints-number').value === '0.1'")
+
+
 STOCK = Path("/usr/lib/joint_state_publisher/joint_state_publisher")
 
 

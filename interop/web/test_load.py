@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from browsing import Browser, Web
@@ -54,6 +55,26 @@ def test_a_flooded_console_has_few_rows_and_shows_the_newest(
     browser.run("document.querySelector('.log').dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowUp'}))")
     detail = browser.wait("document.querySelector('.detail:not([hidden])')?.getBoundingClientRect().toJSON()")
     assert detail["height"] > 40 and detail["bottom"] <= size[1]
+
+
+def test_messages_that_the_page_did_not_get_are_counted(
+    browser: Browser, web: Web, make_node: Callable[..., Any]
+) -> None:
+    browser.open(web.page("console"))
+    node = make_node("talker")
+    node.log.info("one")
+    browser.wait_for_text("one")
+    missing = "document.querySelector('.tools').innerText.includes('missing')"
+    assert not browser.run(f"return {missing}")
+    browser.run(
+        "const stream = [...robot._streams.values()].find(({view}) => view === 'console');"
+        "const after = (dropped, number) => stream.on.data({run: stream.args.run, dropped,"
+        "  entries: [[number, 1e9, 2, '/x', 'later', '', '', 0, [], 0]]});"
+        "after(1, 100); after(20000, 30000);"  # as the server tells them
+    )
+    browser.wait_for_text("20 k missing")
+    browser.click("button", "Clear")
+    browser.wait(f"!{missing}")
 
 
 PANELS = [

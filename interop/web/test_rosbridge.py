@@ -125,6 +125,8 @@ def test_roslibjs(
         for compression in ("none", "png"):
             data, pieces = said[f"fragments of {compression}"]
             assert data == [0.5, None, -2.0] and pieces >= 4
+        known, pieces = said["fragments of an answer"]
+        assert known and pieces >= 4
     assert said["fragments"] == "IN PIECES"
     assert sum(said["throttled"]) >= 800  # three times 300 ms, less what the network spreads
     check_newest(said["newest"])

@@ -176,6 +176,17 @@ def test_a_nodes_loggers_and_its_end(browser: Browser, web: Web, make_node: Make
     browser.wait_for_text("this node is gone")
 
 
+def test_a_node_that_is_started_again_has_its_new_address(browser: Browser, web: Web, make_node: Make) -> None:
+    shown = "[...document.querySelectorAll('.details .mono')].some((each) => each.textContent === arguments[0])"
+    first = make_node("robot")
+    browser.open(panel_link(web.link, "nodes", {"selected": "/robot"}))
+    browser.wait(shown, first.uri)
+    first.shutdown()
+    second = make_node("robot")
+    assert second.uri != first.uri
+    browser.wait(shown, second.uri)
+
+
 def test_goals_of_an_action(browser: Browser, web: Web, make_node: Make) -> None:
     def execute(goal: Any) -> Any:
         for number in range(goal.goal.order):

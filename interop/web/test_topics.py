@@ -10,7 +10,9 @@ from typing import Any
 import pytest
 from browsing import Browser, Web
 
+from pyros1.msgs.diagnostic_msgs.msg import DiagnosticStatus
 from pyros1.msgs.geometry_msgs.msg import PoseArray, PoseStamped, TwistStamped
+from pyros1.msgs.rosgraph_msgs.msg import Log
 from pyros1.msgs.sensor_msgs.msg import LaserScan
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.web.links import panel_link
@@ -54,6 +56,18 @@ def test_a_topic_without_subscribers_is_measured(browser: Browser, web: Web, sca
     browser.wait(f"/\\d+(\\.\\d+)? Hz/.test({LINE.format('/scan')}.textContent)")
     browser.run(f"{LINE.format('/scan')}.querySelector('.measure').click()")
     browser.wait(f"{LINE.format('/scan')}.textContent.includes('measure')")
+
+
+def test_names_of_constants_are_those_of_the_type_that_comes(browser: Browser, web: Web, make_node: Make) -> None:
+    node = make_node("robot")
+    first = node.advertise("/thing", DiagnosticStatus, latch=True)
+    first.publish(DiagnosticStatus(level=DiagnosticStatus.ERROR))
+    browser.open(panel_link(web.link, "topics", {"selected": "/thing"}))
+    word = f"{TWIG.format('level')}?.querySelector('.preview').textContent"
+    browser.wait(f"{word} === 'ERROR'")
+    first.unregister()
+    node.advertise("/thing", Log, latch=True).publish(Log(level=Log.INFO))  # the same number
+    browser.wait(f"{word} === 'INFO'")
 
 
 def test_all_topics_without_subscribers_are_measured_at_once(

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from . import files, sharing, texts, web, wire
+from . import files, scene, sharing, texts, web, wire
 
-FUZZERS = {**wire.FUZZERS, **sharing.FUZZERS, **texts.FUZZERS, **files.FUZZERS, **web.FUZZERS}
+FUZZERS = {**wire.FUZZERS, **sharing.FUZZERS, **texts.FUZZERS, **files.FUZZERS, **web.FUZZERS, **scene.FUZZERS}

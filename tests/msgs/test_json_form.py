@@ -75,6 +75,16 @@ def test_nan() -> None:
     assert math.isnan(back.data[0]) and back.data[1] == 1.0
 
 
+def test_whole_numbers_as_texts() -> None:
+    """JavaScript has no such numbers beyond 2^53."""
+    cls = load("std_msgs/Int64MultiArray")
+    back: Any = from_json(cls, {"data": [str(-(2**63)), 5, str(2**63 - 1)]})
+    assert list(back.data) == [-(2**63), 5, 2**63 - 1]
+    for name, text in (("Int64", "1.0"), ("Int64", "one"), ("Int64", ""), ("UInt64", str(2**64)), ("Int32", "5")):
+        with pytest.raises(MessageError):
+            codec.encode(from_json(load(f"std_msgs/{name}"), {"data": text}))
+
+
 def test_parts_of_a_message_and_words() -> None:
     cls = load("geometry_msgs/PointStamped")
     message: Any = from_json(cls, {"header": "auto", "point": {"x": 1}}, Time(7, 8))

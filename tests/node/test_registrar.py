@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.ground.errors import MasterError, MasterUnreachableError, NodeShutdownError
+from pyros1.ground.errors import MasterError, MasterUnreachableError, NodeShutdownError, ProtocolError
 from pyros1.master.server import Master
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.msgs.std_srvs.srv import Empty
@@ -245,6 +245,24 @@ def test_unregistering_needs_no_master(make_node: Any, late_master: Any) -> None
     late_master()
     node.advertise("u", Float64)
     assert "/t" not in [name for name, _ in node.master.get_published_topics()]
+
+
+@pytest.mark.parametrize("error", [MasterError("refused", 0), ProtocolError("nonsense")])
+def test_unregistering_is_no_error_at_a_master_that_refuses_it(
+    make_node: Any, late_master: Any, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    late_master()
+    node = make_node("node")
+    publishers = [node.advertise(name, Float64) for name in "tu"]
+
+    def refuse(*_: object, **options: object) -> None:
+        raise error
+
+    with monkeypatch.context() as patch:
+        patch.setattr(MasterClient, "call", refuse)
+        for publisher in publishers:
+            publisher.unregister()
+    assert "/t" in [name for name, _ in node.master.get_published_topics()]
 
 
 def test_a_registration_says_that_it_waits_although_a_check_has_noticed_it(

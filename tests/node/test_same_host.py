@@ -27,6 +27,17 @@ def test_a_connection() -> None:
             assert near.recv(10) == b"hello" and not near.getblocking()
 
 
+def test_a_name_that_one_wishes() -> None:
+    wish = same_host.name_beside("rosrpc://here:1", os.urandom(8).hex())
+    first, name = same_host.listen(wish)
+    assert name == wish
+    with first:
+        for other in (wish, "pyros1-" + "x" * 200, "other-name", "pyros1-ü"):
+            listener, name = same_host.listen(other)
+            with listener, same_host.connect(name):
+                assert name != other
+
+
 @pytest.mark.parametrize("name", ["", "pyros1-nobody", "other-name", "pyros1-" + "x" * 200, "pyros1-\0", "pyros1-ü"])
 def test_what_is_not_there(name: str) -> None:
     with pytest.raises(OSError):

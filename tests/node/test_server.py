@@ -58,8 +58,8 @@ def test_both_ends_of_a_link_notice_that_a_machine_is_gone_t37(
 ) -> None:
     monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
     watched = collect()
-    for place in ("publishing.linking", "subscribing.connector"):
-        monkeypatch.setattr(f"pyros1.node.{place}.keep_alive", watched)
+    for place in ("publishing.linking.keep_alive", "subscribing.connector.keep_prompt"):
+        monkeypatch.setattr(f"pyros1.node.{place}", watched)
     publisher = make_node("talker").advertise("t", Float64)
     make_node("listener").subscribe("t", Float64, print)
     assert publisher.wait_for_subscribers(timeout=5)

@@ -144,6 +144,17 @@ def test_bus_info_and_stats_s02_s03(
     assert call_node(listener, "getBusStats", "/me") == [1, "", [[], [["/t", [[0, size, 2, -1, True]]]], []]]
 
 
+def test_stats_of_much_s02(make_node: Any, call_node: Any, collect: Any) -> None:
+    """XML-RPC's integers end at 2 GB; in stock's rospy the call fails from then on."""
+    talker, listener, got = make_node("talker", rosout=False), make_node("listener", rosout=False), collect()
+    listener.subscribe("t", Float64, got)
+    publisher = talker.advertise("t", Float64)
+    assert publisher.wait_for_subscribers(timeout=5)
+    publisher.links[0].bytes_sent, publisher.links[0].messages = 2**31, 2**31 - 1
+    expected = [[["/t", 2.0**31, [[0, 2.0**31, 2**31 - 1, True]]]], [], []]
+    assert call_node(talker, "getBusStats", "/me") == [1, "", expected]
+
+
 def test_shutdown_s06(make_node: Any, call_node: Any, watch_log: Any) -> None:
     node = make_node("victim")
     log = watch_log(node)

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import threading
+import tracemalloc
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from pyros1.ground.errors import NodeError
-from pyros1.msgs import AnyMsg
+from pyros1.ground.errors import MasterUnreachableError, MessageError, NodeError
+from pyros1.msgs import AnyMsg, from_definition
+from pyros1.msgs.geometry_msgs.msg import PointStamped
+from pyros1.msgs.nav_msgs.msg import OccupancyGrid
 from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.observe.decoder import Decoder
 from pyros1.web.hub import MOST_BYTES, Arrival, Hub
 
 from ..bodies import encode
@@ -52,16 +56,23 @@ class Subscriptions:
 
     def send(self, topic: str, number: float, latching: bool = False, caller: str = "/talker") -> None:
         raw = AnyMsg(encode(Float64(number)))
-        raw._connection_header = {
+        word = "1" if latching else "0"
+        if not any((link.header["callerid"], link.header["latching"]) == (caller, word) for link in self.links):
+            self.connect(caller, latching)
+        (raw._connection_header,) = (link.header for link in self.links if link.header["callerid"] == caller)
+        self.callbacks[topic](raw)
+
+    def connect(self, caller: str, latching: bool) -> None:
+        """Make the connection of a publisher, in place of the one that it had."""
+        self.links[:] = [link for link in self.links if link.header["callerid"] != caller]
+        header = {
             "type": "std_msgs/Float64",
             "md5sum": Float64._md5sum,
             "message_definition": "float64 data",
             "callerid": caller,
             "latching": "1" if latching else "0",
         }
-        if not any(link.header["callerid"] == caller for link in self.links):
-            self.links.append(SimpleNamespace(header={"callerid": caller}))
-        self.callbacks[topic](raw)
+        self.links.append(SimpleNamespace(header=header))
 
 
 @pytest.fixture
@@ -187,6 +198,40 @@ def test_of_latched_messages_the_newest_is_the_last_and_those_of_the_dead_are_fo
     assert after == [2.0]
 
 
+def test_what_comes_while_one_gets_the_latched_message_comes_after_it(hub: Hub, subscriptions: Subscriptions) -> None:
+    hub.listen("/a", lambda arrival: None)
+    subscriptions.send("/a", 1.0, latching=True)
+    later: list[float] = []
+    sent: list[float] = []
+
+    def sends(arrival: Arrival) -> None:
+        if not sent:
+            sent.append(2.0)
+            subscriptions.send("/a", 2.0, latching=True)
+        later.append(arrival.message.data)  # type: ignore[attr-defined]
+
+    hub.listen("/a", sends)
+    newest: list[float] = []
+    hub.listen("/a", numbers(newest), lambda: subscriptions.send("/a", 3.0, latching=True))
+    assert (later, newest) == ([1.0, 2.0, 3.0], [2.0, 3.0])
+    subscriptions.send("/a", 4.0)
+    assert (later[3:], newest[2:]) == ([4.0], [4.0])
+
+
+def test_what_was_latched_is_forgotten_with_its_process(hub: Hub, subscriptions: Subscriptions) -> None:
+    hub.listen("/a", lambda arrival: None)
+    subscriptions.send("/a", 1.0, latching=True)
+    subscriptions.send("/a", 2.0)  # started again under the same name, and latches no more
+    later: list[float] = []
+    hub.listen("/a", numbers(later))
+    assert later == []
+    subscriptions.send("/a", 3.0, latching=True)
+    subscriptions.connect("/talker", latching=True)  # once more, and has nothing to say yet
+    last: list[float] = []
+    hub.listen("/a", numbers(last))
+    assert (later, last) == ([3.0], [])
+
+
 def test_a_latched_message_may_come_before_its_link_is_listed(hub: Hub, subscriptions: Subscriptions) -> None:
     hub.listen("/a", lambda arrival: None)
     subscriptions.send("/a", 1.0, latching=True)
@@ -228,6 +273,20 @@ def test_who_wants_to_know_is_told_that_there_is_no_subscription() -> None:
     assert said == ["ready", "closed"]
 
 
+def test_a_subscription_whose_publishers_are_not_known_is_one_all_the_same(subscriptions: Subscriptions) -> None:
+    def settle(topic: str, subscriber: Any) -> None:
+        raise MasterUnreachableError("the master went just then")
+
+    hub = Hub(subscriptions.subscribe, lambda: 0.0, at_once, settle)
+    seen: list[float] = []
+    ends = [hub.listen("/a", numbers(seen)) for _ in range(2)]
+    subscriptions.send("/a", 1.0)
+    assert seen == [1.0, 1.0]
+    for end in ends:
+        end()
+    assert subscriptions.ended == ["/a"]
+
+
 def test_large_messages_wait_in_smaller_numbers(hub: Hub, subscriptions: Subscriptions) -> None:
     hub.listen("/a", lambda arrival: None)
     subscriptions.send("/a", 1.0)
@@ -244,8 +303,43 @@ def test_latched_messages_of_many_publishers_are_bounded(hub: Hub, subscriptions
     for number in range(6):
         raw = AnyMsg(bytes(MOST_BYTES // 4))
         raw._connection_header = {"callerid": f"/talker{number}", "latching": "1"}
-        subscriptions.links.append(SimpleNamespace(header={"callerid": f"/talker{number}"}))
+        subscriptions.links.append(SimpleNamespace(header=raw._connection_header))
         subscriptions.callbacks["/a"](raw)
     later: list[Arrival] = []
     hub.listen("/a", later.append)
     assert [each.raw._connection_header["callerid"] for each in later] == [f"/talker{n}" for n in range(2, 6)]  # type: ignore[index]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fits"),
+    [
+        ("Point point", "Point point", True),
+        ("Point point", "Point point\nint8 more", True),
+        ("Point point", "Point[] point", False),  # with the same checksum
+        ("float64 z", "string z", False),
+        ("string frame_id", "string frame", False),
+    ],
+)
+def test_fields_that_are_relied_on_are_there(old: str, new: str, fits: bool) -> None:
+    cls = from_definition("geometry_msgs/PointStamped", PointStamped._full_text.replace(old, new))
+    raw = AnyMsg(encode(cls()))
+    raw._connection_header = {"type": cls._type, "md5sum": cls._md5sum, "message_definition": cls._full_text}
+    arrival = Arrival(raw, 0.0, 0.0, Decoder())
+    assert type(arrival.message) is type(cls()) or arrival.message._full_text == cls._full_text
+    if fits:
+        assert arrival.usual is arrival.message
+    else:
+        with pytest.raises(MessageError, match=r"other fields in \w+/\w+ than there are here"):
+            _ = arrival.usual
+
+
+def test_arrays_of_large_messages_take_no_more_than_their_bytes() -> None:
+    grid = OccupancyGrid(data=[7] * 1_000_000)
+    raw = AnyMsg(encode(grid))
+    raw._connection_header = {"type": grid._type, "md5sum": grid._md5sum, "message_definition": grid._full_text}
+    arrival = Arrival(raw, 0.0, 0.0, Decoder())
+    tracemalloc.start()
+    message: Any = arrival.arrays
+    assert tracemalloc.get_traced_memory()[0] < 1_000_000  # a list takes 8
+    tracemalloc.stop()
+    assert arrival.arrays is message and message.data.sum() == 7_000_000

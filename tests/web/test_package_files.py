@@ -96,6 +96,13 @@ def test_links_that_lead_out_are_not_followed(files: PackageFiles, arm: Path, tm
             files.read(uri)
 
 
+def test_links_that_lead_to_each_other(files: PackageFiles, arm: Path) -> None:
+    (arm / "loop").symlink_to("loop")
+    for uri in (f"file://{arm}/loop", f"file://{arm}/loop/a.stl", "package://arm/loop", "package://arm/loop/a.stl"):
+        with pytest.raises(FileError, match="cannot be"):
+            files.read(uri)
+
+
 def test_large_files_and_pipes(files: PackageFiles, arm: Path) -> None:
     (arm / "large").write_bytes(bytes(1001))
     with pytest.raises(FileError, match="1001 bytes; the limit is 1000"):

@@ -13,7 +13,6 @@ import os
 import time
 from binascii import crc32
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from pyros1.finding.packages import PackageIndex, manifest_text, name_in, without_comments
@@ -50,13 +49,19 @@ class Found(NamedTuple):
 
 def places(environ: Mapping[str, str]) -> list[tuple[str, int]]:
     """Return the folders in which packages are searched, in order, each with the number of levels to search."""
-    return [(str(folder), depth) for folder, depth in PackageIndex(environ).places()]
+    return [(_plain(folder), depth) for folder, depth in PackageIndex(environ).places()]
 
 
-def cache_folder(environ: Mapping[str, str]) -> Path:
+def _plain(folder: str) -> str:
+    """Return a path as ``pathlib`` writes it: that module takes as long to load as all else of a command."""
+    steps = "/".join(step for step in folder.split("/") if step not in ("", "."))
+    return f"/{steps}" if folder.startswith("/") else steps or "."
+
+
+def cache_folder(environ: Mapping[str, str]) -> str:
     """Return the cache folder: ``$XDG_CACHE_HOME/pyros1`` or ``~/.cache/pyros1``."""
     base = environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    return Path(base, "pyros1")
+    return os.path.join(base, "pyros1")
 
 
 def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | None = None) -> list[Found]:
@@ -132,9 +137,9 @@ def _recorded(records: Mapping[str, Record], folder: str, depth: int, name: str)
                 yield from _recorded(records, path, depth - 1, name)
 
 
-def _record_file(environ: Mapping[str, str], roots: list[tuple[str, int]]) -> Path:
+def _record_file(environ: Mapping[str, str], roots: list[tuple[str, int]]) -> str:
     # If two sets of places had the same number, they would share a file; the other's records do no harm.
-    return cache_folder(environ) / f"packages-{crc32(repr(roots).encode()):08x}.json"
+    return os.path.join(cache_folder(environ), f"packages-{crc32(repr(roots).encode()):08x}.json")
 
 
 class Crawl:
@@ -273,14 +278,19 @@ def identity(folder: str, manifest: str) -> tuple[str, bool]:
     return name_in(text) or base, "<metapackage" in text
 
 
-def _load(file: Path) -> dict[str, Record]:
+def _load(file: str) -> dict[str, Record]:
     try:
-        version, records = json.loads(file.read_bytes() if file.is_file() else b"")
+        version, records = json.loads(_content(file) if os.path.isfile(file) else b"")
     except (OSError, ValueError, TypeError, RecursionError):
         return {}
     if version != _VERSION or not isinstance(records, dict):
         return {}
     return records if all(map(_is_record, records.values())) else {}
+
+
+def _content(file: str) -> bytes:
+    with open(file, "rb") as stream:
+        return stream.read()
 
 
 def _is_record(value: Any) -> bool:
@@ -290,13 +300,14 @@ def _is_record(value: Any) -> bool:
     return False
 
 
-def _save(file: Path, records: Mapping[str, Record]) -> None:
+def _save(file: str, records: Mapping[str, Record]) -> None:
     """Write the records for the next command. If that fails, the next command reads the folders itself."""
-    temporary = file.with_name(f"{file.name}.{os.getpid()}")
+    temporary = f"{file}.{os.getpid()}"
     try:
-        file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        temporary.write_text(json.dumps([_VERSION, records], separators=(",", ":")), encoding="utf-8")
+        os.makedirs(os.path.dirname(file), exist_ok=True, mode=0o700)
+        with open(temporary, "w", encoding="utf-8") as stream:
+            stream.write(json.dumps([_VERSION, records], separators=(",", ":")))
         os.replace(temporary, file)
     except OSError:
         with contextlib.suppress(OSError):
-            temporary.unlink()
+            os.unlink(temporary)

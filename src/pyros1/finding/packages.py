@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     _Paths = list[Path]
-    _Places = list[tuple[Path, int]]
 
 OWN_PACKAGES = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "packages")
 """Folder of the ROS packages that are part of pyros1."""
@@ -105,10 +104,10 @@ class PackageIndex:
         self._crawled: dict[str, dict[str, str]] = {}
         self._executables: dict[tuple[str, str], _Names] = {}
 
-    def places(self) -> _Places:
+    def places(self) -> list[tuple[str, int]]:
         """Return the folders to search, in order, each with the number of levels."""
         depths = [MAX_DEPTH] * len(self._roots) + [1] * len(self._flat)
-        return list(zip(_paths([*self._roots, *self._flat]), depths, strict=True))
+        return list(zip([*self._roots, *self._flat], depths, strict=True))
 
     def find(self, name: str) -> Path:
         """Return the folder of the package.

@@ -1,7 +1,8 @@
 """Converts messages to JSON values and back: for ``topic echo --json``, ``topic pub`` and programs outside ROS. Pure.
 
 A message is an object of its fields; a time or duration ``{"secs": 1, "nsecs": 2}``; ``uint8[]`` and ``char[]`` are
-base64 text; floats that are not JSON numbers are ``"NaN"``, ``"Infinity"`` and ``"-Infinity"``.
+base64 text; floats that are not JSON numbers are ``"NaN"``, ``"Infinity"`` and ``"-Infinity"``. `from_json` takes the
+digits of an int64 or uint64 as text, too, since JavaScript has no such numbers beyond 2^53.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import base64
 import binascii
 import json
 import math
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -21,6 +23,8 @@ from pyros1.msgs.fill import fill_message
 _NO_NUMBERS = ("NaN", "Infinity", "-Infinity")
 _FLOATS = ("float32", "float64")
 _BYTES = ("uint8", "char")
+_LONG = ("int64", "uint64")
+_DIGITS = re.compile(r"-?[0-9]{1,20}\Z")
 _SLICE = 3 << 12
 """Number of bytes, characters or numbers that are converted at a time; a multiple of three, as base64 requires."""
 
@@ -146,5 +150,7 @@ def _field(cls: type[Message], slot_type: str, value: Any, path: str) -> Any:
         if value not in _NO_NUMBERS:
             raise MessageError(f"Field [{path}] must be a number instead of: {value!r}")
         return float(value)
+    if base in _LONG and isinstance(value, str) and _DIGITS.match(value):
+        return int(value)
     nested = cls._classes.get(base)
     return value if nested is None else _plain(nested, value, path + ".")

@@ -5,14 +5,14 @@ from __future__ import annotations
 import os
 import sys
 import threading
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Literal
 
 from pyros1.ground import names, shown
 from pyros1.ground.errors import Error, NodeShutdownError
 from pyros1.msgs import load_message
 from pyros1.net.bell import Event
-from pyros1.net.hosts import host_from_environment, make_uri
+from pyros1.net.hosts import host_from_environment
 from pyros1.net.hosts import master_uri as find_master_uri
 from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
@@ -20,7 +20,7 @@ from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node import checks
 from pyros1.node.callback_queue import CallbackQueue
-from pyros1.node.clock import LONGEST_PERIOD, Clock, TimeMethods, Timers
+from pyros1.node.clock import Clock, TimeMethods, Timers
 from pyros1.node.context import Context
 from pyros1.node.identity import full_name
 from pyros1.node.life import Life
@@ -30,33 +30,24 @@ from pyros1.node.log.offered import offer_log
 from pyros1.node.log.sink import LogSink, default_log_file
 from pyros1.node.parameters.parameters import Parameters
 from pyros1.node.parameters.private import left_over, odd_arguments, set_private
-from pyros1.node.publishing.publisher import Publisher
 from pyros1.node.registrar import Registrar, await_master
 from pyros1.node.same_host import local_key
 from pyros1.node.server import TcprosServer, open_ports
 from pyros1.node.services.provided import ServiceMethods, Services
 from pyros1.node.slave import SlaveApi
-from pyros1.node.subscribing.hints import USUAL, Hints
-from pyros1.node.subscribing.subscriber import Subscriber
-from pyros1.node.topic_type import topic_type
-from pyros1.node.topics import LONGEST_CALLBACK, Topics
+from pyros1.node.topics import LONGEST_CALLBACK, TopicMethods, Topics
 from pyros1.node.watching.telling import Tellers
 from pyros1.node.watching.watches import Watches
-from pyros1.wire.handshake import TopicType
 
 if TYPE_CHECKING:
-    from pyros1.node.subscribing.deadline import Deadline, Missed
     from pyros1.node.watching.sighting import Sighting
     from pyros1.node.watching.watch import Watch
 
-_M = TypeVar("_M")
 _Ports = tuple[int, int]
-_Call = Callable[[Any], object]
 _INTERRUPTED = 130
-_SUBSCRIBE = "subscribe(topic, type, callback)"
 
 
-class Node(ServiceMethods, TimeMethods):
+class Node(TopicMethods, ServiceMethods, TimeMethods):
     """A ROS node. Also a context manager that shuts it down.
 
     A process may have several nodes; they exchange messages without sockets.
@@ -190,7 +181,7 @@ class Node(ServiceMethods, TimeMethods):
         offer_log(self.log, self._sink, self.name, self._topics, self._services, self.resolve, rosout, self._strict)
 
     def _service_uri(self) -> str:
-        return make_uri(self._host, self._tcpros.port if self._tcpros else 0, "rosrpc").rstrip("/")
+        return self._tcpros.uri if self._tcpros else ""
 
     def _use_simulated_time(self) -> None:
         self._clock.use_simulated_time()
@@ -212,130 +203,6 @@ class Node(ServiceMethods, TimeMethods):
         """
         checks.check_text(name, "the name")
         return names.resolve_name(name, self.name, self._remappings, self._strict)
-
-    # Topics -----------------------------------------------------------------------------------------------------------
-
-    def advertise(
-        self,
-        topic: str,
-        type: type[_M] | str,
-        *,
-        queue_size: int | None = 100,
-        latch: bool = False,
-        headers: Mapping[str, str] | None = None,
-        raw_type: TopicType | None = None,
-    ) -> Publisher[_M]:
-        """Publish on a topic.
-
-        Args:
-            topic: name of the topic.
-            type: message class, or a type's name such as "std_msgs/Float64".
-            queue_size: most messages that wait for each slow subscriber; beyond that the oldest are dropped. 0: no
-                limit. None: `publish` waits for the slowest subscriber, as rospy's does.
-            latch: whether to keep the last message for subscribers that come later.
-            headers: more fields for the connection header.
-            raw_type: for AnyMsg: type name, md5 sum and definition of the messages.
-
-        Raises:
-            NodeError: this node publishes the topic with another type already.
-            TypeError: an argument has a wrong type.
-        """
-        checks.check_name(topic, "advertise(topic, type)")
-        checks.check_queue_size(queue_size, 0)
-        checks.check_headers(headers)
-        cls = checks.message_class(type, "advertise")
-        checks.check_raw_type(raw_type)
-        wire_type = raw_type or topic_type(cls)
-        return self._topics.advertise(self.resolve(topic), cls, wire_type, queue_size, latch, headers or {})
-
-    def subscribe(
-        self,
-        topic: str,
-        type: type[_M] | str,
-        callback: Callable[[_M], object],
-        *,
-        queue_size: int | None = None,
-        tcp_nodelay: bool = True,
-        arrays: str | None = None,
-        transports: str | Iterable[str] = USUAL,
-        max_datagram_size: int = 1500,
-        low_latency: bool = False,
-        deadline: float | None = None,
-        on_missed: Callable[[Missed], object] | None = None,
-        in_publisher: bool = False,
-    ) -> Subscriber[_M]:
-        """Subscribe to a topic.
-
-        Args:
-            topic: name of the topic.
-            type: message class, a type's name, or AnyMsg for whatever type the topic has.
-            callback: called with each message. Calls of one topic never overlap.
-            queue_size: most messages of each publisher that may wait for a slow callback; older ones are dropped,
-                undecoded. None drops nothing: publishers are held back (in a node that spins: 1000).
-            tcp_nodelay: whether to ask publishers to send small messages at once.
-            arrays: the type of numeric arrays, which all have one dimension: None for bytes (uint8) and tuples;
-                "memoryview" or "numpy" for read-only arrays of the field's type that refer to the received bytes,
-                without a copy.
-            transports: one or several transports in the order of preference: "tcp" (TCPROS), "local" (shared memory
-                and Unix sockets, with pyros1's publishers of this machine and user; used by itself), "udp"
-                (UDPROS: lost messages are not sent again, and nothing waits for them; see
-                https://wiki.ros.org/ROS/UDPROS). rospy's publishers have "tcp" only. The first subscriber of a topic
-                in a node decides.
-            max_datagram_size: bytes of the largest datagram, for "udp".
-            low_latency: look for the next message for 2 ms after each before sleeping: messages come 25 to 50 us
-                sooner, but the node takes up to a whole processor. Only while the topic has one publisher, over TCP or
-                local. The first subscriber of a topic in a node decides.
-            deadline: seconds of the node's time that may pass between two messages, counted from the first connection
-                to a publisher on; a message counts when the callback gets it. None: no limit.
-            on_missed: called with a Missed, where all callbacks run, when no message has come within ``deadline``: once
-                for each gap, whether a publisher is connected or not.
-            in_publisher: run the callback within `publish` of a publisher of this process, in its thread, before it
-                returns; no thread must wake up for that. Not for a message that comes while a callback of the topic
-                runs, and only if all subscribers of the topic in this node whose callbacks run at once want it.
-
-        Raises:
-            ValueError: an unknown transport, an impossible size, or only one of ``deadline`` and ``on_missed``.
-            NodeError: this node subscribes to the topic with another type already.
-            TypeError: an argument has a wrong type.
-        """
-        checks.check_name(topic, _SUBSCRIBE)
-        checks.check_callback(callback, _SUBSCRIBE, "callback", type)
-        checks.check_queue_size(queue_size, 1)
-        cls = checks.message_class(type, "subscribe")
-        wanted = (transports,) if isinstance(transports, str) or not isinstance(transports, Iterable) else transports
-        hints = Hints(tcp_nodelay, tuple(wanted), max_datagram_size, bool(low_latency))
-        hints.check()
-        name, limit = self.resolve(topic), self._deadline(callback, deadline, on_missed)
-        topics = self._topics
-        return topics.subscribe(
-            name, cls, callback, queue_size, hints, arrays=arrays, deadline=limit, in_publisher=bool(in_publisher)
-        )
-
-    def _deadline(self, callback: _Call, seconds: float | None, on_missed: _Call | None) -> Deadline | None:
-        if seconds is None and on_missed is None:
-            return None
-        if seconds is None or on_missed is None:
-            raise ValueError("subscribe: deadline and on_missed belong together: give both or none")
-        checks.check_positive(seconds, "subscribe: deadline", "s", LONGEST_PERIOD)
-        checks.check_callback(on_missed, _SUBSCRIBE, "on_missed")
-        from pyros1.node.subscribing.deadline import Deadline  # noqa: PLC0415 - few have one
-
-        return Deadline(seconds, callback, on_missed, self._context, self._clock, self._tellers)
-
-    def wait_for_message(self, topic: str, type: type[_M] | str, timeout: float | None = None) -> _M:
-        """Wait for one message of a topic and return it.
-
-        Args:
-            timeout: seconds, in wall time; None waits until the node shuts down.
-
-        Raises:
-            WaitTimeoutError: no message came in time.
-            NodeShutdownError: the node is shutting down.
-        """
-        checks.check_name(topic, "wait_for_message(topic, type)")
-        cls = checks.message_class(type, "wait_for_message")
-        message: _M = self._topics.wait_for_message(self.resolve(topic), cls, timeout)
-        return message
 
     # Other nodes ------------------------------------------------------------------------------------------------------
 

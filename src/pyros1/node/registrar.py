@@ -193,11 +193,6 @@ class Registrar:
                 value = self._call_once(entry)
                 self._away = self._told = False
                 return value
-            except MasterMethodError as error:
-                if entry[0] in _INVERSE:
-                    raise
-                self._context.log.debug("%s stays registered: %s", entry[1], error)
-                return 0
             except MasterUnreachableError:
                 self._away = True
                 if entry[0] not in _INVERSE:
@@ -208,6 +203,11 @@ class Registrar:
                     self._context.log.warn("the master at %s does not answer; waiting for it to come back", self._uri)
                 if self._closed or self._context.stopping.wait(RETRY_TIME):
                     raise NodeShutdownError(f"{self._context.name} is shutting down") from None
+            except Error as error:
+                if entry[0] in _INVERSE:
+                    raise
+                self._context.log.debug("%s stays registered: %s", entry[1], error)
+                return 0
 
     def _call_once(self, entry: Entry) -> Any:
         """Call the master; if that shows that it was restarted, register everything else again too.

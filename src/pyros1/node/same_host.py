@@ -46,16 +46,30 @@ def local_key(environ: Mapping[str, str]) -> str:
     return host_key() if wants_local(environ.get("PYROS1_TRANSPORTS", "")) else ""
 
 
-def listen() -> tuple[socket.socket, str]:
+def name_beside(uri: str, key: str) -> str:
+    """Return the name of the socket beside a port for services: who knows the port's URI knows the name.
+
+    Args:
+        uri: as the master has it, ``rosrpc://host:port``.
+        key: of the programs that share it, `host_key`.
+    """
+    return f"{_PREFIX}{key}-{uri}"
+
+
+def listen(wish: str = "") -> tuple[socket.socket, str]:
     """Return a listening socket and its name.
+
+    Args:
+        wish: the name that it should have; it gets another one if that is taken, or impossible.
 
     Raises:
         OSError: there can be none.
     """
-    name = _PREFIX + os.urandom(16).hex()
     sock = socket.socket(socket.AF_UNIX)
     try:
-        sock.bind("\0" + name)
+        name = wish if _is_name(wish) and _bind(sock, wish) else _PREFIX + os.urandom(16).hex()
+        if name != wish:
+            sock.bind("\0" + name)
         sock.listen(128)
     except BaseException:
         sock.close()
@@ -69,7 +83,7 @@ def connect(name: str) -> socket.socket:
     Raises:
         OSError: it is not there, has too much to do, or belongs to another user.
     """
-    if not name.startswith(_PREFIX) or len(name) > 100 or not name.isascii():
+    if not _is_name(name):
         raise ConnectionRefusedError(f"{name[:100]!r} is no name of such a socket")
     sock = socket.socket(socket.AF_UNIX)
     try:
@@ -81,6 +95,18 @@ def connect(name: str) -> socket.socket:
         sock.close()
         raise
     return sock
+
+
+def _is_name(name: str) -> bool:
+    return name.startswith(_PREFIX) and len(name) <= 100 and name.isascii()
+
+
+def _bind(sock: socket.socket, name: str) -> bool:
+    try:
+        sock.bind("\0" + name)
+    except OSError:
+        return False
+    return True
 
 
 def is_own(sock: socket.socket) -> bool:

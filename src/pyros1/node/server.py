@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING
 
 from pyros1.ground.errors import Error, NodeError, ProtocolError
 from pyros1.net.acceptor import Acceptor
+from pyros1.net.hosts import make_uri
 from pyros1.net.ports import listening_socket
 from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node.log.levels import WARN
-from pyros1.node.same_host import is_own, listen
+from pyros1.node.same_host import is_own, listen, name_beside
 from pyros1.wire.handshake import Refusal
 from pyros1.wire.header import HeaderReader, encode_header
 
@@ -53,6 +54,7 @@ class TcprosServer:
 
     Attributes:
         port: the port it listens on.
+        uri: of its services.
 
     Raises:
         OSError: the port is taken.
@@ -70,6 +72,7 @@ class TcprosServer:
         self._greetings: dict[socket.socket, _Greeting] = {}
         listener = listening_socket(address.bind, port, address.ports)
         self.port: int = listener.getsockname()[1]
+        self.uri = make_uri(address.advertised, self.port, "rosrpc").rstrip("/")
         say, guests = context.tell_trouble, context.guests
         self._acceptor = Acceptor(context.loop, listener, self._accepted, say, guests=guests)
         self._local_acceptor: Acceptor | None = None
@@ -80,9 +83,9 @@ class TcprosServer:
         """Return the name of the socket for programs that share memory; empty if there is none. On the loop."""
         if self._local_acceptor is None and self._context.local_key:
             try:
-                listener, self._local_name = listen()
+                listener, self._local_name = listen(name_beside(self.uri, self._context.local_key))
             except OSError as error:
-                self._context.tell_trouble(f"no socket for subscribers of this machine: {error.strerror or error}")
+                self._context.tell_trouble(f"no socket for programs of this machine: {error.strerror or error}")
                 return ""
             context = self._context
             self._local_acceptor = Acceptor(context.loop, listener, self._accepted_local, context.tell_trouble)

@@ -95,13 +95,17 @@ class SlaveApi:
 
     def _get_bus_stats(self) -> Triple:
         publications = [
-            [topic, sum(link.bytes_sent for link in links), [
-                [index, link.bytes_sent, link.messages, link.connected] for index, link in enumerate(links)]]
+            [topic, _count(sum(link.bytes_sent for link in links)), [
+                [index, _count(link.bytes_sent), _count(link.messages), link.connected]
+                for index, link in enumerate(links)]]
             for topic, publication in self._context.publications.items()
             for links in [publication.links]
         ]  # fmt: skip
         subscriptions = [
-            [topic, [[index, _received(link), link.messages, -1, True] for index, link in enumerate(links)]]
+            [
+                topic,
+                [[index, _count(_received(link)), _count(link.messages), -1, True] for index, link in enumerate(links)],
+            ]
             for topic, subscription in self._context.subscriptions.items()
             for links in [subscription.links]
         ]
@@ -210,6 +214,11 @@ class SlaveApi:
             return [1, "shutdown", 0]
         self._on_shutdown(reason)
         return [1, "shutdown", 0]
+
+
+def _count(number: int) -> float:
+    """Return a number of bytes or messages as XML-RPC can have it: integers there end at 2^31, after 2 GB."""
+    return number if number < 1 << 31 else float(number)
 
 
 def _received(link: Any) -> int:

@@ -6,12 +6,19 @@ A message arrives in a thread of the node, undecoded; each listener decodes it i
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from functools import lru_cache
 from time import monotonic
 from typing import Any
 
-from pyros1.ground.errors import Error
-from pyros1.msgs import AnyMsg, Message
+import numpy as np
+
+from pyros1.ground.errors import Error, MessageError
+from pyros1.ground.shown import foreign
+from pyros1.msgs import AnyMsg, Message, load_message
+from pyros1.msgs.array_views import numpy_view
 from pyros1.observe.decoder import Decoder
 from pyros1.web.server.threads import Threads
 
@@ -24,6 +31,7 @@ _JUST_COME = 1.0
 """Seconds after a message within which its link may not be listed yet: within a process it brings the message first."""
 _AT_ONCE = 16
 """Most topics that are subscribed to at the same time; more wait."""
+_view = numpy_view(np)
 Listener = Callable[["Arrival"], object]
 """Called with each message, in a thread of the node. It must be quick, and raises nothing."""
 
@@ -37,7 +45,7 @@ class Arrival:
         at: when it came, in seconds of `time.monotonic`.
     """
 
-    __slots__ = ("_decoder", "_message", "at", "raw", "time")
+    __slots__ = ("_arrays", "_decoder", "_message", "at", "raw", "time")
 
     def __init__(self, raw: AnyMsg, time: float, at: float, decoder: Decoder) -> None:
         self.raw = raw
@@ -45,6 +53,7 @@ class Arrival:
         self.at = at
         self._decoder = decoder
         self._message: Message | None = None
+        self._arrays: Message | None = None
 
     @property
     def message_class(self) -> type[Message]:
@@ -65,6 +74,45 @@ class Arrival:
         if self._message is None:
             self._message = self._decoder.decode(self.raw)
         return self._message
+
+    @property
+    def usual(self) -> Message:
+        """The decoded message, with all fields that its type has here, of the same types.
+
+        Raises:
+            MessageError: as `message`; or the type is another one at its publisher, or is not known here.
+        """
+        self._check_fields()
+        return self.message
+
+    @property
+    def arrays(self) -> Message:
+        """The same with numpy arrays of numbers, which take no more memory than their bytes: maps have many cells.
+
+        Raises:
+            MessageError: as `usual`.
+        """
+        if self._arrays is None:
+            self._check_fields()
+            self._arrays = self.message_class._decode_arrays(self.raw._buff, 0, len(self.raw._buff), _view)
+        return self._arrays
+
+    def _check_fields(self) -> None:
+        cls = self.message_class
+        if not _has_usual_fields(cls):
+            raise MessageError(f"its publisher has other fields in {foreign(cls._type)} than there are here")
+
+
+@lru_cache(1_000)
+def _has_usual_fields(cls: type[Message]) -> bool:
+    """Return whether a class has all fields of the class of the same name that is installed here.
+
+    Checksums do not tell: they are the same for a message and an array of such messages.
+    """
+    classes = (cls, load_message(cls._type))
+    mine, usual = (dict(zip(each.__slots__, each._slot_types, strict=True)) for each in classes)
+    nested = [cls._classes[base] for kind in usual.values() if (base := kind.partition("[")[0]) in cls._classes]
+    return usual.items() <= mine.items() and all(map(_has_usual_fields, nested))
 
 
 class Hub:
@@ -112,20 +160,21 @@ class Hub:
         with self._lock:
             known = self._feeds.get(topic)
             feed = self._feeds[topic] = known or _Feed(self._now)
-            place, latched = feed.join(listener)  # before the first message can come
+            place, late = feed.join(listener)  # before the first message can come
         if ready is not None:
             feed.when_settled(ready)
         if known is None:
             self._begin(lambda: self._open(topic, feed))
-        for arrival in latched:
-            listener(arrival)
+        if late is not None:
+            late.catch_up()
         return lambda: self._leave(topic, feed, place)
 
     def _open(self, topic: str, feed: _Feed) -> None:
         try:
             subscriber = self._subscribe(topic, feed.arrived)
             if feed.begun(subscriber):
-                self._settle(topic, subscriber)
+                with suppress(Error):  # the master has gone since then
+                    self._settle(topic, subscriber)
         except Error:  # the node has ended, or the topic's name is not legal
             with self._lock:
                 if self._feeds.get(topic) is feed:
@@ -147,6 +196,37 @@ class Hub:
         for feed in feeds:
             feed.end()
         self._threads.shutdown(wait=False, cancel_futures=True)
+
+
+class _Late:
+    """A listener that gets the latched messages before those that come meanwhile, in another thread.
+
+    Args:
+        listener: the listener.
+        latched: these messages.
+    """
+
+    def __init__(self, listener: Listener, latched: Iterable[Arrival]) -> None:
+        self._listener = listener
+        self._lock = threading.Lock()
+        self._waiting: deque[Arrival] | None = deque(latched)
+
+    def __call__(self, arrival: Arrival) -> None:
+        with self._lock:
+            if self._waiting is not None:
+                self._waiting.append(arrival)
+                return
+        self._listener(arrival)
+
+    def catch_up(self) -> None:
+        """Call the listener with all that waits; it gets what comes later at once."""
+        while True:
+            with self._lock:
+                if not self._waiting:
+                    self._waiting = None
+                    return
+                arrival = self._waiting.popleft()
+            self._listener(arrival)
 
 
 class _Feed:
@@ -203,17 +283,24 @@ class _Feed:
         if self._subscriber is not None and most < self._subscriber.queue_size:
             self._subscriber.set_queue_size(max(1, most))
 
-    def join(self, listener: Listener) -> tuple[object, list[Arrival]]:
-        """Add a listener; return its place, and the latched messages of publishers that are there."""
+    def join(self, listener: Listener) -> tuple[object, _Late | None]:
+        """Add a listener; return its place, and what lets it catch up with the latched messages, if there are some."""
         place = object()
         with self._lock:
-            self._listeners[place] = listener
-            self._called = None
             if self._latched and self._subscriber is not None:
-                here = {link.header.get("callerid", "") for link in self._subscriber.links if link.header}
+                headers = [link.header for link in self._subscriber.links if link.header]
+                names = {header.get("callerid", "") for header in headers}
                 new = monotonic() - _JUST_COME
-                self._latched = {name: each for name, each in self._latched.items() if name in here or each.at > new}
-            return place, list(self._latched.values())
+                self._latched = {
+                    name: each
+                    for name, each in self._latched.items()  # each connection has a header of its own
+                    if any(header is each.raw._connection_header for header in headers)
+                    or (name not in names and each.at > new)
+                }
+            late = _Late(listener, self._latched.values()) if self._latched else None
+            self._listeners[place] = late or listener
+            self._called = None
+            return place, late
 
     def leave(self, place: object) -> bool:
         """Remove a listener; return whether there are others, or it was not one."""

@@ -69,7 +69,10 @@ class PackageFiles:
 
     def _within_a_package(self, uri: str, parts: list[str]) -> str:
         path = os.path.realpath(os.path.join(os.sep, *parts))
-        folder, name = package_of(Path(path))
+        try:
+            folder, name = package_of(Path(path))
+        except (OSError, RuntimeError):  # links that lead to each other
+            raise FileError(f"{uri} cannot be followed") from None
         try:
             found = os.path.realpath(self._folder(name))
         except FileError:

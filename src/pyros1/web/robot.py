@@ -46,6 +46,7 @@ class Robot:
         make_node: makes the server's node; it raises MasterUnreachableError at once if no master answers.
 
     Attributes:
+        movers: which view publishes joint states on a topic: of several pages, the first.
         when_killed: called, from any thread, when someone else has told the server's node to end.
     """
 
@@ -60,6 +61,7 @@ class Robot:
         self.world = World(self.listen)
         self.files = PackageFiles()
         self.bags = Library(Shelf(access.bags), access.may_see)
+        self.movers: dict[str, object] = {}
         self.trouble = "looking for the master"
         self.when_killed: Callable[[], object] = lambda: None
         self._make_node = make_node
@@ -104,6 +106,24 @@ class Robot:
         self.check_visible(topic)
         _ = self.node
         return self._hub.listen(topic, listener, ready)
+
+    def type_of(self, topic: str, wanted: str = "") -> str:
+        """Return the type of a topic; ``*`` if nobody has told it.
+
+        What the master said some moments ago counts only if it is a type, and the one that is wanted: else a program
+        would not know a topic that another one has just begun.
+
+        Args:
+            topic: its full name.
+            wanted: a type; empty for any.
+
+        Raises:
+            MasterUnreachableError: the master does not answer.
+        """
+        kind = self.graph.topic_types().get(topic, "*")
+        if kind == "*" or kind != (wanted or kind):
+            kind = Graph(self.master).topic_types().get(topic, "*")
+        return kind
 
     def why_no_master(self) -> str:
         """Return why the master does not answer; "" if it does."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
+from math import isfinite
 from time import monotonic
 from typing import Any, NamedTuple
 
@@ -166,8 +167,11 @@ def flows(stats: Any) -> list[Flow]:
             case [str(topic), _, list(connections)]:
                 for connection in connections[:_MOST_NUMBERS]:
                     match connection:
-                        case [number, int(size), int(count), *_]:
-                            found.append(Flow(foreign(topic), number, count, max(0, size - _LENGTH * count)))
+                        case [number, int() | float() as size, int() | float() as count, *_] if (
+                            isfinite(size) and isfinite(count)  # floats are numbers that are too large for XML-RPC
+                        ):
+                            bodies = max(0, int(size) - _LENGTH * int(count))
+                            found.append(Flow(foreign(topic), number, int(count), bodies))
     return found
 
 

@@ -1,11 +1,13 @@
 """What two pyros1 nodes of one machine and one user say to each other for the local transport: Unix sockets for small
-messages, shared memory for large ones. Pure.
+messages and for services, shared memory for large messages. Pure.
 
 * ``requestTopic``: beside ``["TCPROS"]`` the subscriber offers ``["PYROS1-LOCAL", KEY]``. Programs that can share
   memory have the same key. A publisher with that key answers ``["PYROS1-LOCAL", NAME]``, the name of a Unix socket in
   the abstract namespace. All others know nothing of this and answer TCPROS.
 * On that socket follow headers and frames as over TCP. The publisher's header has one field more, ``token``, and comes
   with a descriptor of another socket, the *desk*.
+* Services need no question: beside the port of ``rosrpc://host:port`` a provider listens on a Unix socket whose name is
+  made of the key and that URI. Whoever finds none there takes TCP. The first request may come with the client's header.
 * A large message's body is in a *block* of shared memory; its frame is a reference, which begins with the token. Over
   the desk come the blocks, each before the first reference to it, and go the numbers of the references that the
   subscriber has done with: until then the publisher leaves the block as it is.

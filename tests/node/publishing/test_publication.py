@@ -251,6 +251,17 @@ def test_a_message_for_the_process_goes_to_who_has_taken_its_place_meanwhile(
     assert decode(Float64, peers[0].frame()) == Float64(1.0)
 
 
+def test_sequence_numbers_begin_again(make_node: Any, collect: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.node.publishing.publication.SEQUENCE", 3)
+    got = collect()
+    make_node("listener").subscribe("t", Image, lambda message: got(message.header.seq))
+    publisher = make_node("talker").advertise("t", Image)
+    assert publisher.wait_for_subscribers(timeout=5)
+    for _ in range(6):
+        publisher.publish(Image())
+    assert got.wait(6) == [1, 2, 0, 1, 2, 0]
+
+
 @pytest.mark.parametrize("queue_size", [None, 0])
 def test_sequence_numbers_of_several_threads_run_forward(
     make_node: Any, transport: str, collect: Any, in_thread: Any, queue_size: int | None

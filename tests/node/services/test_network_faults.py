@@ -20,8 +20,9 @@ def test_both_ends_notice_that_a_machine_is_gone_t37(
     make_node: Any, collect: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     watched = collect()
+    monkeypatch.setattr("pyros1.node.same_host.wants_local", lambda setting: False)
     for place in ("call", "server"):
-        monkeypatch.setattr(f"pyros1.node.services.{place}.keep_alive", lambda sock: watched(sock.getsockname()))
+        monkeypatch.setattr(f"pyros1.node.services.{place}.keep_prompt", lambda sock: watched(sock.getsockname()))
     make_node("server").advertise_service("s", SetBool, lambda request: (True, ""))
     assert make_node("caller").service("s", SetBool)(True).success
     one, other = watched.wait(2)

@@ -22,11 +22,19 @@ from pyros1.ground.errors import (
 from pyros1.msgs.roscpp.srv import GetLoggers, SetLoggerLevel
 from pyros1.msgs.rospy_tutorials.srv import AddTwoInts, AddTwoIntsRequest, AddTwoIntsResponse
 from pyros1.msgs.std_srvs.srv import Empty, SetBool, SetBoolResponse, Trigger
+from pyros1.node.same_host import host_key
 from pyros1.node.services.call import Call
 from pyros1.wire.header import encode_header
 
 from ...bodies import encode_frame
 from ...parts import context_of, tcpros_port
+
+pytestmark = pytest.mark.parametrize("transport", ["local", "tcp"] if host_key() else ["tcp"], indirect=True)
+
+
+@pytest.fixture(autouse=True)
+def _both_ways(transport: str) -> None:
+    """Calls between nodes of one machine and user, and those of all others."""
 
 
 @pytest.fixture

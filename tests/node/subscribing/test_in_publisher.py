@@ -248,7 +248,7 @@ def test_a_node_that_ends_during_a_callback_closes_its_links(make_node: Make, fa
     settle(publisher, kept)
     publisher.publish(Float64(1))
     assert kept.numbers == [1]
-    sock.settimeout(5)
+    sock.settimeout(20)
     assert sock.recv(10) == b""
 
 

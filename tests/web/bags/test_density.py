@@ -100,3 +100,9 @@ def test_an_empty_bag_has_no_messages() -> None:
     counts, exact = Density([]).look(0, 100, 5, [0, 1], lambda number: [])
     assert exact
     assert counts.shape == (2, 5) and not counts.any()
+
+
+@pytest.mark.parametrize("rows", [[(-1, 7)], [(-1, 7), (0, 3)]])
+def test_messages_of_no_row_are_not_those_of_the_last(rows: list[tuple[int, int]]) -> None:
+    found, exact = Density([(5, 5, rows)]).look(0, 10, 2, [0], asked([], []))
+    assert (found.tolist(), exact) == ([[0.0, float(dict(rows).get(0, 0))]], True)

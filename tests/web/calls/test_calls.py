@@ -33,6 +33,18 @@ def test_forms_stay_in_step(robot: Robot) -> None:
     assert calls.run(robot, "forms.value", request) == {"data": True}
 
 
+def test_whole_numbers_that_javascript_would_round(robot: Robot, make_node: Make) -> None:
+    heard: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    make_node("ear").subscribe("/number", "std_msgs/UInt64", heard.put)
+    most = 2**64 - 1
+    value = calls.run(robot, "forms.value", {"type": "std_msgs/UInt64", "yaml": f"data: {most}"})
+    assert value == {"data": str(most)}  # as text, the page gives it back as it is
+    calls.run(robot, "topics.publish", {"topic": "/number", "type": "std_msgs/UInt64", "value": value})
+    assert heard.get(timeout=PATIENCE).data == most
+    with pytest.raises(Error, match="data"):
+        calls.run(robot, "topics.publish", {"topic": "/number", "type": "std_msgs/UInt64", "value": {"data": "x"}})
+
+
 def test_files_of_rviz(robot: Robot) -> None:
     displays = "[{Class: rviz/Path, Topic: plan}, {Class: rviz/Path, Topic: /a//b/}, {Class: x/Y}]"
     file = f"Visualization Manager: {{Displays: {displays}}}"

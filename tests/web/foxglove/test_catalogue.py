@@ -83,8 +83,8 @@ def test_a_type_that_nobody_tells_is_a_problem(robot: Robot, make_node: Make) ->
 
 
 def test_another_version_of_an_installed_type(robot: Robot, make_node: Make) -> None:
-    node = make_node("talker")
-    node.advertise("a", Float64)
+    for name in ("old", "new"):
+        make_node(name).advertise("a", Float64)
     one = catalogue(robot)
     ours = one.look(0.0).channels["/a"]
     text = "float64 data\nfloat64 more\n"
@@ -104,6 +104,36 @@ def test_another_version_of_an_installed_type(robot: Robot, make_node: Make) -> 
     assert "/new publishes another" in one.look(100.0).problems["/a"]
     one.learn(theirs, {"type": "std_msgs/Float64", "md5sum": "1" * 32, "message_definition": "nonsense"})
     assert "unusable" in one.look(0.0).problems["/a"]
+
+
+def test_a_definition_goes_with_its_publisher(robot: Robot, make_node: Make) -> None:
+    """Nodes are built anew, started again, and take the places of others; the master remembers types for ever."""
+    one = catalogue(robot)
+
+    def header(text: str, who: str) -> dict[str, str]:
+        md5sum = from_definition("my_msgs/Pair", text)._md5sum
+        return {"type": "my_msgs/Pair", "md5sum": md5sum, "message_definition": text, "callerid": who}
+
+    first = make_node("talker")
+    advertise_pair(first, "pair")
+    before = everything(one).channels["/pair"]
+    first.shutdown()
+    one.look(0.0)
+    again = make_node("talker")  # with another definition
+    advertise_pair(again, "pair", "float64 a\n")
+    other = make_node("other")
+    advertise_pair(other, "pair", "float64 b\n")
+    one.learn(before, header("float64 a\n", "/talker"))
+    one.learn(before, header("float64 b\n", "/other"))
+    found = one.look(0.0)
+    assert found.channels["/pair"].schema == "float64 a\n"
+    assert "/other publishes another" in found.problems["/pair"]
+    again.shutdown()
+    found = one.look(0.0)
+    assert (found.channels["/pair"].schema, found.problems) == ("float64 b\n", {})
+    other.shutdown()
+    make_node("third").advertise("pair", Float64)
+    assert everything(one).channels["/pair"].type == "std_msgs/Float64"
 
 
 def test_only_what_may_be_seen(robot: Robot, make_node: Make) -> None:

@@ -145,6 +145,26 @@ def test_a_publisher_with_another_definition_gets_another_channel(serve: Start, 
         assert viewer.message(2) == struct.pack("<dd", 1.0, 2.0)
 
 
+def test_a_publisher_that_goes_from_one_definition_to_another_and_back(
+    serve: Start, make_node: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.web.foxglove.connection.TELL_AGAIN", 0.0)
+    texts = ("float64 data\nfloat64 more\n", Float64._full_text) * 2
+    make_node("ear").subscribe("a", AnyMsg, lambda message: None)  # the topic stays
+    with Viewer(serve(token="t")) as viewer:
+        for number, text in enumerate(texts):
+            node = make_node("talker")
+            raw_type = topic_type(from_definition("std_msgs/Float64", text))
+            publisher = node.advertise("a", AnyMsg, raw_type=raw_type, latch=True)
+            publisher.publish(AnyMsg(bytes(8 * text.count("float64"))))
+            while viewer.channel("/a")["schema"] != text:
+                viewer.subscribe("/a", 10 * number)
+                viewer.until("advertise")
+            viewer.subscribe("/a", 10 * number + 1)
+            assert len(viewer.message(10 * number + 1)) == 8 * text.count("float64")
+            node.shutdown()
+
+
 def advertisement(kind: str = "std_msgs/String", encoding: str = "ros1") -> dict[str, Any]:
     return {"id": 4, "topic": "/said", "encoding": encoding, "schemaName": kind}
 

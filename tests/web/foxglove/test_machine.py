@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import struct
 from typing import Any
 
@@ -188,6 +189,19 @@ def test_changes_of_parameters() -> None:
     assert one.parameters(Values({"a": 1, "b": {"c": 2.0}, "later": [1, 2]})) == []
     one.handle(text("unsubscribeParameterUpdates", parameterNames=[]))
     assert not one.watches_parameters
+
+
+def test_parameters_that_are_equal_but_not_the_same() -> None:
+    one = Machine()
+    first = {"a": [1, 2], "b": math.nan, "c": [math.nan], "d": {}, "e": 1}
+    one.watch(tuple(f"/{name}" for name in first), Values(first))
+    assert one.parameters(Values(first)) == []  # told once, although NaN is not equal to itself
+    second = {"a": [1.0, 2.0], "b": math.nan, "c": [math.nan], "d": {}, "e": True}
+    changed = read(one.parameters(Values(second)))[0]["parameters"]
+    assert changed == [
+        {"name": "/a", "value": [1.0, 2.0], "type": "float64_array"},
+        {"name": "/e", "value": True},
+    ]
 
 
 def test_the_number_of_watched_parameters_is_bounded() -> None:

@@ -71,6 +71,14 @@ def test_channels_take_turns() -> None:
     assert [each.ticket for each in box.take(3_000)] == [busy, quiet, busy]
 
 
+def test_messages_of_several_channels_are_in_the_order_in_which_they_came() -> None:
+    outbox = Outbox()
+    one, two = outbox.open(), outbox.open()
+    for number, ticket in enumerate((one, one, two, one)):
+        outbox.put(Waiting(ticket, 0, b"", None, float(number)))
+    assert [(each.ticket, each.at) for each in outbox.take(10**6)] == [(one, 0), (one, 1), (two, 2), (one, 3)]
+
+
 def test_a_channel_that_is_closed_is_forgotten() -> None:
     box = Outbox()
     first, second = box.open(), box.open()

@@ -47,6 +47,12 @@ def test_names_of_parameters_and_namespaces() -> None:
     assert values.get("/a/b/c") is None
 
 
+def test_names_with_slashes_that_go_through_values() -> None:
+    values = Values({"a": {"b/c": 1, "b": 5, "": 6, "b/c/d": {}}})
+    assert values.flat == {"/a/": 6, "/a/b": 5, "/a/b/c": 1, "/a/b/c/d": {}}
+    assert [each["value"] for each in entries(values, ["/a/b", "/a/b/c", "/a/"])] == [5, 1, 6]
+
+
 def test_only_what_may_be_seen() -> None:
     values = Values({"open": {"a": 1}, "secret": {"b": 2}}, lambda name: name.startswith("/open"))
     assert values.flat == {"/open/a": 1}

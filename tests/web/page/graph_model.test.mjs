@@ -179,3 +179,9 @@ test("a tool that publishes to a node is no debug node, and is shown without wha
   assert.ok(ids.includes(`n:${tool}`) && ids.includes("t:/goal") && !ids.includes("n:/rostopic_77_1700000000000"));
   assert.deepEqual(edges.filter(({ from, to }) => [from, to].includes(`n:${tool}`)).map(({ to }) => to), ["t:/goal"]);
 });
+
+test("names in the dot language have no control characters, as those of pyros1 graph --dot", () => {
+  const nodes = { "/a\n\x1b[31m": "", '/b"\u202e\\': "", "/é\x7f": "" };
+  const model = build({ nodes, silent: [], topics: {}, services: {}, edges: [], missing: [] }, { mode: "nodes", hide: [], depth: 0, toggled: [] });
+  assert.deepEqual(dot(model).split("\n").slice(2, -2), ['  "/a\\\\n\\\\x1b[31m";', '  "/b\\"\\\\u202e\\\\";', '  "/é\\\\x7f";']);
+});

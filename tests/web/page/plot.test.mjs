@@ -1,9 +1,12 @@
-// Words of the plot. Run by tests/web/test_page_modules.py, or with: node --test tests/web/page
+// Words, points and values of the plot and of messages. Run by tests/web/test_page_modules.py, or with: node --test tests/web/page
 
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { axisWidth, expand, marks } from "../../../src/pyros1/web/page/parts/plot/words.js";
+import { Points, grid, sample } from "../../../src/pyros1/web/page/lib/curves.js";
+import { seconds } from "../../../src/pyros1/web/page/lib/format.js";
+import { axisWidth, countable, expand, marks, spread } from "../../../src/pyros1/web/page/parts/plot/words.js";
+import { written } from "../../../src/pyros1/web/page/parts/tree.js";
 
 test("marks of an axis differ, and are as short as that allows", () => {
   for (const [ticks, texts] of [
@@ -22,6 +25,51 @@ test("marks of an axis differ, and are as short as that allows", () => {
 test("an axis has room for its marks", () => {
   assert.equal(axisWidth(null, null), axisWidth(null, ["0.5"]));
   assert.ok(axisWidth(null, ["1795706846.5"]) >= 12 * 7 + 20);
+});
+
+function points(...parts) {
+  const all = new Points();
+  for (const times of parts) all.add(Float64Array.from(times), Float64Array.from(times, (time) => 10 * time));
+  return all;
+}
+const kept = ({ times, values, start, end }) => [[...times.slice(start, end)], [...values.slice(start, end)]];
+
+test("a curve starts anew where time goes back, also in the middle of what came", () => {
+  const looped = points([8, 9], [9.8, 9.9, 0.1, 0.2], [0.3]);
+  assert.deepEqual(kept(looped), [[0.1, 0.2, 0.3], [1, 2, 3]]);
+  assert.ok(sample(looped, grid(0, 0.4, 4)).includes(3)); // the newest is seen
+  assert.deepEqual(kept(points([5, 6], [1], [2, 0.5, 0.2, 0.4]))[0], [0.2, 0.4]);
+  assert.deepEqual(kept(points([0, 0.9], [0.2, 0.3]))[0], [0.2, 0.3]); // a bag that is shorter than a second
+});
+
+test("a clock that is set right by a little leaves the curve as it is, in order", () => {
+  assert.deepEqual(kept(points([1, 2, 1.95, 2.1])), [[1, 2, 2, 2.1], [10, 20, 19.5, 21]]);
+  assert.deepEqual(kept(points([1, 2], [1.95], [], [3]))[0], [1, 2, 2, 3]);
+});
+
+test("integers are written whole, and times exactly", () => {
+  assert.equal(written(1795706846123456, "int64"), "1795706846123456"); // microseconds
+  assert.equal(written(-1795706846123456, "int64"), "-1795706846123456");
+  assert.equal(written("9223372036854775807", "int64"), "9223372036854775807");
+  assert.equal(written(0.1, "float64"), "0.1");
+  assert.equal(written(true, "bool"), "true");
+  for (const [secs, nsecs, text] of [[1, 5, "1.000000005"], [-1, 500000000, "-0.500000000"], [-2, 999999999, "-1.000000001"], [-2, 0, "-2.000000000"], [4294967295, 0, "4294967295.000000000"]]) {
+    assert.equal(seconds({ secs, nsecs }), text);
+  }
+});
+
+test("between the ends of an axis one can count", () => {
+  const numbers = [0, 1, -1, 0.1, 0.1 + 2e-17, 1e16, 1e16 + 2, 1e17, 1e17 + 16, 1e308, 1.7e308, -1.7e308, 5e-324, -1e-320, 1e-300];
+  for (const one of numbers) for (const other of numbers) {
+    const [least, most] = [one, other].sort((first, second) => first - second);
+    for (const ends of [spread(least, most), ...(least < most ? [countable([least, most])] : [])]) {
+      const step = (ends[1] - ends[0]) / 1000;
+      assert.ok(Number.isFinite(step) && ends[0] <= Math.max(least, -8e307) && ends[1] >= Math.min(most, 8e307), String(ends));
+      for (const end of ends) assert.ok(step < 1e-300 || end + step > end, `${least} to ${most}: ${ends}`);
+    }
+  }
+  assert.deepEqual(countable([-Infinity, Infinity]), [-8e307, 8e307]);
+  assert.deepEqual(countable([0, 2]), [0, 2]);
 });
 
 test("words of rqt_plot, slices and expressions are curves", () => {

@@ -7,7 +7,8 @@ import { test } from "node:test";
 import { sight } from "../../../src/pyros1/web/page/lib/scene/camera_view.js";
 import { apart } from "../../../src/pyros1/web/page/lib/scene/apart.js";
 import { Density, Pace } from "../../../src/pyros1/web/page/lib/scene/density.js";
-import { offersOf, readKey } from "../../../src/pyros1/web/page/lib/scene/kinds.js";
+import { MapPlane } from "../../../src/pyros1/web/page/lib/scene/map.js";
+import { infoTopic, offersOf, readKey } from "../../../src/pyros1/web/page/lib/scene/kinds.js";
 import { beside } from "../../../src/pyros1/web/page/lib/scene/meshes.js";
 import { pointsIn, reaches } from "../../../src/pyros1/web/page/lib/scene/picking.js";
 import { levels, scanPoints } from "../../../src/pyros1/web/page/lib/scene/points.js";
@@ -28,6 +29,12 @@ test("ranges become points, but not those that are none", () => {
   assert.deepEqual([...positions].map((value) => Math.round(value * 1000) / 1000 + 0), [1, 0, 0, 0, -2, 0]);
   assert.deepEqual([...values], [10, 40]);
   assert.deepEqual([...indices], [0, 3]);
+});
+
+test("a scan without a greatest range has all points that are somewhere", () => {
+  const facts = { start: 0, step: Math.PI, least: null, most: null, count: 4, intensities: false };
+  const [positions, , indices] = scanPoints(facts, Float32Array.of(1, Infinity, 2, NaN));
+  assert.deepEqual([[...indices], positions[3]], [[0, 2], 2]);
 });
 
 test("levels go from the least to the greatest number", () => {
@@ -124,4 +131,38 @@ test("how often clouds come", () => {
   assert.equal(`${pace}`, "the first");
   for (let step = 1; step <= 20; step += 1) pace.tick(1000 + 250 * step);
   assert.equal(`${pace}`, "4.0 a second");
+});
+
+test("a map that is too large for a graphics card is shown in part", () => {
+  const plane = new MapPlane();
+  const facts = { resolution: 0.05, origin: [0, 0, 0, 0, 0, 0, 1] };
+  plane.set({ ...facts, width: 3, height: 2 }, Int8Array.of(0, 100, 0, 0, 0, 100));
+  assert.deepEqual([plane.texture.image.width, plane.texture.image.height, plane.every], [3, 2, 1]);
+  const pixels = () => [...new Uint32Array(plane.texture.image.data.buffer)];
+  const [white, black] = pixels();
+  assert.deepEqual(pixels(), [white, black, white, white, white, black]);
+  plane.patch({ x: 0, y: 1, width: 2, height: 1 }, Int8Array.of(100, 100));
+  assert.deepEqual(pixels(), [white, black, white, black, black, black]);
+  const cells = new Int8Array(30000 * 6);
+  cells[4 * 30000 + 29996] = 100;
+  plane.set({ ...facts, width: 30000, height: 6 }, cells);
+  assert.deepEqual([plane.texture.image.width, plane.texture.image.height, plane.every], [7500, 2, 4]);
+  assert.deepEqual(pixels().map((pixel, index) => (pixel === white ? -1 : index)).filter((index) => index >= 0), [7500 + 7499]);
+  plane.patch({ x: 0, y: 4, width: 1, height: 1 }, Int8Array.of(100));
+  assert.equal(pixels()[7500], black);
+});
+
+test("types that a robot calls as parts of JavaScript are not known", () => {
+  const types = { "/a": "constructor", "/b": "__proto__", "/c": "toString" };
+  for (const topic of Object.keys(types)) assert.equal(readKey(topic, types).kind, "");
+  assert.deepEqual(offersOf(types, [], ["/robot_description"]).map(({ key }) => key), ["robot:"]);
+});
+
+test("the CameraInfo is beside the picture, wherever that is", () => {
+  for (const [topic, type, info] of [
+    ["/camera/image", "sensor_msgs/Image", "/camera/camera_info"],
+    ["/camera/image/compressed", "sensor_msgs/CompressedImage", "/camera/camera_info"],
+    ["/image", "sensor_msgs/Image", "/camera_info"],
+    ["/compressed", "sensor_msgs/CompressedImage", "/camera_info"],
+  ]) assert.equal(infoTopic(topic, type), info);
 });

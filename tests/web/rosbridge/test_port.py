@@ -15,6 +15,7 @@ from serving import PATIENCE, Served
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
+from pyros1.graph import Graph
 from pyros1.ground.errors import ServiceError
 from pyros1.msgs.rospy_tutorials.srv import AddTwoInts
 from pyros1.msgs.sensor_msgs.msg import Image
@@ -112,6 +113,55 @@ def test_publish(serve: Serve, make_node: MakeNode) -> None:
             assert word in answer["msg"]
 
 
+def test_parts_of_a_client_advertise_the_same_topic(serve: Serve, make_node: MakeNode) -> None:
+    """A topic ends with the last who has advertised it, and its subscribers stay connected until then."""
+    got: queue.Queue[Any] = queue.Queue()
+    node = make_node("listener")
+    subscriber = node.subscribe("words", String, lambda message: got.put(message.data))
+    with client(serve(token="")) as socket_:
+        topic = {"topic": "/words", "type": "std_msgs/String"}
+        tell(socket_, "advertise", **topic, id="one")
+        tell(socket_, "publish", topic="/words", msg={"data": "1"})
+        assert got.get(timeout=PATIENCE) == "1"
+        (link,) = subscriber.links
+        tell(socket_, "advertise", **topic, id="two", latch=True, queue_size=5)
+        tell(socket_, "advertise", **topic, id="two", latch=True, queue_size=5)
+        tell(socket_, "unadvertise", topic="/words", id="one")
+        tell(socket_, "unadvertise", topic="/words", id="nobody")
+        tell(socket_, "publish", topic="/words", msg={"data": "2"})
+        assert got.get(timeout=PATIENCE) == "2"
+        assert subscriber.links == (link,)
+        later: queue.Queue[Any] = queue.Queue()
+        make_node("later").subscribe("words", String, lambda message: later.put(message.data))
+        assert later.get(timeout=PATIENCE) == "2"  # it is latched
+        graph = Graph(node.master)
+        assert graph.state().publishers["/words"] == ["/web"]
+        tell(socket_, "unadvertise", topic="/words", id="two")
+        settle(socket_)
+        assert "/words" not in graph.state().publishers
+        tell(socket_, "advertise", **topic, id="one")
+        tell(socket_, "unadvertise", topic="/words")  # all
+        settle(socket_)
+        assert "/words" not in graph.state().publishers
+
+
+def test_a_topic_that_another_client_has_just_begun(serve: Serve, make_node: MakeNode) -> None:
+    got: queue.Queue[Any] = queue.Queue()
+    server = serve(token="")
+    with client(server) as one, client(server) as two:
+        for number, kind in enumerate(("std_msgs/String", "std_msgs/Int32")):
+            tell(one, "advertise", topic=f"/new{number}", type=kind)  # which asks the master before
+            settle(one)
+            assert ask(two, "/rosapi/topic_type", {"topic": f"/new{number}"})["values"] == {"type": kind}
+            make_node(f"ear{number}").subscribe(f"new{number}", kind, lambda message: got.put(message.data))
+            tell(two, "publish", topic=f"/new{number}", msg={"data": "x" if kind.endswith("String") else 5})
+            tell(two, "subscribe", topic=f"/new{number}", type=kind)
+            settle(two)
+            topics = ask(two, "/rosapi/topics")["values"]
+            assert dict(zip(topics["topics"], topics["types"], strict=True))[f"/new{number}"] == kind
+    assert [got.get(timeout=PATIENCE) for _ in range(2)] == ["x", 5]
+
+
 def test_the_last_words_of_a_client_are_heard(serve: Serve, make_node: MakeNode) -> None:
     got: queue.Queue[Any] = queue.Queue()
     make_node("listener").subscribe("words", String, lambda message: got.put(message.data))
@@ -191,7 +241,7 @@ def test_call_service(serve: Serve, make_node: MakeNode, compression: str) -> No
             assert word in answer["values"]
 
 
-def test_a_service_of_a_client(serve: Serve, make_node: MakeNode) -> None:
+def test_a_service_of_a_client(serve: Serve, make_node: MakeNode, capfd: pytest.CaptureFixture[str]) -> None:
     caller = make_node("caller")
     server = serve(token="")
     answers: queue.Queue[Any] = queue.Queue()
@@ -231,6 +281,11 @@ def test_a_service_of_a_client(serve: Serve, make_node: MakeNode) -> None:
         id = hear(socket_)["id"]
         tell(socket_, "service_response", id=id, service="/switch", values={"wrong": 1}, result=True)
         assert "wrong" in answers.get(timeout=PATIENCE)
+        begin()
+        id = hear(socket_)["id"]
+        tell(socket_, "service_response", id=id, service="/switch", values={"success": []}, result=True)
+        assert "gave a wrong answer: field success is not a bool" in answers.get(timeout=PATIENCE)
+        assert capfd.readouterr().err == ""
         begin()
         hear(socket_)
     assert "gone" in answers.get(timeout=PATIENCE)

@@ -40,10 +40,26 @@ def test_without_a_projection_matrix_k_counts() -> None:
     assert (camera.fx, camera.fy, camera.cx, camera.cy, camera.tx, camera.ty) == (525.0, 520.0, 319.5, 239.5, 0, 0)
 
 
-@pytest.mark.parametrize("rows", [[0.0] * 12, [math.nan] * 12, [-1.0, *P[1:]], [*P[:5], 0.0, *P[6:]]])
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [0.0] * 12,
+        [math.nan] * 12,
+        [-1.0, *P[1:]],
+        [*P[:5], 0.0, *P[6:]],
+        [5e-324, *P[1:]],
+        [*P[:3], -1e300, *P[4:]],
+    ],
+)
 def test_cameras_that_are_not_calibrated(rows: list[float]) -> None:
     with pytest.raises(ShapeError, match="not calibrated"):
         pinhole(info(P=rows, K=[0.0] * 9))
+
+
+@pytest.mark.parametrize(("place", "number"), [(0, 1e-300), (2, 1e300), (3, -1e200), (5, 5e-324), (7, 1.7e308)])
+def test_absurd_cameras_are_not_calibrated(place: int, number: float) -> None:
+    with pytest.raises(ShapeError, match="not calibrated"):
+        pinhole(info(P=[number if index == place else value for index, value in enumerate(P)]))
 
 
 def test_pictures_of_another_size() -> None:

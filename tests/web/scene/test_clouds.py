@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+import tracemalloc
 from typing import Any
 
 import numpy as np
@@ -80,6 +82,17 @@ def test_padding_between_rows_is_left_out() -> None:
     assert clouds.point_cloud2(cloud(2, height=3, row_step=32, data=data[:-8]))[1] == blob  # the last row without it
 
 
+def test_a_million_rows_of_one_point_cost_what_a_million_points_cost() -> None:
+    padded = cloud(1, fields=[PointField(name, 0, 1, 1) for name in "xyz"], point_step=1, row_step=2)
+    padded.height, padded.data = 1_000_000, b"\1\2" * 1_000_000
+    tracemalloc.start()
+    facts, _ = clouds.point_cloud2(padded)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert facts["count"] == 1_000_000
+    assert peak < 60_000_000  # an array for each row would take 120
+
+
 def test_of_large_clouds_some_points_are_left_out() -> None:
     facts, blob = clouds.point_cloud2(cloud(25), most=10)
     assert (facts["count"], facts["every"]) == (9, 3)
@@ -129,6 +142,8 @@ def test_the_older_type() -> None:
     message.channels = [ChannelFloat32("intensity", [0.0, 1.0, 2.0]), ChannelFloat32("short", [1.0])]
     facts, blob = clouds.point_cloud(message)
     assert (facts["by"], facts["fields"], blob[24:]) == ("intensity", ["x", "y", "z", "intensity"], bytes([0, 255]))
+    message.channels = [ChannelFloat32("z", [0.0, math.inf, 2.0])]
+    assert clouds.point_cloud(message)[0]["fields"] == ["x", "y", "z"]
     assert clouds.point_cloud(PointCloud())[0]["count"] == 0
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 from typing import Any
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.msgs.geometry_msgs.msg import Pose
+from pyros1.msgs.geometry_msgs.msg import Point, Pose
 from pyros1.msgs.visualization_msgs.msg import (
     InteractiveMarker,
     InteractiveMarkerControl,
@@ -18,6 +19,7 @@ from pyros1.msgs.visualization_msgs.msg import (
     Marker,
     MenuEntry,
 )
+from pyros1.web.scene import interactive
 from pyros1.web.scene.interactive import InteractiveMarkers
 
 
@@ -43,6 +45,20 @@ def move(name: str, x: float) -> InteractiveMarkerPose:
 
 def names(markers: list[dict[str, Any]]) -> list[str]:
     return sorted(each["name"] for each in markers)
+
+
+def test_points_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(interactive, "MOST_POINTS", 1_000)
+
+    def large(name: str, points: int = 400) -> InteractiveMarker:
+        return marker(name, controls=[InteractiveMarkerControl(markers=[Marker(points=[Point()] * points)])])
+
+    known = InteractiveMarkers()
+    known.init(init(1, large("a"), large("b"), large("c"), marker("small")), 0.0)
+    assert names(known.changes(0)[1]) == ["a", "b", "small"]
+    known.update(update(2, markers=[large("b", 600), large("a", 500)], erases=["b"]), 0.0)
+    known.update(update(3, markers=[large("c")]), 0.0)
+    assert names(known.changes(0)[1]) == ["a", "c", "small"]
 
 
 def test_they_come_move_and_go() -> None:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 from typing import Any
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from pyros1 import Duration
+from pyros1.msgs.geometry_msgs.msg import Point
 from pyros1.msgs.visualization_msgs.msg import Marker
+from pyros1.web.scene import markers as markers_of
 from pyros1.web.scene.markers import Markers, as_json
 
 
@@ -37,6 +40,29 @@ def test_a_lifetime_ends() -> None:
     version, new, _ = markers.changes(0, 10.4)
     assert len(new) == 1
     assert markers.changes(version, 10.5)[2] == [["n", 1]]
+
+
+def test_a_lifetime_ends_when_time_goes_back() -> None:
+    markers = Markers()
+    markers.add([marker(1, lifetime=0.5), marker(2)], 600.0)
+    version, _, _ = markers.changes(0, 600.1)
+    assert markers.changes(version, 2.0)[2] == [["n", 1]]  # a bag begins again
+    markers.add([marker(3, lifetime=0.5)], 2.0)
+    assert [each["id"] for each in markers.changes(version, 1.99)[1]] == [3]
+
+
+def test_large_ones_make_room_for_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(markers_of, "MOST_BYTES", 1_000_000)
+    markers, points = Markers(), [Point()] * 4_000
+    for number in range(5):
+        large = marker(number)
+        large.points = points
+        markers.add([large, marker(100)], 0.0)
+    assert [each["id"] for each in markers.changes(0, 0.0)[1]] == [3, 4, 100]
+    alone = marker(9)
+    alone.text = "x" * 2_000_000
+    markers.add([alone], 0.0)
+    assert [each["id"] for each in markers.changes(0, 0.0)[1]] == [9]
 
 
 @given(st.lists(st.tuples(st.integers(0, 3), st.sampled_from([0, 2, 3, 7]), st.booleans()), max_size=40))

@@ -6,11 +6,20 @@ import json
 import math
 import struct
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.msgs.geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped, WrenchStamped
+from pyros1.msgs.geometry_msgs.msg import (
+    Point,
+    Point32,
+    Polygon,
+    PolygonStamped,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    WrenchStamped,
+)
 from pyros1.msgs.nav_msgs.msg import GridCells, OccupancyGrid, Path
 from pyros1.msgs.sensor_msgs.msg import JointState, LaserScan, Temperature
 from pyros1.web.scene import shapes
@@ -44,7 +53,9 @@ def test_any_path(poses: list[tuple[float, ...]]) -> None:
         turn = each.pose.orientation
         turn.x, turn.y, turn.z, turn.w = a, b, c, d
     facts, blob = shapes.path(message)
-    assert (facts["count"], len(blob)) == (len(poses), 28 * len(poses))
+    numbers = np.frombuffer(blob, np.float32)
+    assert facts["count"] == sum(all(abs(value) < 1e30 for value in pose[:3]) for pose in poses)
+    assert len(numbers) == 7 * facts["count"] and np.isfinite(numbers).all()
 
 
 @pytest.mark.parametrize("kind", sorted(SHAPES))
@@ -58,6 +69,22 @@ def test_default_messages_of_every_type(kind: str) -> None:
     else:
         json.dumps(facts, allow_nan=False)
         assert isinstance(blob, bytes)
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, -1e300, 3.4e38])
+def test_what_a_graphics_card_cannot_draw_is_left_out(number: float) -> None:
+    corners = [Point32(1, 2, 3), Point32(0, number, 0)]
+    facts, blob = shapes.polygon(PolygonStamped(polygon=Polygon(points=corners)))
+    assert (facts["count"], struct.unpack("<3f", blob)) == (1, (1.0, 2.0, 3.0))
+    facts, blob = shapes.grid_cells(GridCells(cell_width=number, cells=[Point(1, 2, 3), Point(number, 0, 0)]))
+    assert (facts["count"], facts["more"], facts["size"], len(blob)) == (1, 1, [None, 0.0], 12)
+    force = WrenchStamped()
+    force.wrench.force.x = number
+    assert shapes.wrench(force)[0]["straight"] == [None, 0.0, 0.0]
+    pose = PoseWithCovarianceStamped()
+    pose.pose.pose.orientation.w, pose.pose.covariance = number, [number] * 36
+    facts, blob = shapes.pose_with_covariance(pose)
+    assert (facts, struct.unpack("<7f", blob)) == ({"kind": "poses", "count": 1}, (0.0,) * 7)
 
 
 def test_a_covariance_is_an_ellipsoid() -> None:

@@ -12,6 +12,7 @@ from pyros1 import Time
 from pyros1.msgs.geometry_msgs.msg import TransformStamped
 from pyros1.web.scene import world as module
 from pyros1.web.scene.world import IDENTITY, World
+from pyros1.web.server.wire import RequestError
 
 
 class Topics:
@@ -25,7 +26,9 @@ class Topics:
         self.listeners[topic] = listener
         return lambda: self.listeners.__delitem__(topic)
 
-    def send(self, *transforms: TransformStamped, static: bool = False, publisher: str = "/p") -> None:
+    def send(
+        self, *transforms: TransformStamped, static: bool = False, publisher: str = "/p", now: float = 0.0
+    ) -> None:
         class Raw:
             _connection_header = {"callerid": publisher}
 
@@ -35,6 +38,7 @@ class Topics:
         class Arrival:
             raw = Raw()
             message = Message()
+            time = now
 
         Arrival.message.transforms = list(transforms)  # type: ignore[attr-defined]
         self.listeners["/tf_static" if static else "/tf"](Arrival())
@@ -72,6 +76,13 @@ def test_poses(topics: Topics, world: World) -> None:
     end()
 
 
+@pytest.mark.parametrize("x", [math.inf, math.nan, 1e308])
+def test_a_frame_that_is_nowhere(topics: Topics, world: World, x: float) -> None:
+    world.look(lambda: None)
+    topics.send(transform("map", "base", x), transform("base", "hand", x, yaw=1.0))
+    assert world.pose("map", "hand") is None  # no numbers that JSON lacks
+
+
 def test_a_time_that_is_not_in_the_buffer_gives_the_latest(topics: Topics, world: World) -> None:
     world.look(lambda: None)
     topics.send(transform("map", "base", 1.0, stamp=1.0))
@@ -91,6 +102,19 @@ def test_it_listens_only_while_somebody_looks(topics: Topics, world: World) -> N
     assert world.pose("map", "base") is None  # what was known may be old
 
 
+def test_who_may_not_see_static_frames_leaves_nothing_behind(topics: Topics) -> None:
+    def listen(topic: str, listener: Callable[[Any], object]) -> Callable[[], None]:
+        if topic == "/tf_static":
+            raise RequestError("not shown")
+        return topics.listen(topic, listener)
+
+    world = World(listen)
+    for _ in range(2):  # the page tries again
+        with pytest.raises(RequestError):
+            world.look(lambda: None)
+        assert not topics.listeners
+
+
 def test_a_bag_that_begins_again(topics: Topics, world: World) -> None:
     world.look(lambda: None)
     topics.send(transform("base", "laser", 1.0), static=True)
@@ -101,6 +125,16 @@ def test_a_bag_that_begins_again(topics: Topics, world: World) -> None:
     assert pose[0] == 8.0
     topics.send(transform("world", "map", 0.0, stamp=0.5), publisher="/another")  # with a clock of its own
     assert world.pose("map", "base") is not None
+
+
+def test_a_short_bag_that_begins_again_with_its_clock(topics: Topics, world: World) -> None:
+    world.look(lambda: None)
+    for stamp in (1.0, 2.0, 3.0):
+        topics.send(transform("map", "base", stamp, stamp=stamp), now=stamp)
+    topics.send(transform("map", "base", 1.0, stamp=1.0), now=1.0)
+    assert world.pose("map", "base")[0] == 1.0  # type: ignore[index]  # else it stood still for two seconds
+    topics.send(transform("base", "laser", 1.0, stamp=1.0), now=0.99)  # from another thread
+    assert world.pose("map", "laser") is not None
 
 
 def test_the_number_of_frames_is_bounded(topics: Topics, world: World, monkeypatch: pytest.MonkeyPatch) -> None:

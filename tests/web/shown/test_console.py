@@ -49,6 +49,18 @@ def test_long_and_strange_texts_are_bounded() -> None:
     json.loads(wire.result(1, strange))
 
 
+def test_what_is_told_at_once_is_bounded() -> None:
+    console = Console()
+    for text in ("a" * 500, "b" * 500, "c" * 2_000, "d"):
+        console.take(log(text))
+    assert [[entry.text[0] for entry in console.after(known, 10, 1_100)[0]] for known in range(4)] == [
+        ["a", "b"],
+        ["b"],
+        ["c"],  # too long, but else nothing would ever come
+        ["d"],
+    ]
+
+
 def test_listeners_hear_of_each_until_they_leave() -> None:
     console = Console()
     heard: list[int] = []

@@ -71,6 +71,24 @@ def test_any_tree_is_described(told: list[tuple[str, str, bool]]) -> None:
     assert not names & {*described["roots"]}
 
 
+def test_when_time_goes_back_all_begins_anew_but_what_is_static() -> None:
+    frames = Frames()
+    frames.add([transform("base", "laser")], "/robot", True, 100.0)
+    frames.add([transform("map", "gone", 101.0)], "/old", False, 101.0)
+    for number in range(11):
+        frames.add([transform("map", "odom", 109 + number / 10)], "/slam", False, 109 + number / 10)
+    for number in range(5):
+        frames.add([transform("world", "odom", 3 + number / 10)], "/other", False, 3 + number / 10)
+    told = by_name(frames, 3.5)
+    assert {*told} == {"laser", "odom"}
+    odom = told["odom"]
+    assert (round(odom["hz"], 6), round(odom["age"], 6)) == (10, 0.1)
+    assert (odom["publishers"], odom["problem"]) == (["/other"], "")
+    frames.add([transform("base", "camera")], "/robot", True, 1.0)  # which had come before
+    assert {*by_name(frames, 3.5)} == {"camera", "laser", "odom"}
+    assert {*by_name(frames, 1.0)} == {"camera", "laser"}  # again, and nothing has come yet
+
+
 def test_too_many_frames_are_counted_only() -> None:
     frames = Frames()
     frames.add([transform("map", str(number)) for number in range(MOST_FRAMES + 5)], "/x", False, 0.0)

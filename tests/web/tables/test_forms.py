@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from pyros1.ground.errors import MessageError
-from pyros1.msgs import load_message
+from pyros1.msgs import from_definition, load_message
 from pyros1.msgs.geometry_msgs.msg import PoseStamped
 from pyros1.msgs.json_form import from_json, to_json
 from pyros1.msgs.sensor_msgs.msg import BatteryState, LaserScan
@@ -47,6 +47,8 @@ def test_constants_with_a_fields_name_belong_to_it() -> None:
     assert all(name.startswith("POWER_SUPPLY_HEALTH_") for name, _ in found["power_supply_health"])
     assert "voltage" not in found
     assert choices(PoseStamped) == {}
+    odd = from_definition("p/Odd", "float32 x\nfloat32 X_NO=inf\nuint64 mask\nuint64 MASK_ALL=18446744073709551615\n")
+    assert choices(odd) == {"x": [["X_NO", "Infinity"]], "mask": [["MASK_ALL", str(2**64 - 1)]]}
 
 
 def test_numbers_of_a_message() -> None:

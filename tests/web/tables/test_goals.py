@@ -24,6 +24,18 @@ def test_goals_are_collected() -> None:
     assert (oldest.status, oldest.text, oldest.feedback, oldest.feedbacks, oldest.result) == (3, "good", "f", 1, "r")
 
 
+def test_goals_that_their_server_does_not_know_any_more_are_lost() -> None:
+    goals = Goals()
+    listed = [status("a"), status("b", 2), status("done", 3, state=3)]
+    goals.take_statuses(GoalStatusArray(status_list=listed))
+    goals.take_feedback(SimpleNamespace(status=status("new", 4), feedback="f"))  # before a list has it
+    goals.take_statuses(GoalStatusArray(status_list=[status("b", 2)]))  # it may be older than that
+    goals.take_statuses(GoalStatusArray(status_list=[status("b", 2)]))  # the server was started again
+    assert {goal.id: goal.status for goal in goals.all()} == {"a": 9, "b": 1, "done": 3, "new": 1}
+    goals.take_statuses(GoalStatusArray(status_list=[status("a")]))
+    assert {goal.id: goal.status for goal in goals.all()} == {"a": 1, "b": 1, "done": 3, "new": 1}
+
+
 def test_the_oldest_are_forgotten() -> None:
     goals = Goals()
     for number in range(MOST * 2):

@@ -62,6 +62,13 @@ def test_only_changes_are_told() -> None:
     assert list(found["set"]) == ["/a", "/d"] and found["gone"] == ["/b/c"]
 
 
+def test_values_that_are_equal_but_of_another_kind_are_changes() -> None:
+    changes = Changes()
+    for value, kind in ((1, "int"), (1.0, "double"), (True, "bool")):
+        found = changes.look({"a": value}, everything)
+        assert found is not None and found["set"]["/a"].kind == kind
+
+
 def test_what_may_not_be_seen_is_not_told() -> None:
     found = Changes().look({"a": 1, "b": 2}, lambda name: name == "/a")
     assert found is not None and list(found["set"]) == ["/a"]

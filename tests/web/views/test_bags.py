@@ -241,6 +241,16 @@ def test_the_messages_at_a_time(show: Callable[..., Shown], run: str) -> None:
     assert cursor.until().data["messages"] == {}
 
 
+@pytest.mark.parametrize("time", [-5.0, -4.2e9, 4.2e9])
+def test_times_far_from_a_bag(show: Callable[..., Shown], shelved: Robot, run: str, time: float) -> None:
+    assert show("bag_cursor", path=run, time=time, topics=["/value"]).until().data["time"] == time
+    begin, end = sorted((time, 1.0))
+    counts = show("bag_timeline", path=run, begin=begin, end=end, columns=2, topics=["/value"]).until().blob
+    assert np.frombuffer(counts or b"", np.float32).sum() > 0
+    for forward in (True, False):
+        calls.run(shelved, "bags.step", {"path": run, "time": time, "topics": ["/value"], "forward": forward})
+
+
 def test_steps_from_message_to_message(shelved: Robot, run: str) -> None:
     def step(time: float, topics: list[str], forward: bool = True) -> Any:
         return calls.run(shelved, "bags.step", {"path": run, "time": time, "topics": topics, "forward": forward})
@@ -293,7 +303,7 @@ def test_pictures(show: Callable[..., Shown], bags: Path) -> None:
         assert (push.data["width"], push.data["height"], push.data["time"]) == (160, 120, 0.0)
         assert pictures.until().blob == b""  # before the first one
         assert pictures.view.take() is None
-    for topic, words in (("/bad", "cannot be read"), ("/huge", "too large")):
+    for topic, words in (("/bad", "cannot be read: its format is not known"), ("/huge", "too large")):
         push = show("bag_pictures", path=path, topic=topic, times=[0.0]).until()
         assert words in push.data["problem"] and push.blob == b""
     with pytest.raises(RequestError, match="no images"):
@@ -478,6 +488,33 @@ def test_recording(show: Callable[..., Shown], shelved: Robot, bags: Path, make_
     assert path.parent == bags and path.name.startswith("day_")
     with pyros1.bag.open(path) as bag:
         assert [each.message.data for each in bag.messages("/counter")] == list(range(50))
+
+
+def test_rates_of_a_recording_are_of_a_second_at_least(
+    shelved: Robot, bags: Path, make_node: Callable[..., Node], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also if several pages look, one just after the other, and one topic comes later."""
+    now = 100.0
+    monkeypatch.setattr("pyros1.web.bags.recording.monotonic", lambda: now)
+    publisher: Any = make_node("talker").advertise("/counter", "std_msgs/Int32")
+    calls.run(shelved, "bags.record", {"folder": str(bags), "topics": ["/counter"]})
+    recording = shelved.bags.recording
+    assert recording is not None and publisher.wait_for_subscribers(timeout=PATIENCE)
+
+    def look(count: int) -> Any:
+        deadline = time.monotonic() + PATIENCE
+        while (status := recording.status())["messages"] < count:
+            assert time.monotonic() < deadline
+        return status["topics"][0]["hz"]
+
+    seen = []
+    for count in range(1, 41):
+        now += 0.125
+        publisher.publish(count)
+        seen.append(look(count))
+    assert {*seen} == {None, 8.0}
+    assert recording.status()["topics"][0]["hz"] == 8.0  # again, at the same time
+    calls.run(shelved, "bags.stop", {})
 
 
 @pytest.mark.parametrize(

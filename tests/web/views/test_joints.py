@@ -72,6 +72,25 @@ def test_publishing_from_here_ends_when_the_robot_comes(make_node: Make, watch: 
     assert not facts["publishing"] and not facts["movable"]
 
 
+def test_of_two_pages_one_publishes(make_node: Make, watch: Make) -> None:
+    user = make_node("user")
+    user.params["/robot_description"] = ARM
+    one, two = watch("joints"), watch("joints")
+    for each in (one, two):
+        last(each, "facts", lambda facts: facts["there"] and not facts["publishers"])
+    one.view.change({"publish": True, "positions": {"turn": 1.5}})
+    with pytest.raises(RequestError, match="another page publishes /joint_states"):
+        two.view.change({"publish": True, "positions": {"turn": -1.0}})
+    facts = last(two, "facts", lambda facts: facts["publishers"] == ["/web"])
+    assert not facts["publishing"] and not facts["movable"]
+    two.view.change({"publish": False})  # which ends nothing of the first page
+    assert last(two, "positions", lambda positions: positions == [1.5])
+    one.view.close()
+    last(two, "facts", lambda facts: not facts["publishers"])
+    two.view.change({"publish": True, "positions": {"turn": -1.0}})
+    last(two, "positions", lambda positions: positions == [-1.0])
+
+
 def test_what_is_wrong_with_a_description(make_node: Make, watch: Make) -> None:
     node = make_node("user")
     node.params["/left/robot_description"] = ARM

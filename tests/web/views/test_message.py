@@ -70,6 +70,7 @@ def test_a_frozen_view_stays_with_its_message(
     assert [came.get(timeout=20).message.scan_time for _ in range(2)] == [1.0, 2.0]
     again = watched.until(lambda _: True)
     assert again["count"] == 2 and field(again["value"], "scan_time") == 1.0
+    assert again["age"] > first["age"] > 0.0  # of the message that is shown
     assert watched.view.take() is None
     watched.view.change({"topic": "/scan", "frozen": True, "windows": {"ranges": 99}})
     assert field(watched.until(lambda _: True)["value"], "ranges")["items"] == [1.0]

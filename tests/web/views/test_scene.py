@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import queue
+import time
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 
+from pyros1.msgs import AnyMsg, from_definition
 from pyros1.msgs.geometry_msgs.msg import PoseStamped, TransformStamped
 from pyros1.msgs.map_msgs.msg import OccupancyGridUpdate
 from pyros1.msgs.nav_msgs.msg import OccupancyGrid
 from pyros1.msgs.sensor_msgs.msg import PointCloud2, PointField
-from pyros1.msgs.visualization_msgs.msg import InteractiveMarker, InteractiveMarkerInit, InteractiveMarkerUpdate
+from pyros1.msgs.visualization_msgs.msg import (
+    InteractiveMarker,
+    InteractiveMarkerInit,
+    InteractiveMarkerUpdate,
+    Marker,
+    MarkerArray,
+)
+from pyros1.node.topic_type import topic_type
 from pyros1.tf import StaticTransformBroadcaster
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
@@ -90,6 +100,143 @@ def test_a_map_and_what_changes_in_it(make_node: Make, watch: Make) -> None:
     updates.publish(OccupancyGridUpdate(x=5, width=1, height=1, data=[1]))
     with pytest.raises(RequestError, match="leaves the map"):
         watched.until(lambda data: False)
+
+
+def test_a_map_whose_frame_comes_late_has_what_changed_meanwhile(
+    make_node: Make, watch: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.web.views.scene.topic.MOST_UPDATES", 2)
+    node = make_node("mapper")
+    grid = OccupancyGrid(data=[0] * 8)
+    grid.info.width, grid.info.height = 8, 1
+    grid.header.frame_id = "map"
+    updates = node.advertise("/map_updates", OccupancyGridUpdate, queue_size=100)
+    node.advertise("/map", OccupancyGrid, latch=True).publish(grid)
+    watched = watch("scene_topic", topic="/map", fixed="world")
+    assert watched.until(lambda data: data["kind"] == "map")["pose"] is None
+    heard: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    end = watched.view.robot.listen("/map_updates", heard.put)  # it is called after the view
+    assert updates.wait_for_subscribers(timeout=PATIENCE)
+    for x in range(7):
+        updates.publish(OccupancyGridUpdate(x=x, width=1, height=1, data=[x + 1]))
+        heard.get(timeout=PATIENCE)
+        assert watched.view.take() is None
+    link = TransformStamped(child_frame_id="map")
+    link.header.frame_id, link.transform.rotation.w = "world", 1.0
+    StaticTransformBroadcaster(node).send_transform([link])
+    deadline = time.monotonic() + PATIENCE
+    while (push := watched.view.take()) is None or push.data["pose"] is None:
+        assert time.monotonic() < deadline
+    assert [*push.blob] == [1, 2, 3, 4, 5, 6, 7, 0]
+    end()
+
+
+def test_a_map_that_changes_faster_than_a_page_takes_it_loses_nothing(
+    make_node: Make, watch: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.web.views.scene.topic.MOST_UPDATES", 2)
+    node = make_node("mapper")
+    grid = OccupancyGrid(data=[0] * 8)
+    grid.info.width, grid.info.height = 8, 1
+    grid.header.frame_id = "map"
+    updates = node.advertise("/map_updates", OccupancyGridUpdate, queue_size=100)
+    node.advertise("/map", OccupancyGrid, latch=True).publish(grid)
+    watched = watch("scene_topic", topic="/map", fixed="map")
+    watched.until(lambda data: data["kind"] == "map")
+    heard: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    end = watched.view.robot.listen("/map_updates", heard.put)
+    assert updates.wait_for_subscribers(timeout=PATIENCE)
+    for x in (0, 1, 9, 2, 3, 4, 5, 6):  # one of them does not fit
+        updates.publish(OccupancyGridUpdate(x=x, width=1, height=1, data=[x + 1]))
+        heard.get(timeout=PATIENCE)
+    with pytest.raises(RequestError, match="leaves the map"):
+        watched.view.take()
+    push = watched.view.take()
+    assert (push.data["x"], push.data["width"], [*push.blob]) == (0, 7, [1, 2, 3, 4, 5, 6, 7])
+    end()
+
+
+def test_a_map_whose_changes_pages_may_not_see(make_node: Make, watch: Make, make_robot: Make) -> None:
+    narrow = make_robot(topics=("/map", "/tf", "/tf_static"))
+    grid = OccupancyGrid(data=[0])
+    grid.info.width = grid.info.height = 1
+    make_node("mapper").advertise("/map", OccupancyGrid, latch=True).publish(grid)
+    watch("scene_topic", narrow, topic="/map", fixed="map").until(lambda data: data["kind"] == "map")
+
+
+def test_markers_come_again_when_there_is_a_way_to_their_frame(make_node: Make, watch: Make) -> None:
+    node = make_node("robot")
+    marker = Marker(ns="n", id=1)
+    marker.header.frame_id = "base"
+    publisher = node.advertise("/markers", MarkerArray, latch=True)
+    publisher.publish(MarkerArray(markers=[marker]))
+    watched = watch("scene_topic", topic="/markers", fixed="map")
+    first = watched.until(lambda data: data["new"])
+    assert first["poses"] == {"base": None} and watched.view.polled
+    assert watched.view.take() is None
+    other, gone = Marker(ns="n", id=2), Marker(ns="n", id=3)
+    other.header.frame_id, gone.header.frame_id = "map", "nowhere"
+    publisher.publish(MarkerArray(markers=[other, gone]))
+    assert {*watched.until(lambda data: len(data["new"]) == 2)["poses"]} == {"map", "base", "nowhere"}
+    gone.action = 2
+    publisher.publish(MarkerArray(markers=[gone]))
+    assert watched.until(lambda data: data["gone"])["poses"] == {"base": None}
+    link = TransformStamped(child_frame_id="base")
+    link.header.frame_id, link.transform.translation.x, link.transform.rotation.w = "map", 2.0, 1.0
+    StaticTransformBroadcaster(node).send_transform([link])
+    again = watched.until(lambda data: data["poses"]["base"] is not None)
+    assert again["all"] and again["poses"]["base"][0] == 2.0 and [each["id"] for each in again["new"]] == [1, 2]
+    assert watched.view.take() is None
+
+
+def test_a_topic_whose_type_changes_while_it_is_shown(make_node: Make, watch: Make) -> None:
+    view = watch("scene_topic", topic="/thing", fixed="map").view
+    heard: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    end = view.robot.listen("/thing", heard.put)  # it is called after the view
+    marker = Marker(ns="n", id=1)
+    marker.header.frame_id = "map"
+    pose = PoseStamped()
+    pose.header.frame_id = "map"
+    for kind, message, raw_type, shown in (
+        (MarkerArray, MarkerArray(), None, None),  # an empty one is no marker, and no fault
+        (AnyMsg, AnyMsg(b"cut off"), topic_type(Marker), "a fault"),
+        (Marker, marker, None, "markers"),
+        (PoseStamped, pose, None, "poses"),
+        (Marker, marker, None, "markers"),
+    ):
+        node = make_node("robot")
+        node.advertise("/thing", kind, latch=True, raw_type=raw_type).publish(message)
+        heard.get(timeout=PATIENCE)
+        if shown == "a fault":
+            with pytest.raises(RequestError, match="cannot decode"):
+                view.take()
+        else:
+            push = view.take()
+            assert (push and push.data["kind"]) == shown
+            assert shown != "markers" or (push.data["all"] and len(push.data["new"]) == 1)
+        node.shutdown()
+    end()
+
+
+def test_an_array_without_markers(make_node: Make, watch: Make, capfd: pytest.CaptureFixture[str]) -> None:
+    arrays = make_node("robot").advertise("/markers", MarkerArray, latch=True)
+    arrays.publish(MarkerArray())
+    watched = watch("scene_topic", topic="/markers", fixed="map")
+    assert arrays.wait_for_subscribers(timeout=PATIENCE)
+    arrays.publish(MarkerArray(markers=[Marker(id=7)]))
+    watched.until(lambda data: [each["id"] for each in data["new"]] == [7])
+    assert capfd.readouterr().err == ""
+
+
+def test_markers_of_another_definition_are_told(
+    make_node: Make, watch: Make, capfd: pytest.CaptureFixture[str]
+) -> None:
+    other = from_definition("visualization_msgs/Marker", Marker._full_text.replace("int32 id", "string[] id"))
+    make_node("robot").advertise("/markers", other, latch=True).publish(other())
+    watched = watch("scene_topic", topic="/markers", fixed="map")
+    with pytest.raises(RequestError, match="other fields in visualization_msgs/Marker"):
+        watched.until(lambda data: False)
+    assert capfd.readouterr().err == ""
 
 
 def test_a_cloud_by_a_field_of_ones_choice(make_node: Make, watch: Make, robot: Robot) -> None:

@@ -70,8 +70,9 @@ def to_8_bits(image: Pixels) -> Pixels:
         return (image >> 8).astype(np.uint8)
     finite = np.isfinite(image)
     low, high = (float(image[finite].min()), float(image[finite].max())) if finite.any() else (0.0, 0.0)
-    scaled = np.zeros(image.shape) if high <= low else (np.where(finite, image, low) - low) * (255.0 / (high - low))
-    return np.rint(scaled).astype(np.uint8)
+    with np.errstate(all="ignore"):  # the difference of the largest numbers is none
+        scaled = np.zeros(image.shape) if high <= low else (np.where(finite, image, low) - low) * (255.0 / (high - low))
+        return np.rint(scaled).astype(np.uint8)
 
 
 def _kind(encoding: str) -> tuple[str, int, str]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import itertools
 import struct
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from threading import get_ident
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 _LENGTH = 4
 _U32 = struct.Struct("<I")
+SEQUENCE = 1 << 32
+"""Sequence numbers that there are; a kHz has used them up after 50 days."""
 SHARED = 1 << 16
 """Bytes from which a message is shared with subscribers of this machine; smaller ones are as fast through a socket."""
 FAREWELL = 1.0
@@ -50,7 +52,7 @@ class Publication(Linking):
         message_class()
         self._encode = message_class._encode_frame
         self.handles = 0
-        self._seq = itertools.count(1)  # from 1, as rospy (T22)
+        self._seq = _numbers()
         self.publish: Callable[[Any], None] = self._publish_numbered if message_class._has_header else self._publish
         """Send a message to all links; see Publisher.publish."""
 
@@ -261,6 +263,11 @@ class Publication(Linking):
             link.finish(until)
         if self._pool is not None:
             self.lane.do(self._pool.close)
+
+
+def _numbers() -> Iterator[int]:
+    """Return the sequence numbers of headers: from 1, as rospy (T22), and after the last one from 0, as roscpp."""
+    return itertools.chain(range(1, SEQUENCE), itertools.chain.from_iterable(itertools.repeat(range(SEQUENCE))))
 
 
 def _safe(frame: Frame | None, copy: Any) -> tuple[Frame | None, Any]:

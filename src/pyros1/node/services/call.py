@@ -20,9 +20,10 @@ from pyros1.ground.errors import (
 from pyros1.net.dial import dial
 from pyros1.net.eager import AT_ONCE, Eager
 from pyros1.net.hosts import parse_uri
-from pyros1.net.keepalive import is_gone, keep_alive
+from pyros1.net.keepalive import is_gone, keep_prompt
 from pyros1.net.reach import how_to_reach
 from pyros1.net.timeouts import WaitOver, bound_waits
+from pyros1.node import same_host
 from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ class Call:
     Attributes:
         data: bytes that have come and were not taken yet.
         greeted: whether the provider has answered the header.
+        local: whether it is a node of ours, of this machine and user, at the other end of a Unix socket.
 
     Raises:
         ServiceUnavailableError: the provider cannot be reached.
@@ -67,8 +69,10 @@ class Call:
         except ProtocolError as error:
             raise ServiceUnavailableError(f"service [{service}] has a wrong address at the master: {error}") from error
         self.data = b""
+        here = self._connect_here(uri)
+        self.local = here is not None
         try:
-            self.sock = dial(host, port, CONNECT_TIMEOUT, lambda: self._left(STEP))
+            self.sock = here or dial(host, port, CONNECT_TIMEOUT, lambda: self._left(STEP))
         except WaitTimeoutError:
             raise
         except (OSError, UnknownHostError) as error:
@@ -77,12 +81,24 @@ class Call:
                 f"{how_to_reach(host, error, context.host)}"
             ) from error
         self._recv = partial(self.sock.recv, 65536)
-        keep_alive(self.sock)
-        self.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        keep_prompt(self.sock)
         self._bound = 0.0
         self._uri = uri
         self._silent_at = monotonic() + SILENCE
         self.greeted = False
+
+    def _connect_here(self, uri: str) -> socket.socket | None:
+        """Return a connection over a Unix socket; None if the provider is not one of this machine and user."""
+        self._left(STEP)
+        key = self._context.local_key
+        if not key:
+            return None
+        try:
+            sock = same_host.connect(same_host.name_beside(uri, key))
+        except OSError:
+            return None
+        sock.setblocking(True)
+        return sock
 
     def _bound_wait(self) -> None:
         """Set the timeout of the next call on the socket, so that node and deadline are checked in time."""

@@ -6,7 +6,7 @@ import os
 import threading
 from collections.abc import Mapping
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from pyros1.ground.errors import (
     ConnectionRefusedByPeerError,
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from pyros1.node.context import Context, Provided
 
 PROBE_TIMEOUT = 5.0
+_TOGETHER: Final = 65536
+"""Bytes of a request up to which it is sent with the header: a socket takes both, so a refusal can be read."""
 
 
 class ServiceClient:
@@ -192,9 +194,13 @@ class ServiceClient:
         self._under_way.add(call)
         complete = False
         try:
-            if not call.greeted:
+            if call.greeted:
+                call.send(request)
+            elif call.local and len(request) <= _TOGETHER:
+                self._greet(call, request)
+            else:  # stock's providers lose what comes together with the header
                 self._greet(call)
-            call.send(request)
+                call.send(request)
             ok, body = call.response()
             complete = True
         except ConnectionRefusedByPeerError as error:
@@ -225,9 +231,9 @@ class ServiceClient:
                 raise
             return response_class().deserialize(body)
 
-    def _greet(self, call: Call) -> None:
+    def _greet(self, call: Call, request: bytes = b"") -> None:
         header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)
-        call.send(encode_header(header))
+        call.send(encode_header(header) + request)
         reader = HeaderReader()
         answer = None
         while answer is None:

@@ -60,6 +60,8 @@ class Services:
                 self._context, self._workers, name, self._address(), service_class, handler, self._unadvertise, direct
             )
             self._set({**self.servers, name: server})
+        if not direct:  # its clients of this machine find the socket by the service's URI
+            self._context.loop.call_soon(self._context.local_name)
         try:
             self._registrar().register("registerService", name, server.uri, self._context.uri)
         except BaseException:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import MessageError, NodeError, ServiceRefusal
 from pyros1.msgs import Message, Service
-from pyros1.net.keepalive import keep_alive
+from pyros1.net.keepalive import keep_prompt
 from pyros1.node.log.levels import WARN
 from pyros1.node.services.connection import ServiceLink
 from pyros1.wire.handshake import ServiceType, answer_service_client, is_true
@@ -80,8 +80,7 @@ class ServiceServer:
             Refusal: the client wants another type.
         """
         answer = encode_header(answer_service_client(header, self._context.name, self.name, self._wire_type))
-        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        keep_alive(sock)
+        keep_prompt(sock)
         if is_true(header.get("probe")):
             sock.send(answer)
             sock.close()

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from pyros1.ground.errors import Error, ProtocolError
 from pyros1.net.acceptor import lacks_files
 from pyros1.net.connect import connect
-from pyros1.net.keepalive import keep_alive
+from pyros1.net.keepalive import keep_prompt
 from pyros1.node import same_host
 from pyros1.node.context import Context, find_local_context
 from pyros1.node.log.levels import ERROR, WARN
@@ -269,9 +269,7 @@ class Connector:
             self._failed(error)
             return
         self._sock = sock
-        keep_alive(sock)
-        with contextlib.suppress(OSError):  # some systems report here that the peer has gone; a read reports it, too
-            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        keep_prompt(sock)
         self._do(self.dialogue.connected(self._subscription.request_header()))
 
     def _greet(self, header: Mapping[str, str]) -> None:

@@ -59,9 +59,9 @@ class Density:
             An array of shape (rows, columns), and whether all messages are at most one column from their place.
         """
         grid = np.zeros((len(rows), columns + 1), np.float64)
-        place = np.full(int(max(self._row, default=0)) + 1, -1, np.int64)
+        place = np.full(int(max(self._row, default=0)) + 2, -1, np.int64)  # the last one is that of the row -1: none
         for index, row in enumerate(rows):
-            if 0 <= row < len(place):
+            if 0 <= row < len(place) - 1:
                 place[row] = index
         size = (end - begin) / columns
         first = np.floor((self._starts - begin) / size).astype(np.int64)

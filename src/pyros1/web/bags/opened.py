@@ -168,7 +168,7 @@ class OpenBag:
 
     def at(self, time: float, topics: Collection[str]) -> dict[str, BagMessage]:
         """Return the last message of each topic at or before a time in seconds since the bag's beginning."""
-        return self.bag.at(Time.from_nsec(self.nanoseconds(time)), topics) if topics else {}
+        return self.bag.at(Time.from_nsec(max(0, self.nanoseconds(time))), topics) if topics else {}
 
     def step(self, time: float, topics: Collection[str], forward: bool) -> float | None:
         """Return the time of the next message of some topics after a time, or of the one before it; None at the end."""

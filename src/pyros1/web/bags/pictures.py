@@ -56,6 +56,8 @@ def _compressed(pil: Any, message: Any, height: int) -> Any:
         image.load()
     except Error:
         raise
+    except pil.UnidentifiedImageError:
+        raise MessageError("the image cannot be read: its format is not known") from None
     except Exception as error:  # noqa: BLE001 - Pillow raises many kinds for damaged files
         raise MessageError(f"the image cannot be read: {error}") from None
     if image.mode.startswith("I") or image.mode == "F":

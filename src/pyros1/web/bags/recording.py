@@ -85,12 +85,14 @@ class Recording:
         self._thread.join()
 
     def status(self) -> dict[str, Any]:
-        """Return how it goes: with the rates since the last look, of a second at least."""
+        """Return how it goes: with the rates since the last look, of a second at least; null until then."""
         with self._lock:
             now = monotonic()
             passed = now - self._looked
-            if passed >= _LOOK or not self._shown or not self.running:
+            if passed >= _LOOK or not self.running:
                 self._looked, self._shown = now, self._topics(passed)
+            elif len(self._shown) < len(self._recorder.topics):
+                self._shown = self._topics(0.0)
             error = self._recorder.error
             return {
                 "running": self.running,
@@ -107,16 +109,18 @@ class Recording:
     def _topics(self, passed: float) -> list[dict[str, Any]]:
         shown = []
         for topic in sorted(self._recorder.topics.values(), key=lambda topic: topic.name):
-            messages, size = self._rates.get(topic.name, (0, 0))
-            self._rates[topic.name] = (topic.messages, topic.bytes)
-            live = self.running and passed > 0
+            before = self._rates.get(topic.name)
+            if passed:
+                self._rates[topic.name] = (topic.messages, topic.bytes)
+            messages, size = before or (0, 0)
+            live = self.running and passed and before is not None
             shown.append(
                 {
                     "name": topic.name,
                     "messages": topic.written,
                     "bytes": topic.bytes,
-                    "hz": (topic.messages - messages) / passed if live else 0.0,
-                    "rate": (topic.bytes - size) / passed if live else 0.0,
+                    "hz": (topic.messages - messages) / passed if live else None,
+                    "rate": (topic.bytes - size) / passed if live else None,
                     "dropped": topic.dropped,
                 }
             )

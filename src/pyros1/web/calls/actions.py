@@ -50,7 +50,7 @@ def cancel(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _goal_type(robot: Robot, name: str) -> str:
-    kind = robot.graph.topic_types().get(f"{name}/goal", "")
+    kind = robot.type_of(f"{name}/goal")
     if "/" not in kind:
         raise RequestError(f"the type of {name}/goal is not known")
     return kind

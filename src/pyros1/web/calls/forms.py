@@ -10,7 +10,7 @@ from pyros1.msgs.json_form import from_json
 from pyros1.values import load_yaml
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
-from pyros1.web.tables.forms import from_yaml, to_yaml
+from pyros1.web.tables.forms import for_page, from_yaml, to_yaml
 from pyros1.web.views.view import text
 
 
@@ -27,7 +27,7 @@ def value(robot: Robot, args: Mapping[str, Any]) -> Any:
     cls = _class(robot, args)
     found = from_yaml(cls, load_yaml(text(args, "yaml")))
     from_json(cls, found, robot.node.now())  # says what does not fit
-    return found
+    return for_page(found)
 
 
 def _class(robot: Robot, args: Mapping[str, Any]) -> type[Message]:

@@ -24,8 +24,8 @@ def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
         return form_of(robot.types.find(name))
     topic = text(args, "topic")
     robot.check_visible(topic)
-    name = robot.graph.topic_types().get(topic, "")
-    if name in ("", "*"):
+    name = robot.type_of(topic)
+    if name == "*":
         raise RequestError(f"the type of {topic} is not known")
     return form_of(robot.types.find_on(topic, name))
 

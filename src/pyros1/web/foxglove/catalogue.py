@@ -31,12 +31,19 @@ _ASK_AGAIN = 10.0
 """Seconds until a question that was not answered is asked again."""
 _SPARE_IDS = 10_000
 _MOST_LESSONS = 1_000
+_MOST_TELLERS = 50
+"""Most publishers of a topic whose definitions are kept."""
 
 
 class _Definition(NamedTuple):
     type: str
     md5sum: str
     text: str
+
+
+class _Answer(NamedTuple):
+    publisher: str
+    definition: _Definition
 
 
 class Catalogue:
@@ -58,9 +65,11 @@ class Catalogue:
         self._offers = Offers()
         self._ids: dict[Hashable, int] = {}
         self._numbers = count(1)
-        self._of_topics: dict[str, _Definition] = {}  # definitions that publishers gave, where they are not ours
+        # Definitions that publishers gave, where they are not ours. Of several, the first that is still there counts.
+        self._of_topics: dict[str, dict[str, _Definition]] = {}
+        self._unusable: dict[str, tuple[str, str]] = {}  # topic -> publisher, and what is wrong
         self._of_services: dict[str, tuple[list[str], str]] = {}  # nodes and type
-        self._open: dict[str, Callable[[], _Definition | str]] = {}
+        self._open: dict[str, Callable[[], _Answer | str]] = {}
         self._unanswered: dict[str, float] = {}
         self._failure = ""  # of the last question to the master
         self._lessons: deque[tuple[str, dict[str, str]]] = deque(maxlen=_MOST_LESSONS)
@@ -101,7 +110,7 @@ class Catalogue:
                     if isinstance(answer, str):
                         self._of_services[name] = (list(self._offers.nodes.services.get(name, ())), answer)
                     else:
-                        self._of_topics[name] = answer
+                        self._keep(name, *answer)
                 self._make()
 
     def learn(self, channel: Channel, header: Mapping[str, str]) -> None:
@@ -109,15 +118,41 @@ class Catalogue:
         self._lessons.append((channel.topic, dict(header)))
 
     def _learn(self, topic: str, header: Mapping[str, str]) -> None:
-        who = foreign(header.get("callerid", "a publisher"))
+        who = header.get("callerid", "")
         try:
             found = _checked(header.get("type", ""), header.get("md5sum", ANY), header.get("message_definition", ""))
         except MessageError as error:
-            self._problems[topic] = f"{topic}: the definition of {who} is unusable: {error}"
+            told = f"{topic}: the definition of {foreign(who) or 'a publisher'} is unusable: {error}"
+            self._unusable[topic] = (who, told)
             return
-        if self._of_topics.setdefault(topic, found) != found:
-            kind = foreign(found.type)
-            self._problems[topic] = f"{topic}: {who} publishes another {kind} than others do; its messages are left out"
+        self._keep(topic, who, found)
+
+    def _keep(self, topic: str, publisher: str, definition: _Definition) -> None:
+        known = self._of_topics.setdefault(topic, {})
+        if len(known) < _MOST_TELLERS or publisher in known:
+            known[publisher] = definition
+
+    def _forget_the_dead(self, nodes: Nodes) -> None:
+        """Forget what publishers have told that have gone: those who took their places may say something else."""
+        for topic, told in list(self._of_topics.items()):
+            publishers = nodes.publishers.get(topic)
+            if publishers:
+                self._of_topics[topic] = {who: each for who, each in told.items() if who in publishers}
+        self._of_topics = {topic: told for topic, told in self._of_topics.items() if told}
+        for topic, (who, _) in list(self._unusable.items()):
+            if who and who not in nodes.publishers.get(topic, ()):
+                del self._unusable[topic]
+
+    def _of_several(self) -> dict[str, str]:
+        """Return what is wrong with topics whose publishers tell different definitions, or unusable ones."""
+        found: dict[str, str] = {}
+        for topic, told in self._of_topics.items():
+            first = next(iter(told.values()))
+            for who, each in told.items():
+                if each != first:
+                    others = f"{foreign(who)} publishes another {foreign(each.type)} than others do"
+                    found[topic] = f"{topic}: {others}; its messages are left out"
+        return {**found, **{topic: text for topic, (_, text) in self._unusable.items()}}
 
     def _make(self) -> None:
         try:
@@ -133,9 +168,10 @@ class Catalogue:
     def _take(self, state: SystemState, types: Mapping[str, str]) -> None:
         tables = [self._visible(table) for table in state]
         nodes = Nodes(*tables)
-        for known in (self._of_topics, self._unanswered, self._problems, self._of_services):
+        for known in (self._of_topics, self._unanswered, self._problems, self._of_services, self._unusable):
             for name in [name for name in known if name not in types and name not in nodes.services]:
                 del known[name]
+        self._forget_the_dead(nodes)
         for name, (providers, _) in list(self._of_services.items()):
             if nodes.services.get(name) != providers:  # another node may have another type
                 del self._of_services[name]
@@ -145,7 +181,8 @@ class Catalogue:
             current = {*(each.id for each in channels.values()), *(each.id for each in services.values())}
             self._ids = {key: number for key, number in self._ids.items() if number in current}
         self._open = self._missing(channels, nodes)
-        self._offers = Offers(channels, services, nodes, dict(self._problems), more=bool(self._open))
+        problems = {**self._problems, **self._of_several()}
+        self._offers = Offers(channels, services, nodes, problems, more=bool(self._open))
         self._made = self._clock()
 
     def _visible(self, table: Table) -> Table:
@@ -154,7 +191,8 @@ class Catalogue:
     def _channel(self, topic: str, kind: str, nodes: Nodes) -> Channel | None:
         if topic not in nodes.publishers and topic not in nodes.subscribers:
             return None
-        definition = self._of_topics.get(topic)
+        told = self._of_topics.get(topic)
+        definition = next(iter(told.values())) if told else None
         if definition is None:
             try:
                 cls = load_message(kind)
@@ -184,10 +222,10 @@ class Catalogue:
             self._ids[key] = next(self._numbers)
         return self._ids[key]
 
-    def _missing(self, channels: Mapping[str, Channel], nodes: Nodes) -> dict[str, Callable[[], _Definition | str]]:
+    def _missing(self, channels: Mapping[str, Channel], nodes: Nodes) -> dict[str, Callable[[], _Answer | str]]:
         """Return the questions that are to be asked of nodes, by topic or service."""
         now = self._clock()
-        asked: dict[str, Callable[[], _Definition | str]] = {}
+        asked: dict[str, Callable[[], _Answer | str]] = {}
         for topic, publishers in nodes.publishers.items():
             if topic not in channels and self._unanswered.get(topic, now) <= now:
                 asked[topic] = partial(self._ask_topic, topic, publishers[0])
@@ -196,14 +234,14 @@ class Catalogue:
                 asked[service] = partial(self._ask_service, service)
         return asked
 
-    def _ask_topic(self, topic: str, publisher: str) -> _Definition:
+    def _ask_topic(self, topic: str, publisher: str) -> _Answer:
         uri = self._graph.node_uri(publisher)
         if uri is None:
             raise MessageError(f"its publisher {publisher} has gone")
         offer = ask_publisher(self._graph.master.caller_id, uri, topic)
         if offer.failure is not None:
             raise MessageError(f"its publisher {publisher} does not tell its type: {foreign(offer.failure.text)}")
-        return _checked(offer.type, offer.md5sum, offer.definition)
+        return _Answer(publisher, _checked(offer.type, offer.md5sum, offer.definition))
 
     def _ask_service(self, name: str) -> str:
         uri = self._graph.service_uri(name)

@@ -39,6 +39,8 @@ _AT_ONCE = 4
 _UNSENT = 1 << 20
 """Bytes that the system keeps for a slow connection: what waits there grows old, and nothing newer can overtake it."""
 _MOST_STRANGERS = 1_000
+TELL_AGAIN = 2.0
+"""Seconds after which a publisher that sends another definition than its channel's is told of again."""
 
 
 class Viewer:
@@ -76,7 +78,7 @@ class Viewer:
         self._messages_wait = asyncio.Event()
         self._waking = False
         self._changed = asyncio.Event()
-        self._strangers: set[tuple[int, str, str]] = set()
+        self._strangers: dict[tuple[int, str, str], float] = {}  # and when they were told of
         self._told_simulated = False
 
     async def run(self) -> None:
@@ -239,11 +241,11 @@ class Viewer:
             header = arrival.raw._connection_header or {}
             if header is not known:
                 if not channel.carries(header):
-                    self._learn(channel, header)
+                    self._learn(channel, header, arrival.at)
                     return
                 known = header
                 keeper = header.get("callerid", "") if header.get("latching") == "1" else None
-            self._outbox.put(Waiting(ticket, frames.nanoseconds(arrival.time), arrival.raw._buff, keeper))
+            self._outbox.put(Waiting(ticket, frames.nanoseconds(arrival.time), arrival.raw._buff, keeper, arrival.at))
             self._wake()
 
         def end() -> None:
@@ -263,11 +265,12 @@ class Viewer:
             raise
         self._ends[subscription] = end
 
-    def _learn(self, channel: Channel, header: dict[str, str]) -> None:
+    def _learn(self, channel: Channel, header: dict[str, str], now: float) -> None:
         """Take a publisher's header that does not fit; called with each of its messages."""
         stranger = (channel.id, header.get("callerid", ""), header.get("md5sum", ""))
-        if stranger not in self._strangers and len(self._strangers) < _MOST_STRANGERS:
-            self._strangers.add(stranger)
+        told = self._strangers.get(stranger, now - TELL_AGAIN)
+        if now >= told + TELL_AGAIN and (stranger in self._strangers or len(self._strangers) < _MOST_STRANGERS):
+            self._strangers[stranger] = now
             self._shared.catalogue.learn(channel, header)
             self._call_soon(self._changed.set)
 

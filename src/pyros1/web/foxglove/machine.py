@@ -176,7 +176,7 @@ class Machine:
         changed: dict[str, Any] = {}
         for name, old in self._watched.items():
             new = values.get(name)
-            if new != old or type(new) is not type(old):
+            if not _same(new, old):
                 changed[name] = new
         self._watched.update(changed)
         if not changed:
@@ -312,6 +312,13 @@ class Machine:
         if service is None or reason:
             return [], [frames.service_failure(request.service, request.call, reason)]
         return [Call(service, request.call, request.encoding, request.payload)], []
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Return whether values of parameters are the same: 1, 1.0 and true are equal, but not the same; NaN is."""
+    if isinstance(one, (float, list, dict)):
+        return repr(one) == repr(other)
+    return type(one) is type(other) and bool(one == other)
 
 
 def _parts(items: list[Any]) -> Iterable[list[Any]]:

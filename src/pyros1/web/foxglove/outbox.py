@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
+from operator import attrgetter
 from typing import NamedTuple
 
 CHANNEL_ROOM = 1 << 20
@@ -22,12 +23,14 @@ class Waiting(NamedTuple):
         time: when it came, in nanoseconds.
         payload: its bytes.
         keeper: name of its publisher if it is latched: the newest of each is kept, as it may never come again.
+        at: when it came, in seconds of a clock that does not jump.
     """
 
     ticket: int
     time: int
     payload: bytes
     keeper: str | None
+    at: float = 0.0
 
     @property
     def size(self) -> int:
@@ -134,7 +137,7 @@ class Outbox:
                 self.dropped += 1
 
     def take(self, most: int) -> list[Waiting]:
-        """Remove and return messages, of all subscriptions in turns.
+        """Remove and return messages, of all subscriptions in turns, in the order in which they came.
 
         Args:
             most: bytes; at least one message is returned if one waits.
@@ -151,6 +154,7 @@ class Outbox:
                     self._turns.rotate(-1)
                 else:
                     self._turns.popleft()
+        taken.sort(key=_at)
         return taken
 
     def _make_room(self, newest: int) -> bool:
@@ -170,3 +174,6 @@ class Outbox:
                     self._turns.remove(ticket)
                 return True
         return False
+
+
+_at = attrgetter("at")

@@ -42,11 +42,15 @@ class Values:
         *folders, leaf = name[1:].split("/")
         branch = self._tree
         for folder in folders:
-            branch = branch.setdefault(folder, {})
+            if not isinstance(branch.get(folder), dict):  # a name with a slash in it may go through a value
+                branch[folder] = {}
+            branch = branch[folder]
         branch[leaf] = value
 
     def get(self, name: str) -> Any:
         """Return a parameter's value, the tree of a namespace, or None if there is neither."""
+        if name in self.flat:
+            return self.flat[name]
         found: Any = self._tree
         for part in filter(None, name.split("/")):
             if not isinstance(found, dict) or part not in found:

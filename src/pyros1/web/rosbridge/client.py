@@ -105,9 +105,9 @@ class Client:
                 self._publishers.publish(action.topic, action.message)
             case operations.Advertise():
                 self._check_may_change()
-                self._publishers.advertise(action)
+                self._publishers.advertise(action, id)
             case operations.Unadvertise():
-                if not self._publishers.unadvertise(action.topic):
+                if not self._publishers.unadvertise(action.topic, id):
                     self._tell("warning", f"you do not advertise {action.topic}", id)
             case operations.Subscribe():
                 self._subscribe(action)
@@ -138,7 +138,7 @@ class Client:
         topic = self._robot.node.resolve(wish.topic)
         self._robot.check_visible(topic)
         if wish.type:
-            kind = self._robot.graph.topic_types().get(topic, "*")
+            kind = self._robot.type_of(topic, wish.type)
             if kind not in ("*", wish.type):
                 raise BridgeError(f"{topic} has messages of the type {kind}, not {wish.type}")
         flow = self._flows.get(wish.topic)

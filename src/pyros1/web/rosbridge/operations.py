@@ -45,7 +45,7 @@ class Advertise:
 
 @dataclass(frozen=True)
 class Unadvertise:
-    """The client will not publish any more."""
+    """The client, or a part of it that has an id, will not publish any more."""
 
     topic: str
 

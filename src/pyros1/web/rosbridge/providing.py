@@ -6,7 +6,7 @@ import threading
 from itertools import count
 from typing import Any
 
-from pyros1.ground.errors import ServiceRefusal
+from pyros1.ground.errors import MessageError, ServiceRefusal
 from pyros1.msgs import Message, load_service
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge import frames
@@ -112,7 +112,12 @@ class Providing:
         if not response.result:
             reason = response.values if isinstance(response.values, str) else frames.text(response.values)
             raise ServiceRefusal(reason[:1000])
-        return from_args(cls, response.values, self._robot.node.now())
+        try:
+            answer = from_args(cls, response.values, self._robot.node.now())
+            cls._encode(answer)  # who encodes it later cannot say whose fault it is
+            return answer
+        except MessageError as error:
+            raise ServiceRefusal(f"the client that provides {name} gave a wrong answer: {error}"[:1000]) from None
 
 
 class _Call:

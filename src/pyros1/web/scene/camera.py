@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
 from pyros1.web.scene.shape import ShapeError
+
+_LEAST, _GREATEST = 1e-6, 1e12
+"""Pixels: a camera whose numbers are outside of these is not calibrated."""
 
 
 @dataclass(frozen=True)
@@ -48,21 +50,14 @@ def pinhole(info: Any) -> Camera:
     """
     rows = [*info.P] if info.P[0] else [*info.K[:3], 0.0, *info.K[3:6], 0.0]
     fx, cx, fy, cy = rows[0], rows[2], rows[5], rows[6]
-    if not all(map(math.isfinite, rows)) or fx <= 0 or fy <= 0:
+    if not all(abs(each) < _GREATEST for each in rows) or fx < _LEAST or fy < _LEAST:
         raise ShapeError("the CameraInfo has no focal lengths (P and K): the camera is not calibrated")
+    eye = (-rows[3] / fx, -rows[7] / fy)
     part = info.roi
     across, down = max(1, info.binning_x), max(1, info.binning_y)
     width, height = part.width or info.width, part.height or info.height
-    return Camera(
-        fx / across,
-        fy / down,
-        (cx - part.x_offset) / across,
-        (cy - part.y_offset) / down,
-        -rows[3] / fx,
-        -rows[7] / fy,
-        width // across,
-        height // down,
-    )
+    middle = ((cx - part.x_offset) / across, (cy - part.y_offset) / down)
+    return Camera(fx / across, fy / down, *middle, *eye, width // across, height // down)
 
 
 def info_topic(topic: str, compressed: bool = False) -> str:

@@ -14,6 +14,7 @@ MOST_POINTS = 1_500_000
 _KINDS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 """numpy's names of the types of sensor_msgs/PointField."""
 _PACKED = ("rgb", "rgba")
+_PLACE = ("x", "y", "z")
 _Floats = NDArray[np.float32]
 
 
@@ -64,8 +65,12 @@ def point_cloud2(cloud: Any, by: str = "", most: int = MOST_POINTS, numbers: boo
 def point_cloud(cloud: Any, by: str = "", most: int = MOST_POINTS, numbers: bool = False) -> Shape:
     """Return a sensor_msgs/PointCloud; as `point_cloud2`. Its channels are fields."""
     every = -(-len(cloud.points) // most) or 1
-    channels = {each.name: each.values for each in cloud.channels if len(each.values) == len(cloud.points)}
-    fields = ["x", "y", "z", *channels]
+    channels = {
+        each.name: each.values
+        for each in cloud.channels
+        if len(each.values) == len(cloud.points) and each.name not in _PLACE
+    }
+    fields = [*_PLACE, *channels]
     if by not in fields:
         by = next((name for name in (*_PACKED, "intensity") if name in channels), "z")
     with np.errstate(all="ignore"):
@@ -102,8 +107,8 @@ def _points(cloud: Any) -> NDArray[Any]:
     )
     if height == 1 or row == width * step:
         return np.frombuffer(cloud.data, layout, width * height)
-    rows = [np.frombuffer(cloud.data, layout, width, row * index) for index in range(height)]
-    return np.concatenate(rows)
+    rows: NDArray[Any] = np.ndarray((height, width), layout, cloud.data, strides=(row, step))
+    return rows.reshape(-1)
 
 
 def _good(field: Any) -> bool:
@@ -128,7 +133,7 @@ def _coloured(
         return {**facts, "colour": "rgb"}, blob + (packed.byteswap() if swapped else packed).tobytes()
     with np.errstate(all="ignore"):
         floats = values.astype(np.float32)
-        finite = floats if by in ("x", "y", "z") else floats[np.isfinite(floats)]
+        finite = floats if by in _PLACE else floats[np.isfinite(floats)]
         least, most = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
         facts |= {"least": least, "most": most}
         if by == "z":

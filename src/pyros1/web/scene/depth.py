@@ -41,7 +41,8 @@ def depths(message: Any) -> NDArray[np.float32]:
     if found.ndim == 2 and found.dtype == np.uint16:
         return _metres(found)
     if found.ndim == 2 and found.dtype.kind == "f":
-        return found.astype(np.float32)
+        with np.errstate(over="ignore"):
+            return found.astype(np.float32)
     raise ShapeError(f"depths are pictures of 16UC1 or 32FC1, but these are {message.encoding}"[:200])
 
 
@@ -89,6 +90,10 @@ def depth_cloud(
         places[:, 0] = (z * ((across - camera.cx) / camera.fx).astype(np.float32))[known] + camera.tx
         places[:, 1] = (z * ((down - camera.cy) / camera.fy).astype(np.float32)[:, None])[known] + camera.ty
         places[:, 2] = far
+        there = np.isfinite(places).all(axis=1)
+    if not there.all():  # absurd depths, or an absurd camera
+        known[known] = there
+        far, places = far[there], places[there]
     facts: dict[str, Any] = {"kind": "cloud", "count": len(far), "every": step * step, "fields": ["z"]}
     blob = places.tobytes()
     if numbers:
@@ -139,6 +144,8 @@ def _opened(data: bytes) -> Any:
         image.load()
     except MessageError:
         raise
+    except pil.UnidentifiedImageError:
+        raise MessageError("the picture cannot be read: its format is not known") from None
     except Exception as error:  # noqa: BLE001 - Pillow raises many kinds for damaged files
         raise MessageError(f"the picture cannot be read: {error}") from None
     return image

@@ -6,13 +6,15 @@ of these messages say which of them belong together.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from pyros1.web.scene.markers import as_json
+from pyros1.web.scene.shape import GREATEST
 
 MOST_MARKERS = 1_000
 """Most interactive markers of a topic; others are left out."""
+MOST_POINTS = 500_000
+"""Most points and colours in all of them; markers beyond that are left out, too."""
 MOST_CONTROLS = 200
 MOST_ENTRIES = 500
 _MOST_SERVERS = 20
@@ -30,6 +32,7 @@ class InteractiveMarkers:
 
     def __init__(self) -> None:
         self._markers: dict[Key, tuple[int, dict[str, Any]]] = {}  # version in which it came, marker
+        self._points: dict[Key, int] = {}
         self._moved: dict[Key, int] = {}
         self._gone: dict[Key, int] = {}
         self._servers: dict[str, tuple[int, float]] = {}  # number of the newest message, when there was a sign of life
@@ -111,6 +114,10 @@ class InteractiveMarkers:
         key = (server, marker.name)
         if key not in self._markers and len(self._markers) >= MOST_MARKERS:
             return
+        points = sum(len(each.points) + len(each.colors) for control in marker.controls for each in control.markers)
+        if sum(self._points.values()) - self._points.get(key, 0) + points > MOST_POINTS:
+            return
+        self._points[key] = points
         facts = {"server": server, **_facts(marker)}
         if key in self._markers:
             version, known = self._markers[key]
@@ -125,6 +132,7 @@ class InteractiveMarkers:
 
     def _remove(self, key: Key) -> None:
         if self._markers.pop(key, None) is not None:
+            self._points.pop(key, None)
             self._moved.pop(key, None)
             self._gone.pop(key, None)
             if len(self._gone) >= MOST_MARKERS:
@@ -139,7 +147,7 @@ def pose_of(pose: Any) -> list[float]:
 
 
 def _finite(*numbers: float) -> list[float]:
-    return [number if math.isfinite(number) else 0.0 for number in numbers]
+    return [number if abs(number) < GREATEST else 0.0 for number in numbers]
 
 
 def _facts(marker: Any) -> dict[str, Any]:
@@ -149,7 +157,7 @@ def _facts(marker: Any) -> dict[str, Any]:
         "frame": marker.header.frame_id.lstrip("/"),
         "locked": not marker.header.stamp,  # a stamp of 0 says that it moves with its frame
         "pose": pose_of(marker.pose),
-        "scale": marker.scale if 0 < marker.scale < float("inf") else 1.0,
+        "scale": marker.scale if 0 < marker.scale < GREATEST else 1.0,
         "menu": [
             {"id": entry.id, "parent": entry.parent_id, "title": entry.title[:300]}
             for entry in marker.menu_entries[:MOST_ENTRIES]

@@ -10,9 +10,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pyros1.web.scene.clouds import point_cloud, point_cloud2
-from pyros1.web.scene.shape import Shape, ShapeError
+from pyros1.web.scene.shape import GREATEST, Shape, ShapeError
 
 MOST_POSES = 20_000
 MOST_CELLS = 64 << 20
@@ -60,24 +61,23 @@ def occupancy_grid(grid: Any) -> Shape:
 
 def path(message: Any) -> Shape:
     """Return the poses as float32: x, y, z, and a quaternion x, y, z, w."""
-    poses = [each.pose for each in message.poses[:MOST_POSES]]
-    return {"kind": "path", "count": len(poses)}, _poses(poses)
+    return _poses("path", [each.pose for each in message.poses[:MOST_POSES]])
 
 
 def pose_array(message: Any) -> Shape:
     """Return the poses as for `path`."""
-    poses = message.poses[:MOST_POSES]
-    return {"kind": "poses", "count": len(poses)}, _poses(poses)
+    return _poses("poses", message.poses[:MOST_POSES])
 
 
 def pose_stamped(message: Any) -> Shape:
     """Return the pose as for `path`."""
-    return {"kind": "poses", "count": 1}, _poses([message.pose])
+    return _poses("poses", [message.pose])
 
 
 def pose_with_covariance(message: Any) -> Shape:
     """Return the pose as for `path`, with the ellipsoid of its covariance; see `_ellipsoid`."""
-    return {"kind": "poses", "count": 1, **_ellipsoid(message.pose.covariance)}, _poses([message.pose.pose])
+    facts, blob = _poses("poses", [message.pose.pose])
+    return {**facts, **_ellipsoid(message.pose.covariance)}, blob
 
 
 def point_stamped(message: Any) -> Shape:
@@ -110,15 +110,15 @@ def imu(message: Any) -> Shape:
 
 def polygon(message: Any) -> Shape:
     """Return the corners as float32: x, y, z."""
-    corners = [(each.x, each.y, each.z) for each in message.polygon.points[:MOST_POSES]]
-    return {"kind": "polygon", "count": len(corners)}, _floats(corners)
+    corners = _rows([(each.x, each.y, each.z) for each in message.polygon.points[:MOST_POSES]], 3)
+    return {"kind": "polygon", "count": len(corners)}, corners.tobytes()
 
 
 def grid_cells(message: Any) -> Shape:
     """Return width and height of the cells, and their middles as float32: x, y, z."""
-    middles = [(each.x, each.y, each.z) for each in message.cells[:MOST_POSES]]
+    middles = _rows([(each.x, each.y, each.z) for each in message.cells[:MOST_POSES]], 3)
     facts = {"kind": "cells", "count": len(middles), "more": len(message.cells) - len(middles)}
-    return {**facts, "size": [_finite(message.cell_width), _finite(message.cell_height)]}, _floats(middles)
+    return {**facts, "size": [_finite(message.cell_width), _finite(message.cell_height)]}, middles.tobytes()
 
 
 def wrench(message: Any) -> Shape:
@@ -204,19 +204,22 @@ def _ellipsoid(covariance: Any) -> dict[str, Any]:
     Empty if the covariance is not known, or is none. "turn" is the standard deviation of yaw in radians.
     """
     matrix = np.asarray(covariance, float).reshape(6, 6)
-    if not np.isfinite(matrix).all() or not matrix[:3, :3].any():
+    if not (np.abs(matrix) < GREATEST).all() or not matrix[:3, :3].any():
         return {}
     with np.errstate(all="ignore"):
         squares, axes = np.linalg.eigh((matrix[:3, :3] + matrix[:3, :3].T) / 2)
     half = axes * np.sqrt(np.maximum(squares, 0))
-    if not np.isfinite(half).all():
+    if not (np.abs(half) < GREATEST).all():
         return {}
     return {"spread": half.T.tolist(), "turn": math.sqrt(max(0.0, float(matrix[5, 5])))}
 
 
-def _floats(rows: Sequence[tuple[float, ...]]) -> bytes:
-    with np.errstate(over="ignore"):
-        return np.array(rows, np.float32).tobytes()
+def _rows(rows: Sequence[tuple[float, ...]], size: int) -> NDArray[np.float32]:
+    """Return rows of so many numbers, of which the first three are a place; those without a place are left out."""
+    found = np.array(rows, float).reshape(-1, size)
+    good = np.abs(found) < GREATEST
+    numbers: NDArray[np.float32] = np.where(good, found, 0)[good[:, :3].all(axis=1)].astype(np.float32)
+    return numbers
 
 
 def _pose(pose: Any) -> list[float | None]:
@@ -224,16 +227,14 @@ def _pose(pose: Any) -> list[float | None]:
     return [_finite(value) for value in (place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w)]
 
 
-def _poses(poses: list[Any]) -> bytes:
-    numbers = [
-        number
-        for pose in poses
-        for place, turn in ((pose.position, pose.orientation),)
-        for number in (place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w)
+def _poses(kind: str, poses: list[Any]) -> Shape:
+    rows = [
+        (place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w)
+        for place, turn in ((pose.position, pose.orientation) for pose in poses)
     ]
-    with np.errstate(over="ignore"):
-        return np.array(numbers, np.float32).tobytes()
+    found = _rows(rows, 7)
+    return {"kind": kind, "count": len(found)}, found.tobytes()
 
 
 def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+    return value if abs(value) < GREATEST else None

@@ -11,6 +11,7 @@ from pyros1.ground.timing import Time
 from pyros1.tf.buffer import Buffer
 from pyros1.tf.errors import TransformException
 from pyros1.web.hub import Arrival
+from pyros1.web.scene.shape import GREATEST
 
 Listen = Callable[[str, Callable[[Arrival], object]], Callable[[], None]]
 Pose = list[float]
@@ -19,6 +20,8 @@ MOST_FRAMES = 5_000
 """Most frames that are kept; new ones beyond that are ignored."""
 _JUMP = 5.0
 """Seconds by which the stamps of a publisher go back when a bag or a simulation begins again."""
+_BACK = 0.1
+"""The same of the node's clock, which is that of the bag or simulation if it tells the time."""
 IDENTITY: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 
 
@@ -36,6 +39,7 @@ class World:
         self._ends: list[Callable[[], None]] = []
         self._changed: tuple[Callable[[], object], ...] = ()
         self._newest: dict[str, float] = {}
+        self._now = float("-inf")
         self.buffer = Buffer(warn=lambda text: None)
 
     def look(self, changed: Callable[[], object]) -> Callable[[], None]:
@@ -50,9 +54,13 @@ class World:
         with self._lock:
             if not self._looking:
                 self.buffer = Buffer(warn=lambda text: None)
-                self._newest = {}
+                self._newest, self._now = {}, float("-inf")
                 self._ends.append(self._listen("/tf", self._moving))
-                self._ends.append(self._listen("/tf_static", self._static))
+                try:
+                    self._ends.append(self._listen("/tf_static", self._static))
+                except BaseException:
+                    self._ends.pop()()
+                    raise
             self._looking += 1
             self._changed = (*self._changed, changed)
         ended = False
@@ -80,7 +88,7 @@ class World:
             stamp: the time; the latest if None, or if the buffer does not reach so far.
 
         Returns:
-            The pose; None if there is no connection between the frames.
+            The pose; None if there is no connection between the frames, or a transform has numbers without an end.
         """
         fixed, frame = fixed.lstrip("/"), frame.lstrip("/")
         if fixed == frame:
@@ -91,15 +99,17 @@ class World:
             except TransformException:
                 continue
             move, turn = found.transform.translation, found.transform.rotation
-            return [move.x, move.y, move.z, turn.x, turn.y, turn.z, turn.w]
+            pose = [move.x, move.y, move.z, turn.x, turn.y, turn.z, turn.w]
+            return pose if all(abs(each) < GREATEST for each in pose) else None
         return None
 
-    def _start_anew_if_time_went_back(self, transforms: Any, publisher: str) -> None:
+    def _start_anew_if_time_went_back(self, transforms: Any, publisher: str, now: float) -> None:
         stamps = [each.header.stamp.to_sec() for each in transforms]
         if not stamps:
             return
         newest = self._newest.get(publisher, 0.0)
-        if max(stamps) < newest - _JUMP:
+        before, self._now = self._now, now
+        if max(stamps) < newest - _JUMP or now < before - _BACK:
             self.buffer.clear()  # static ones stay
             self._newest.clear()
         if len(self._newest) < MOST_FRAMES or publisher in self._newest:
@@ -123,7 +133,7 @@ class World:
     def _put(self, transforms: Any, arrival: Arrival, static: bool) -> None:
         publisher = (arrival.raw._connection_header or {}).get("callerid", "")
         if not static:
-            self._start_anew_if_time_went_back(transforms, publisher)
+            self._start_anew_if_time_went_back(transforms, publisher, arrival.time)
         if len(self.buffer.frames()) > MOST_FRAMES:
             transforms = [each for each in transforms if self.buffer.has_frame(each.child_frame_id.lstrip("/"))]
         self.buffer.set_transforms(transforms, publisher, static=static)

@@ -86,12 +86,13 @@ class Console:
     def _forget(self) -> None:
         self._characters -= _characters(self._entries.popleft())
 
-    def after(self, number: int, most: int) -> tuple[list[Entry], int]:
+    def after(self, number: int, most: int, characters: int = MOST_CHARACTERS) -> tuple[list[Entry], int]:
         """Return the messages behind one.
 
         Args:
             number: of the last message that is known; 0 for none.
             most: how many to return. If there are more, these are the oldest of them.
+            characters: how many their texts may have; one message is returned in any case.
 
         Returns:
             The messages, and how many before them were dropped here.
@@ -101,7 +102,12 @@ class Console:
             number = min(number, self._count)
             start = max(number + 1, first)
             entries = list(_slice(self._entries, start - first, most))
-            return entries, start - number - 1
+        for count, entry in enumerate(entries):
+            characters -= _characters(entry)
+            if characters < 0 and count:
+                del entries[count:]
+                break
+        return entries, start - number - 1
 
     def listen(self, listener: Callable[[], object]) -> Callable[[], None]:
         """Call a function, in a thread of the node, after each message; return what ends this."""

@@ -11,6 +11,8 @@ _WINDOW = 50
 """Messages over which a rate is measured."""
 _MOST_SPEAKERS = 8
 """Most publishers, and parents, of a frame that are named."""
+_BACK = 0.5
+"""Seconds by which the time goes back when a bag or a simulation begins again."""
 
 
 class _Frame:
@@ -27,6 +29,7 @@ class Frames:
 
     def __init__(self) -> None:
         self._frames: dict[str, _Frame] = {}
+        self._now = float("-inf")
         self.ignored = 0
 
     def add(self, transforms: Any, publisher: str, static: bool, now: float) -> None:
@@ -38,6 +41,8 @@ class Frames:
             static: whether it came on /tf_static.
             now: the time in seconds.
         """
+        if not static:  # these may have come before somebody looked
+            self._look_at(now)
         for each in transforms:
             child, parent = each.child_frame_id.lstrip("/"), each.header.frame_id.lstrip("/")
             frame = self._frames.get(child)
@@ -70,6 +75,7 @@ class Frames:
             - roots: names of frames without parents
             - ignored: number of transforms of frames beyond the limit
         """
+        self._look_at(now)
         parents = {name: self._parent(frame) for name, frame in self._frames.items()}
         frames = []
         for name, frame in sorted(self._frames.items()):
@@ -89,6 +95,12 @@ class Frames:
             )
         roots = sorted({parent for parent in parents.values() if parent not in parents})
         return {"frames": frames, "roots": roots, "ignored": self.ignored}
+
+    def _look_at(self, now: float) -> None:
+        if now < self._now - _BACK:  # what was told is of times to come; static frames stay
+            self._frames = {name: frame for name, frame in self._frames.items() if frame.static}
+            self._now = now
+        self._now = max(self._now, now)
 
     @staticmethod
     def _parent(frame: _Frame) -> str:

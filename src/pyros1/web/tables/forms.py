@@ -13,6 +13,7 @@ from pyros1.msgs.spec import Constant, parse_message
 from pyros1.values.writing import dump
 
 _DEEPEST = 12
+_SAFE = 1 << 53
 _INTEGERS = frozenset(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)) | {"byte", "char"}
 _NO_CHOICE = frozenset({"id", "seq"})
 """Fields that are counted, whatever constants a type has."""
@@ -105,6 +106,17 @@ def _plain(value: Any) -> Any:
     return value if isinstance(value, (str, int, float, bool)) or value is None else str(value)
 
 
+def for_page(value: Any) -> Any:
+    """Return a value for a page: integers that JavaScript would round are texts, and so are floats without an end."""
+    if isinstance(value, dict):
+        return {name: for_page(inner) for name, inner in value.items()}
+    if isinstance(value, list):
+        return [for_page(inner) for inner in value]
+    if isinstance(value, float):
+        return _plain(value)
+    return str(value) if isinstance(value, int) and not -_SAFE < value < _SAFE else value
+
+
 def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
     """Return for fields of a message which constants of the message they may be meant for, as name and value.
 
@@ -126,7 +138,7 @@ def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
             and (kind == constant.type or {kind, constant.type} <= _INTEGERS)
         ]
         if owners:
-            found.setdefault(max(owners, key=len), []).append([constant.name, constant.value])
+            found.setdefault(max(owners, key=len), []).append([constant.name, for_page(constant.value)])
         else:
             rest.append(constant)
     for kind in dict.fromkeys(constant.type for constant in rest):
@@ -136,7 +148,7 @@ def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
         runs = _runs([constant for constant in rest if constant.type == kind])
         for number, name in enumerate(names):
             mine = [runs[number]] if len(runs) == len(names) else runs
-            found.setdefault(name, []).extend([each.name, each.value] for run in mine for each in run)
+            found.setdefault(name, []).extend([each.name, for_page(each.value)] for run in mine for each in run)
     return found
 
 

@@ -7,6 +7,11 @@ from typing import Any
 
 MOST = 50
 """Most goals that are kept; the oldest are forgotten."""
+_GOING = frozenset({0, 1, 6, 7})
+LOST = 9
+"""Statuses of goals that go on, and of one that its server does not know any more."""
+_MISSED = 2
+"""Lists of the server in a row in which a goal is missing that was there: it was started again."""
 
 
 @dataclass
@@ -17,6 +22,7 @@ class Goal:
         id: its name. stamp: when it was sent, in seconds.
         status: a number of actionlib_msgs/GoalStatus. text: what the server says.
         feedback, result: the newest messages; None for none. feedbacks: how many there were.
+        missed: in how many of the server's last lists it was missing; None if it has not been in one yet.
     """
 
     id: str
@@ -26,6 +32,7 @@ class Goal:
     feedback: Any = None
     feedbacks: int = 0
     result: Any = None
+    missed: int | None = None
 
 
 class Goals:
@@ -37,7 +44,13 @@ class Goals:
     def take_statuses(self, array: Any) -> None:
         """Take an actionlib_msgs/GoalStatusArray."""
         for status in array.status_list[-MOST:]:
-            self._of(status)
+            self._of(status).missed = 0
+        known = {status.goal_id.id for status in array.status_list}
+        for goal in self._goals.values():
+            if goal.id not in known and goal.missed is not None:
+                goal.missed += 1
+                if goal.missed >= _MISSED and goal.status in _GOING:
+                    goal.status = LOST
 
     def take_feedback(self, message: Any) -> None:
         """Take a message of the feedback topic."""

@@ -61,7 +61,7 @@ class Changes:
 
     def __init__(self) -> None:
         self._known: dict[str, Shown] | None = None
-        self._raw: Any = None
+        self._raw = ""
 
     def look(self, tree: Any, may_see: Callable[[str], bool]) -> dict[str, Any] | None:
         """Return what has changed since the last look.
@@ -74,9 +74,10 @@ class Changes:
             ``all``: whether ``set`` has all parameters; ``set``: name -> `Shown`; ``gone``: names; ``more``: how many
             are not shown, because there are too many. None if nothing has changed.
         """
-        if self._known is not None and tree == self._raw:
+        raw = repr(tree)  # 1, 1.0 and true are equal, but not the same
+        if self._known is not None and raw == self._raw:
             return None
-        self._raw = tree
+        self._raw = raw
         visible = [(name, value) for name, value in flatten(tree) if may_see(name)]
         now = {name: shown(value) for name, value in sorted(visible[:MOST], key=lambda pair: pair[0])}
         before, self._known = self._known, now

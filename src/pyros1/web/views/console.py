@@ -11,8 +11,8 @@ from pyros1.web.views.view import View, number, text
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_MOST = 2_000
-"""Most messages of one push."""
+_MOST, _MOST_CHARACTERS = 2_000, 1_000_000
+"""Most messages of one push, and most characters of their texts."""
 
 
 class ConsoleView(View):
@@ -37,12 +37,11 @@ class ConsoleView(View):
         wake()
 
     def take(self) -> Push | None:
-        entries, dropped = self.robot.console.after(self._last, _MOST)
+        entries, dropped = self.robot.console.after(self._last, _MOST, _MOST_CHARACTERS)
         if not entries:
             return None
         self._last = entries[-1].number
-        if len(entries) == _MOST:
-            self.wake()  # there may be more
+        self.wake()  # there may be more
         access = self.robot.access
         if access.topics:  # nodes tell the log what they publish
             entries = [entry._replace(topics=access.visible(entry.topics)) for entry in entries]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Mapping
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import MessageError
@@ -17,6 +18,11 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 
+_LASTS = 10.0
+"""Seconds for which it is said that a publisher sends something else than transforms."""
+_MOST_PROBLEMS = 20
+
+
 class FramesView(View):
     """What `pyros1.web.shown.frames.Frames.describe` returns, twice a second, and "problem", of /tf itself."""
 
@@ -27,7 +33,7 @@ class FramesView(View):
         super().__init__(robot, args, wake)
         self._lock = threading.Lock()
         self._frames = Frames()
-        self._problem = ""
+        self._problems: dict[str, tuple[str, float]] = {}  # by publisher, with when it was seen
         self._ends = [robot.listen("/tf", self._moving)]
         try:
             self._ends.append(robot.listen("/tf_static", self._static))
@@ -38,7 +44,8 @@ class FramesView(View):
     def take(self) -> Push | None:
         now = self.robot.node.now().to_sec()
         with self._lock:
-            return Push({**_plain(self._frames.describe(now)), "problem": self._problem})
+            problem = next((text for text, seen in self._problems.values() if seen > monotonic() - _LASTS), "")
+            return Push({**plain(self._frames.describe(now)), "problem": problem})
 
     def close(self) -> None:
         for end in self._ends:
@@ -56,11 +63,15 @@ class FramesView(View):
             message: Any = arrival.message
             with self._lock:
                 self._frames.add(message.transforms, publisher, static, arrival.time)
+                self._problems.pop(publisher, None)
         except (MessageError, AttributeError, TypeError) as error:
-            self._problem = f"{publisher} publishes something else than transforms: {error}"
+            text = f"{publisher} publishes something else than transforms: {error}"
+            with self._lock:
+                self._problems.pop(publisher, None)
+                self._problems = {publisher: (text, monotonic()), **dict([*self._problems.items()][:_MOST_PROBLEMS])}
 
 
-def _plain(facts: dict[str, Any]) -> dict[str, Any]:
+def plain(facts: dict[str, Any]) -> dict[str, Any]:
     """Replace the numbers that JSON does not have."""
     for frame in facts["frames"]:
         frame["transform"] = [value if math.isfinite(value) else None for value in frame["transform"]]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import threading
-from collections import deque
 from collections.abc import Callable, Mapping
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from pyros1.web.hub import Arrival
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.shown.picture_size import MOST_PIXELS, picture_size
+from pyros1.web.shown.rates import Meter
 from pyros1.web.views.view import View, text
 
 if TYPE_CHECKING:
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 MOST_BYTES = 64 << 20
 """Largest picture that is sent to a page."""
 COMPRESSED = "sensor_msgs/CompressedImage"
-_TIMES = 60
 _DEPTH_HEAD = 12
 """Bytes before the PNG file in messages of compressed_depth_image_transport."""
 
@@ -46,10 +46,10 @@ def picture(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
 
     Raises:
         RequestError: see `check_picture`; or it would unpack to more than a page can hold.
-        MessageError: see `Arrival.message`.
+        MessageError: see `Arrival.usual`.
     """
     kind = check_picture(arrival)
-    message: Any = arrival.message
+    message: Any = arrival.usual
     data = bytes(message.data)
     facts = {"type": kind, "frame": message.header.frame_id, "stamp": message.header.stamp.to_sec()}
     if kind == COMPRESSED:
@@ -85,18 +85,18 @@ class ImageView(View):
         self._newest: Arrival | None = None
         self._shown: Arrival | None = None
         self._count = 0
-        self._times: deque[float] = deque(maxlen=_TIMES)
+        self._meter = Meter(monotonic())
         self._end = robot.listen(text(args, "topic"), self._arrived)
 
     def take(self) -> Push | None:
         with self._lock:
-            arrival, count, times = self._newest, self._count, list(self._times)
+            arrival, count = self._newest, self._count
         if arrival is None or arrival is self._shown:
             return None
         self._shown = arrival
         facts, data = picture(arrival)
-        rate = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 and times[-1] > times[0] else None
-        return Push({**facts, "count": count, "hz": rate}, data)
+        rate = self._meter.rate(monotonic())
+        return Push({**facts, "count": count, "hz": rate and rate.hz}, data)
 
     def close(self) -> None:
         self._end()
@@ -105,5 +105,5 @@ class ImageView(View):
         with self._lock:
             self._newest = arrival
             self._count += 1
-            self._times.append(arrival.at)
+        self._meter.arrived(arrival.at, 0)
         self.wake()

@@ -32,7 +32,8 @@ class JointsView(View):
     """Shows the joints of a description, and moves them.
 
     A node that publishes the joints goes on doing so, and is told where they shall be: on the topic ``~sliders`` of
-    pyros1's joint_state_publisher, or on one of the source_list of any other. If nobody publishes, this view can.
+    pyros1's joint_state_publisher, or on one of the source_list of any other. If nobody publishes, this view can; of
+    several, the first.
 
     Args (of the page):
         description: name of the parameter; the topic is the joint_states beside it.
@@ -99,6 +100,8 @@ class JointsView(View):
             raise RequestError("this server is read-only (--read-only)")
         self._look()
         if publish and not self._others:
+            if self.robot.movers.setdefault(self._topic, self) is not self:
+                raise RequestError(f"another page publishes {self._topic}")
             with self._lock:
                 if self._states is not None:
                     self._states.take(list(positions), list(positions.values()))
@@ -127,6 +130,8 @@ class JointsView(View):
             self._repeating.close()
             self._repeating = None
             self.robot.publishing.end(self._topic)
+        if self.robot.movers.get(self._topic) is self:
+            del self.robot.movers[self._topic]
 
     def _look(self) -> None:
         """Look who publishes what now."""
@@ -134,7 +139,8 @@ class JointsView(View):
         node = self.robot.node
         description = node.params.cached(self._description)
         state = self.robot.graph.state()
-        self._others = sorted(name for name in state.publishers.get(self._topic, []) if name != node.name)
+        ours = node.name if self.robot.movers.get(self._topic, self) is self else ""  # else it is another page's
+        self._others = sorted(name for name in state.publishers.get(self._topic, []) if name != ours)
         if (description, self._others) != self._known:
             self._known = (description, self._others)
             self._read(description)
@@ -190,11 +196,11 @@ class JointsView(View):
 
     def _arrived(self, arrival: Arrival) -> None:
         try:
-            message: Any = arrival.message
-            pairs = list(zip(message.name, message.position, strict=False))
+            message: Any = arrival.usual
+            pairs = [each for each in zip(message.name, message.position, strict=False) if math.isfinite(each[1])]
+            with self._lock:
+                if self._states is not None:
+                    known = self._states.kinds
+                    self._heard.update((name, at) for name, at in pairs if name in known)
         except (MessageError, AttributeError, TypeError):
             return  # something else than joint states
-        with self._lock:
-            if self._states is not None:
-                known = self._states.kinds
-                self._heard.update((name, at) for name, at in pairs if name in known and math.isfinite(at))

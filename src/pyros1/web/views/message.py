@@ -35,7 +35,8 @@ class MessageView(View):
         windows: of long arrays, the first element that is shown, by path: ``{"ranges": 64}``.
         frozen: whether to stay with the message that is shown.
 
-    Pushes ``{"type", "count", "hz", "bytes", "size", "time", "publisher", "latched", "value": tree}``. In a tree, a
+    Pushes ``{"type", "count", "hz", "bytes", "size", "time", "age", "publisher", "latched", "value": tree}``: it came
+    at a time, age seconds ago. In a tree, a
     message is ``{"fields": [[name, type, value], ...]}``, an array ``{"length": N, "start": N, "items": [...]}``, a
     time ``{"secs": S, "nsecs": N}``; a message whose fields are left out has ``more``.
     """
@@ -88,6 +89,7 @@ class MessageView(View):
             "bytes": rate and rate.bytes,
             "size": size,
             "time": arrival.time,
+            "age": monotonic() - arrival.at,
             "latched": header.get("latching") == "1",
         }
         try:

@@ -61,9 +61,9 @@ class ReconfigureView(View):
         try:
             return Push(
                 {
-                    "parameters": parameters(description.message),
-                    "values": values(config.message),
-                    "groups": groups(description.message, config.message),
+                    "parameters": parameters(description.usual),
+                    "values": values(config.usual),
+                    "groups": groups(description.usual, config.usual),
                 }
             )
         except (MessageError, AttributeError, TypeError) as error:  # another type under these names

@@ -109,7 +109,7 @@ class TurtlesView(View):
 
 def _place(arrival: Arrival) -> list[float] | None:
     with suppress(MessageError, AttributeError):
-        pose: Any = arrival.message
+        pose: Any = arrival.usual
         found = [float(pose.x), float(pose.y), float(pose.theta)]
         return found if isfinite(sum(found)) else None
     return None

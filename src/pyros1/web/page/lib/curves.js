@@ -1,6 +1,7 @@
 // Points of curves over time, and what of them a chart of some width shows.
 
 const ROOM = 1024;
+const BACK = 0.1; // seconds: by more, a time goes back only when a bag or a simulation begins again
 
 export class Points {
   constructor() {
@@ -15,14 +16,23 @@ export class Points {
     return this.end - this.start;
   }
 
-  // Add points, whose times grow; a time that goes back (a simulation began again) starts anew.
+  // Add points, whose times grow; a time that goes back, wherever it is among them, starts anew.
   add(times, values) {
-    if (!times.length) return;
-    if (this.length && times[0] < this.times[this.end - 1] - 1) this.start = this.end = 0;
-    this._makeRoom(times.length);
-    this.times.set(times, this.end);
-    this.values.set(values, this.end);
-    this.end += times.length;
+    let newest = this.length ? this.times[this.end - 1] : -Infinity;
+    let first = 0;
+    times.forEach((time, index) => {
+      if (time < newest - BACK) {
+        this.start = this.end = 0;
+        first = index;
+        newest = time;
+      }
+      newest = Math.max(newest, time);
+    });
+    this._makeRoom(times.length - first);
+    for (let index = first; index < times.length; index += 1, this.end += 1) {
+      this.times[this.end] = Math.max(times[index], this.length ? this.times[this.end - 1] : -Infinity); // a clock was set right
+      this.values[this.end] = values[index];
+    }
   }
 
   // Forget what is older than a time, and the oldest of too many.
@@ -88,8 +98,11 @@ export function sample(points, { step, first, columns }) {
   let index = Math.max(points.start, points.indexOf(first * step) - 1); // the line begins outside
   const { times, values, end } = points;
   const last = (first + columns + 1) * step;
+  let next = 0; // column; by rounding, a time at an edge may seem to be in the column before
   while (index < end && times[index] < last) {
-    const column = Math.max(0, Math.floor(times[index] / step) - first);
+    const column = Math.max(next, Math.floor(times[index] / step) - first);
+    if (column > columns) break;
+    next = column + 1;
     const limit = (first + column + 1) * step;
     let least = index;
     let most = index;

@@ -44,6 +44,13 @@ export function clock(seconds) {
   return `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}.${String(date.getMilliseconds()).padStart(3, "0")}`;
 }
 
+// A time or duration {secs, nsecs} in seconds, exactly; a negative one has secs below it, and nsecs above that.
+export function seconds({ secs, nsecs }) {
+  const back = secs < 0 && nsecs > 0;
+  const [whole, part] = back ? [-secs - 1, 1e9 - nsecs] : [secs, nsecs];
+  return `${back ? "-" : ""}${whole}.${String(part).padStart(9, "0")}`;
+}
+
 // Date and time, as those of a bag; a simulation has seconds only.
 export function moment(seconds) {
   return seconds < SIMULATED ? `${seconds.toFixed(2)} s` : new Date(seconds * 1000).toLocaleString();

@@ -1,17 +1,20 @@
 // Pictures of sensor_msgs/Image as pixels of a canvas; see https://wiki.ros.org/sensor_msgs and image_encodings.h.
 
+// Encodings, whatever a robot calls its own: "constructor" is none.
 const PLAIN = { // channels: where red, green, blue and alpha are; -1 for none
+  __proto__: null,
   rgb8: [3, 0, 1, 2, -1], bgr8: [3, 2, 1, 0, -1], rgba8: [4, 0, 1, 2, 3], bgra8: [4, 2, 1, 0, 3],
   "8uc3": [3, 2, 1, 0, -1], "8uc4": [4, 2, 1, 0, 3],
 };
-const WIDE = { rgb16: [3, 0, 1, 2], bgr16: [3, 2, 1, 0], rgba16: [4, 0, 1, 2], bgra16: [4, 2, 1, 0] };
+const WIDE = { __proto__: null, rgb16: [3, 0, 1, 2], bgr16: [3, 2, 1, 0], rgba16: [4, 0, 1, 2], bgra16: [4, 2, 1, 0] };
 const SINGLE = { // of one channel: bytes of a value, and how to read it
+  __proto__: null,
   mono8: [1, "getUint8"], "8uc1": [1, "getUint8"], "8sc1": [1, "getInt8"],
   mono16: [2, "getUint16"], "16uc1": [2, "getUint16"], "16sc1": [2, "getInt16"],
   "32sc1": [4, "getInt32"], "32fc1": [4, "getFloat32"], "64fc1": [8, "getFloat64"],
 };
 // Colours at the places (even row, even column), (even, odd), (odd, even), (odd, odd).
-const BAYER = { bayer_rggb8: "RGGB", bayer_bggr8: "BGGR", bayer_gbrg8: "GBRG", bayer_grbg8: "GRBG" };
+const BAYER = { __proto__: null, bayer_rggb8: "RGGB", bayer_bggr8: "BGGR", bayer_gbrg8: "GBRG", bayer_grbg8: "GRBG" };
 const MOST_PIXELS = 40e6;
 
 // Return {pixels: ImageData, least, most} of a picture, or throw an Error that says what is wrong with it.

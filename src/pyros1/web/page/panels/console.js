@@ -2,11 +2,13 @@
 
 import { empty, command, fill, h, save } from "../lib/dom.js";
 import { bytes, clock, plural } from "../lib/format.js";
+import { Kept } from "../lib/kept.js";
 
 const LEVELS = [[1, "debug"], [2, "info"], [4, "warn"], [8, "error"], [16, "fatal"]];
 const NAME = new Map(LEVELS);
-const KEPT = 50000;
+const KEPT = [50000, 50e6]; // messages, and characters
 const ROW = 24; // pixels
+const SEEN = 1000; // characters of a line: to lay out more takes seconds, if they change their direction
 const MORE = 12; // rows above and below what is seen
 const STILL = 5; // pixels that a pointer may move in a click
 
@@ -20,7 +22,7 @@ export default {
 class Console {
   constructor(place) {
     this.place = place;
-    this.entries = []; // [number, time, level, node, text, file, function, line, topics]
+    this.kept = new Kept(...KEPT); // entries are [number, time, level, node, text, file, function, line, topics]
     this.shown = [];
     this.loaded = null; // of a file, in place of the robot's: {entries, counts, note}
     this.paused = false;
@@ -83,6 +85,8 @@ class Console {
       h("button.quiet", { title: "save what is shown, as rqt_console's CSV", onclick: () => this._save() }, "Save"),
       h("button.quiet", { title: "load a saved log", onclick: () => file.click() }, "Load"), file,
       h("button.quiet", { title: "levels of the loggers of the chosen message's node", onclick: () => this._levels() }, "Levels"));
+    this.missing = h("span.muted", { hidden: true, title: "messages that came faster than this page took them, or while nobody looked at it" });
+    tools.append(this.missing);
     this.tall = h("div.tall");
     this.list = h("div.log", {
       role: "log", tabIndex: 0, onscroll: () => this._scrolled(), onkeydown: (event) => this._key(event),
@@ -99,19 +103,18 @@ class Console {
   }
 
   _take({ entries, dropped, run }) {
-    this.dropped += dropped;
+    if (this.count && this.args.run === run) this.dropped += dropped;
     this.args.run = run;
     this.last = entries.at(-1)[0];
     for (const entry of entries) {
       entry[0] = ++this.count;
-      this.entries.push(entry);
+      this.kept.push(entry);
       this.counts.set(entry[2], (this.counts.get(entry[2]) || 0) + 1);
       if (!this.paused && this.fits(entry)) this.shown.push(entry);
     }
-    if (this.entries.length > KEPT * 1.2) {
-      this.entries.splice(0, this.entries.length - KEPT);
-      const first = this.entries[0];
-      if (!this.paused) this.shown = this.shown.filter((entry) => entry[0] >= first[0]);
+    if (this.kept.forget() && !this.paused) {
+      const [first] = this.kept.entries;
+      this.shown = this.shown.filter((entry) => entry[0] >= first[0]);
     }
     this._drawCounts();
     this._draw();
@@ -126,7 +129,7 @@ class Console {
       && (mark.test(said) || mark.test(name) || mark.test(NAME.get(level) || "info") || topics.some(mark.test));
     this.place.problem(text.problem || exclude.problem || node.problem || mark.problem || this.loaded?.note || "");
     this.fits = (entry) => !this.hidden.has(entry[2]) && text.test(entry[4]) && (Boolean(exclude.problem) || !exclude.test(entry[4])) && (node.test(entry[3]) || (this.node && entry[8].some(node.test)));
-    this.shown = (this.loaded || this).entries.filter(this.fits);
+    this.shown = (this.loaded || this.kept).entries.filter(this.fits);
     this.place.save({ hidden: [...this.hidden], search: this.search, exclude: this.exclude, node: this.node, marking: this.marking });
     this._drawCounts();
     this._draw();
@@ -139,6 +142,8 @@ class Console {
       const text = `${NAME.get(level)} ${count < 1e4 ? count : bytes(count, "")}`;
       if (button.textContent !== text) button.textContent = text;
     }
+    this.missing.hidden = !this.dropped || Boolean(this.loaded);
+    fill(this.missing, `${this.dropped < 1e4 ? this.dropped : bytes(this.dropped, "")} missing`);
   }
 
   _scrolled() {
@@ -163,7 +168,7 @@ class Console {
   _drawNow() {
     const count = this.shown.length;
     if (!count) {
-      const { length } = (this.loaded || this).entries;
+      const { length } = (this.loaded || this.kept).entries;
       fill(this.tall, length
         ? empty("No message fits the filters", `${plural(length, "message")} in all.`)
         : empty("No messages yet", "Nodes that run show their log here. Try, in a terminal:", command("pyros1 run minimal_nodes minimal_publisher")));
@@ -202,7 +207,7 @@ class Console {
       const [, time, level, node, text] = entry;
       const name = NAME.get(level) || "info";
       row = h(`div.entry.${name}`, {},
-        h("span.time", {}, clock(time)), h("span.severity", {}, name), h("span.of", { title: node }, node), h("span.text", {}, text.split("\n")[0]));
+        h("span.time", {}, clock(time)), h("span.severity", {}, name), h("span.of", { title: node }, node), h("span.text", {}, text.split("\n", 1)[0].slice(0, SEEN)));
       row.entry = entry;
       this.drawn.set(entry, row);
       this.tall.append(row);
@@ -258,8 +263,9 @@ class Console {
   }
 
   _clear() {
-    this.entries = [];
+    this.kept.clear();
     this.counts = countsOf([]);
+    this.dropped = 0;
     this._show(null);
   }
 

@@ -6,6 +6,7 @@ import { drawPicture } from "../lib/images.js";
 import { Zoom } from "../lib/zoom.js";
 
 const KINDS = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
+const QUIET = 3; // seconds without a picture after which the rate no longer holds
 
 export default {
   title: "Image",
@@ -40,10 +41,12 @@ class Picture {
     this.observer = new ResizeObserver(() => this._fit());
     this.observer.observe(this.frame);
     this.system = place.robot.stream("system", {}, { data: (data) => this._topics(data) });
+    this.timer = setInterval(() => { if (this.facts && this._rate() !== this.rate) this._status(); }, 500);
     this._choose(this.topic);
   }
 
   unmount() {
+    clearInterval(this.timer);
     this.system.close();
     this.stream?.close();
     this.observer.disconnect();
@@ -73,14 +76,17 @@ class Picture {
     this.paused = paused;
     this.pause.setAttribute("aria-pressed", String(paused));
     fill(this.pause, paused ? "Go on" : "Pause");
+    if (!paused && this.missed) this._take(...this.missed); // another one may never come
+    this.missed = null;
   }
 
   _choose(topic) {
-    this._pause(false); // of another one nothing would be seen
+    this.missed = null; // it is of the topic before
+    this._pause(false); // of this one nothing would be seen
     this.stream?.close();
     this.stream = null;
     this.topic = topic;
-    this.facts = null;
+    this.facts = this.missed = null;
     this.zoom.reset();
     this.choice.value = topic;
     this.place.problem("");
@@ -88,7 +94,12 @@ class Picture {
     this._showHint();
     if (!topic) return;
     this.stream = this.place.robot.stream("image", { topic }, {
-      data: (data, blob) => (this.paused ? null : this._take(data, blob)),
+      data: (data, blob) => {
+        [this.hz, this.at] = [data.hz, performance.now()];
+        if (!this.paused) return this._take(data, blob);
+        this.missed = [data, blob];
+        return null;
+      },
       problem: (text) => this.place.problem(text),
     });
   }
@@ -135,11 +146,18 @@ class Picture {
     this.canvas.style.imageRendering = scale > 2 ? "pixelated" : "auto";
   }
 
+  // What comes now, also if the picture stands still.
+  _rate() {
+    const age = (performance.now() - this.at) / 1000;
+    return age > Math.max(QUIET, this.hz ? 3 / this.hz : 0) ? "0 Hz" : rate(this.hz);
+  }
+
   _status() {
     const { facts } = this;
     if (!facts) return;
     const what = facts.encoding || facts.format;
-    fill(this.status, `${this.canvas.width} × ${this.canvas.height}  ${what}  ${rate(facts.hz)}  ${facts.frame}${this.values}${this._underPointer()}`);
+    this.rate = this._rate();
+    fill(this.status, `${this.canvas.width} × ${this.canvas.height}  ${what}  ${this.rate}  ${facts.frame}${this.values}${this._underPointer()}`);
   }
 
   _point(event) {

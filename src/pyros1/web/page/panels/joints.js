@@ -193,11 +193,15 @@ class Row {
     this.slider.disabled = this.field.disabled = !on || Boolean(this.joint.follows);
   }
 
-  // The robot says where the joint is.
+  // The robot says where the joint is; it may say so once only.
   heard(position) {
-    if (position === this.position || performance.now() - this.touched < QUIET) return;
-    this.position = position;
-    this.draw();
+    clearTimeout(this.later);
+    const left = QUIET - (performance.now() - this.touched);
+    if (left > 0) this.later = setTimeout(() => this.heard(position), left);
+    else if (position !== this.position) {
+      this.position = position;
+      this.draw();
+    }
   }
 
   move(position) {

@@ -73,19 +73,29 @@ class Nodes {
     const { robot } = place;
     const { read_only: readOnly } = robot.about;
     const result = outcome();
-    const process = h("span", {}, "…");
+    const [host, address, process] = [h("span"), h("span.mono"), h("span")];
+    let uri = null;
     const lists = h("div");
     const actions = h("div");
     const shown = [];
-    robot.call("nodes.info", { node: row.name }).then(
-      ({ pid, problem }) => fill(process, problem ? h("span.wrong", {}, problem) : String(pid)),
-      (error) => fill(process, h("span.wrong", {}, error.message)));
+    const ask = () => {
+      fill(process, "…");
+      robot.call("nodes.info", { node: row.name }).then(
+        ({ pid, problem }) => fill(process, problem ? h("span.wrong", {}, problem) : String(pid)),
+        (error) => fill(process, h("span.wrong", {}, error.message)));
+    };
     const open = (panel) => (name) => place.open(panel, { selected: name });
     const state = h("span.muted");
     let known = "";
     const update = (now) => {
       fill(state, now ? (now.state === "silent" ? "does not answer" : "") : "this node is gone");
       if (!now) return;
+      if (uri === null || (now.uri && now.uri !== uri)) { // it was started again: another process
+        uri = now.uri;
+        fill(host, machine(uri));
+        fill(address, uri);
+        ask();
+      }
       const text = JSON.stringify([now.publishes, now.subscribes, now.services, now.missing]);
       if (text === known) return;
       known = text;
@@ -113,7 +123,7 @@ class Nodes {
     const configure = row.services.includes(`${row.name}/set_parameters`);
     return {
       element: h("div.about", {}, h("h3", {}, copied(row.name)), state,
-        facts([["machine", machine(row.uri)], ["address", h("span.mono", {}, row.uri)], ["process", process]]),
+        facts([["machine", host], ["address", address], ["process", process]]),
         h("div.actions", {},
           !readOnly && asking("Stop", `Stop ${row.name}?`, stop),
           configure && h("button", { onclick: () => place.open("params", { configure: row.name }) }, "Reconfigure"),

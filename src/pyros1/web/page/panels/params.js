@@ -71,14 +71,19 @@ class Parameters {
   async _find(services) {
     const ends = "/set_parameters";
     const there = Object.keys(services).filter((name) => name.endsWith(ends));
+    for (const name of this.servers.keys()) if (!(name in services)) this.servers.delete(name); // others may take it
     const fresh = there.filter((name) => !this.servers.has(name)).slice(0, 50);
+    if (this.asking) return;
+    this.asking = true;
     try {
       if (fresh.length) {
         const types = await this.place.robot.call("services.types", { services: fresh });
-        for (const name of fresh) this.servers.set(name, types[name] === TYPE);
+        for (const name of fresh) if (types[name]) this.servers.set(name, types[name] === TYPE); // else it hangs now
       }
     } catch {
       return; // the next change asks again
+    } finally {
+      this.asking = false;
     }
     const found = there.filter((name) => this.servers.get(name)).map((name) => name.slice(0, -ends.length)).sort();
     if (String(found) === this.found) return;

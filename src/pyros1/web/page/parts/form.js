@@ -179,11 +179,10 @@ export function readNumber(text, kind) {
   const [least, most] = signed ? [-(2n ** BigInt(bits)), 2n ** BigInt(bits) - 1n] : [0n, 2n ** BigInt(bits) - 1n];
   const whole = BigInt(word.replace("+", ""));
   if (whole < least || whole > most) return { problem: `${kind} is from ${least} to ${most}` };
-  if (!Number.isSafeInteger(Number(whole))) return { problem: "numbers beyond 2^53 cannot be sent from here" };
-  return { value: Number(whole) };
+  return { value: Number.isSafeInteger(Number(whole)) ? Number(whole) : String(whole) }; // JavaScript would round it
 }
 
-function timeText(value) {
+export function timeText(value) {
   if (typeof value === "string") return value;
   const { secs = 0, nsecs = 0 } = value || {};
   const whole = secs < 0 && nsecs ? secs + 1 : secs;
@@ -192,7 +191,7 @@ function timeText(value) {
   return part ? `${sign}${whole}.${String(part).padStart(9, "0").replace(/0+$/, "")}` : String(secs);
 }
 
-function readTime(text, kind) {
+export function readTime(text, kind) {
   const word = text.trim();
   if (word === "now" && kind === "time") return { value: "now" };
   const match = /^(-?)(\d+)(?:\.(\d{0,9}))?$/.exec(word);
@@ -200,7 +199,7 @@ function readTime(text, kind) {
   const [, sign, whole, part = ""] = match;
   if (sign && kind === "time") return { problem: "times are not negative" };
   let [secs, nsecs] = [Number(whole), Number(part.padEnd(9, "0"))];
-  if (secs >= 2 ** 31) return { problem: "too many seconds" };
   if (sign) [secs, nsecs] = nsecs ? [-secs - 1, 1e9 - nsecs] : [-secs, 0];
+  if (secs < -(2 ** 31) || secs >= 2 ** (kind === "time" ? 32 : 31)) return { problem: "too many seconds" };
   return { value: { secs, nsecs } };
 }

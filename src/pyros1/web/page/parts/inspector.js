@@ -56,8 +56,11 @@ export class Inspector {
   }
 
   _take(data) {
-    if (!this.data) this._askForWords();
-    if (!this.data || data.count !== this.data.count) this.at = performance.now();
+    if (data.type !== this.data?.type) {
+      this.tree.fields = null; // of another type
+      this._askForWords();
+    }
+    this.at = performance.now() - 1000 * data.age;
     this.data = data;
     this.waiting.hidden = true;
     this._problem(data.problem || "");
@@ -68,7 +71,9 @@ export class Inspector {
   // The names of constants. The type of a new topic may not be known at once.
   async _askForWords(times = 5) {
     try {
-      this.tree.fields = (await this.robot.call("topics.form", { topic: this.topic })).fields;
+      const { type, fields } = await this.robot.call("topics.form", { topic: this.topic });
+      if (type !== this.data.type) throw new Error("another type has come meanwhile");
+      this.tree.fields = fields;
       this.tree.show(this.data.value);
     } catch {
       // without a definition, numbers have no names
@@ -83,7 +88,7 @@ export class Inspector {
     const stamp = value?.fields.find(([name]) => name === "header")?.[2].fields?.find(([name]) => name === "stamp")?.[2];
     const delay = stamp && stamp.secs ? time - stamp.secs - stamp.nsecs / 1e9 : null;
     const figure = (label, text, title) => text && h("span.figure", { title }, h("span.muted", {}, label), text);
-    const quiet = age > Math.max(QUIET, hz ? 3 / hz : 0);
+    const quiet = !this.frozen && age > Math.max(QUIET, hz ? 3 / hz : 0);
     fill(this.figures,
       figure("rate", quiet ? "0 Hz" : rate(hz) || "…", "messages per second, of the last 5 s; of slow topics, of the newest two messages"),
       figure("flow", quiet || !flow ? "" : `${bytes(flow)}/s`, "bytes per second"),

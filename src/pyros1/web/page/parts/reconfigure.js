@@ -77,7 +77,7 @@ export class Reconfigure {
   // What is being changed here stays as it is until the node has answered.
   _show() {
     for (const [name, value] of Object.entries(this.values)) {
-      if (!(name in { ...this.pending, ...this.sent })) this.controls.get(name)?.set(value);
+      if (!Object.hasOwn({ ...this.pending, ...this.sent }, name)) this.controls.get(name)?.set(value);
     }
   }
 

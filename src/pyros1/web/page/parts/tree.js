@@ -1,7 +1,7 @@
 // A message as a tree, live: rows stay and only their values change. See pyros1/web/views/message.py for the value.
 
 import { fill, h } from "../lib/dom.js";
-import { clock, number } from "../lib/format.js";
+import { clock, number, seconds } from "../lib/format.js";
 import { copied } from "./pieces.js";
 
 const OPEN_DEPTH = 2;
@@ -88,7 +88,7 @@ export class Tree {
       if (text === last) return;
       last = text;
       element.textContent = text;
-      if (value && typeof value === "object") element.title = `${value.secs}.${String(value.nsecs).padStart(9, "0")} s`;
+      if (value && typeof value === "object") element.title = `${seconds(value)} s`;
     } };
   }
 
@@ -194,10 +194,12 @@ export class Tree {
 
 export function written(value, type = "") {
   if (value === null || value === undefined) return "";
-  if (typeof value === "number") return type === "float64" && !Number.isInteger(value) ? String(Number(value.toPrecision(15))) : number(value, type === "float32" ? 4 : 7); // what the type can hold, nearly
+  if (typeof value === "number" && !type.startsWith("float")) return String(value);
+  if (type === "float64" && typeof value === "number" && !Number.isInteger(value)) return String(Number(value.toPrecision(15)));
+  if (typeof value === "number") return number(value, type === "float32" ? 4 : 7); // what the type can hold, nearly
   if (typeof value === "object" && "secs" in value) {
-    const seconds = value.secs + value.nsecs / 1e9;
-    return seconds > 1e8 ? clock(seconds) : `${number(seconds, 7)} s`;
+    const time = value.secs + value.nsecs / 1e9;
+    return time > 1e8 ? clock(time) : `${number(time, 7)} s`;
   }
   return String(value);
 }
@@ -205,11 +207,11 @@ export function written(value, type = "") {
 // The begin of a value, in a line.
 function summary(value) {
   let text = "";
-  const walk = (part) => {
+  const walk = (part, type) => {
     if (text.length > PREVIEW) return;
-    if (part && part.fields) part.fields.forEach(([name, , inner]) => { text += `${text ? "  " : ""}${name}: `; walk(inner); });
+    if (part && part.fields) part.fields.forEach(([name, kind, inner]) => { text += `${text ? "  " : ""}${name}: `; walk(inner, kind); });
     else if (part && part.items) text += part.length ? `${part.length} element${part.length === 1 ? "" : "s"}` : "empty";
-    else text += written(part).split("\n")[0];
+    else text += written(part, type).split("\n")[0];
   };
   walk(value);
   return text.length > PREVIEW ? `${text.slice(0, PREVIEW)} …` : text;

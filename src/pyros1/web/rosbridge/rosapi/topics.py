@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from pyros1.graph import Graph
 from pyros1.ground.errors import MessageError
 from pyros1.msgs import load_message
 from pyros1.web.robot import Robot
@@ -18,6 +19,8 @@ def _types(robot: Robot) -> dict[str, str]:
     """Return topic -> type, of topics that someone publishes or subscribes to; the type is empty if nobody told it."""
     state, types = robot.graph.state(), robot.graph.topic_types()
     names = robot.access.visible(sorted({*state.publishers, *state.subscribers}))
+    if not types.keys() >= {*names}:  # some are new
+        types = Graph(robot.master).topic_types()
     return {name: types.get(name, "").replace("*", "") for name in names}
 
 
@@ -49,7 +52,7 @@ def _of_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 def _type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     robot.check_visible(args["topic"])
-    return {"type": robot.graph.topic_types().get(args["topic"], "").replace("*", "")}
+    return {"type": robot.type_of(args["topic"]).replace("*", "")}
 
 
 def _publishers(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from pyros1.web.views.message import tree
 from pyros1.web.views.view import number
 
 _MOST_TOPICS = 8
-_LONGEST = 1e10
+_LONGEST = 4.29e9  # two of them, in nanoseconds, have 64 bits
 
 
 class BagCursorView(BagView):

@@ -17,7 +17,7 @@ from pyros1.web.views.view import number, text
 MOST = 64
 """Most pictures that are asked for at once."""
 HIGHEST = 720
-_LONGEST = 1e10
+_LONGEST = 4.29e9  # two of them, in nanoseconds, have 64 bits
 
 
 class BagPicturesView(BagView):

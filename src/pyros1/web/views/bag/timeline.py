@@ -11,7 +11,7 @@ from pyros1.web.views.view import number
 
 _MOST_ROWS = 200
 _MOST_COLUMNS = 4_000
-_LONGEST = 1e10
+_LONGEST = 4.29e9  # two of them, in nanoseconds, have 64 bits
 
 
 class BagTimelineView(BagView):

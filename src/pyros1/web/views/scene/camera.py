@@ -67,7 +67,7 @@ class CameraView(View):
         self._hear_info(_type(arrival) == COMPRESSED)
         with self._lock:
             now = (arrival, self._info, self.more)
-        header = arrival.message.header  # type: ignore[attr-defined]
+        header = arrival.usual.header  # type: ignore[attr-defined]
         pose = self.robot.world.pose(self._fixed, header.frame_id, header.stamp)
         if now == self._shown and not (self._lost and pose is not None):
             return None
@@ -119,7 +119,7 @@ class CameraView(View):
         if _type(info) != _INFO:
             return None, f"{self._about} has no CameraInfo, but {_type(info)}"
         try:
-            return pinhole(info.message), ""
+            return pinhole(info.usual), ""
         except (ShapeError, MessageError) as error:
             return None, f"{self._about}: {error}"
 

@@ -51,7 +51,7 @@ class SceneDepthView(CameraView):
     def show(self, arrival: Arrival, camera: Camera | None, why: str) -> tuple[dict[str, Any], bytes]:
         if camera is None:
             raise RequestError(why)
-        message: Any = arrival.message
+        message: Any = arrival.usual
         try:
             depth = depths(message)
             near = self._picture_near(message.header.stamp.to_sec())
@@ -88,7 +88,7 @@ class SceneDepthView(CameraView):
         for arrival in list(self._pictures):
             try:
                 check_picture(arrival)
-                messages.append(arrival.message)
+                messages.append(arrival.usual)
             except MessageError as error:
                 raise RequestError(f"{self._colour}: {error}") from None
         return min(messages, key=lambda each: abs(each.header.stamp.to_sec() - stamp), default=None)

@@ -80,11 +80,12 @@ class SceneInteractiveView(View):
             self._problem = f"{self._base} has no interactive markers, but {kind}"
             return
         try:
-            message: Any = arrival.message
+            message: Any = arrival.usual
         except MessageError as error:
             self._problem = str(error)
             return
         with self._lock:
+            self._problem = ""
             if kind.endswith("Init"):
                 self._markers.init(message, monotonic())
             elif not self._markers.update(message, monotonic()):

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from pyros1.ground.errors import MessageError
+from pyros1.ground.errors import Error, MessageError
 from pyros1.web.hub import Arrival
 from pyros1.web.scene.clouds import MOST_POINTS
 from pyros1.web.scene.grids import UPDATES, Grid
@@ -20,11 +21,11 @@ from pyros1.web.views.view import View, number, text
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-MARKERS = {"visualization_msgs/Marker", "visualization_msgs/MarkerArray"}
+MARKER, MARKERS = "visualization_msgs/Marker", "visualization_msgs/MarkerArray"
 GRID = "nav_msgs/OccupancyGrid"
 GRID_UPDATE = "map_msgs/OccupancyGridUpdate"
-_MOST_UPDATES = 100
-"""Most updates of a grid that wait for a slow page; beyond that, some are lost."""
+MOST_UPDATES = 100
+"""Most updates of a grid that wait for a slow page; beyond that, they are drawn into the grid as they come."""
 
 
 class SceneTopicView(View):
@@ -38,7 +39,8 @@ class SceneTopicView(View):
 
     Pushes the facts of `pyros1.web.scene.shapes` with "frame", "stamp" and "pose", the place of the message's frame at
     its time, or null if that is not known (the message comes again as soon as it is); or
-    ``{"kind": "markers", "new": [...], "gone": [[NS, ID], ...], "poses": {FRAME: POSE}, "all": BOOL}``.
+    ``{"kind": "markers", "new": [...], "gone": [[NS, ID], ...], "poses": {FRAME: POSE}, "all": BOOL}``, with null for
+    each frame that is not known; all markers come again as soon as one of these is.
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
@@ -51,7 +53,10 @@ class SceneTopicView(View):
         self._shown: Arrival | None = None
         self._lost = False  # there is no way yet to the frame of what is shown
         self._markers: Markers | None = None
+        self._astray: set[str] = set()  # frames of markers to which there is no way yet
         self._grid: Grid | None = None
+        self._drawing = threading.Lock()  # of the grid
+        self._wrong: Error | None = None  # of the last update
         self._seen = 0
         self._problem = ""
         self._end_updates: Callable[[], None] | None = None
@@ -70,30 +75,31 @@ class SceneTopicView(View):
     def take(self) -> Push | None:
         if self._problem:
             raise RequestError(self._problem)
-        if self._markers is not None:
-            return self._changed_markers(self._markers)
         with self._lock:
-            arrival, updates, self._updates = self._newest, self._updates, []
+            arrival, markers = self._newest, self._markers
+        if markers is not None:
+            return self._changed_markers(markers)
         if arrival is None:
             return None
         kind = _type(arrival)
         if kind != GRID and kind not in CLOUDS and kind not in SHAPES:
             raise RequestError(f"messages of {kind} cannot be drawn")
         new = arrival is not self._shown
-        message: Any = arrival.message
+        message: Any = arrival.arrays
         header = message.header
         if self._lost and not new and self._pose(kind, header) is None:
             return None
         self._shown = arrival
         try:
-            shape = self._grid_shape(message, new, updates) if kind == GRID else self._shape(kind, message, new)
-        except ShapeError as error:
+            shape = self._grid_shape(arrival, new) if kind == GRID else self._shape(kind, message, new)
+        except (ShapeError, MessageError) as error:
             raise RequestError(f"{self._topic}: {error}") from None
         if shape is None:
             return None
         pose = self._pose(kind, header)
         if pose is None and self._grid is not None:
-            self._grid.forget()
+            with self._drawing:
+                self._grid.forget()
         self._lost = pose is None
         facts, blob = shape
         return Push({**facts, "frame": header.frame_id, "stamp": header.stamp.to_sec(), "pose": pose}, blob)
@@ -127,50 +133,78 @@ class SceneTopicView(View):
             return CLOUDS[kind](message, self._by, self._most, self._numbers)
         return SHAPES[kind](message)
 
-    def _grid_shape(self, message: Any, new: bool, updates: list[Arrival]) -> Shape | None:
+    def _grid_shape(self, arrival: Arrival, new: bool) -> Shape | None:
         if self._grid is None:
             self._grid = Grid()
-            self._end_updates = self.robot.listen(self._topic + UPDATES, self._updated)
-        if self._grid.message is not message:
-            self._grid.put(message)
-        elif new:
-            self._grid.forget()  # the page asks for all again
-        for arrival in updates:
-            if arrival.at >= (self._shown.at if self._shown else 0):
-                self._grid.update(arrival.message)
-        return self._grid.take()
+            with suppress(RequestError):  # pages may not see them
+                self._end_updates = self.robot.listen(self._topic + UPDATES, self._updated)
+        with self._drawing:
+            if new and self._grid.message is arrival.arrays:
+                self._grid.forget()  # the page asks for all again
+            self._draw(self._grid, arrival)
+            wrong, self._wrong = self._wrong, None
+            if wrong is not None:
+                self.wake()  # for those that fit
+                raise wrong
+            return self._grid.take()
+
+    def _draw(self, grid: Grid, arrival: Arrival) -> None:
+        """Bring the grid up to date. Of updates that do not fit, one is kept, to be told of."""
+        with self._lock:
+            updates, self._updates = self._updates, []
+        message: Any = arrival.arrays
+        if grid.message is not message:
+            grid.put(message)
+        for update in updates:
+            if update.at >= arrival.at:
+                try:
+                    grid.update(update.arrays)
+                except (ShapeError, MessageError) as error:
+                    self._wrong = error
 
     def _changed_markers(self, markers: Markers) -> Push | None:
+        if any(self.robot.world.pose(self._fixed, frame) for frame in self._astray):
+            self._seen = 0  # the page could not draw their markers
         with self._lock:
+            if markers is not self._markers:
+                return None
             before = self._seen
             self._seen, new, gone = markers.changes(self._seen, self.robot.node.now().to_sec())
+            astray = self._astray & markers.frames() if self._astray and before else set()
         if self._seen == before:
             return None
         frames = {marker["frame"] for marker in new}
-        poses = {frame: self.robot.world.pose(self._fixed, frame) for frame in frames}
+        poses = {frame: self.robot.world.pose(self._fixed, frame) for frame in frames} | dict.fromkeys(astray)
+        self._astray = {frame for frame, pose in poses.items() if pose is None}
         return Push({"kind": "markers", "new": new, "gone": gone if before else [], "poses": poses, "all": not before})
 
     def _arrived(self, arrival: Arrival) -> None:
-        if _type(arrival) in MARKERS:
+        kind = _type(arrival)
+        if kind in (MARKER, MARKERS):
             try:
-                message: Any = arrival.message
+                message: Any = arrival.usual
+                with self._lock:
+                    if self._markers is None:
+                        self._markers, self._seen = Markers(), 0
+                    self._markers.add([message] if kind == MARKER else message.markers, arrival.time)
+                self._problem = ""
             except MessageError as error:
                 self._problem = str(error)
-                return
-            with self._lock:
-                if self._markers is None:
-                    self._markers = Markers()
-                self._markers.add(getattr(message, "markers", None) or [message], arrival.time)
         else:
             with self._lock:
-                self._newest = arrival
+                self._newest, self._markers, self._problem = arrival, None, ""
         self.wake()
 
     def _updated(self, arrival: Arrival) -> None:
-        if _type(arrival) == GRID_UPDATE:
-            with self._lock:
-                self._updates = [*self._updates[-_MOST_UPDATES:], arrival]
-            self.wake()
+        if _type(arrival) != GRID_UPDATE:
+            return
+        with self._lock:
+            self._updates.append(arrival)
+            newest, much = self._newest, len(self._updates) > MOST_UPDATES
+        if much and newest is not None and self._grid is not None and _type(newest) == GRID:
+            with self._drawing, suppress(MessageError, ShapeError):  # of the grid, which `take` tells
+                self._draw(self._grid, newest)
+        self.wake()
 
 
 def _type(arrival: Arrival) -> str:

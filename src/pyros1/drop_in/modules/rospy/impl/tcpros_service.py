@@ -206,6 +206,8 @@ class _Visitor:
 
     def __init__(self) -> None:
         self.name = "/unnamed"
+        self.host = ""
+        self.local_key = ""
         self.stopping = threading.Event()
         self.callbacks = None
         self.services: dict[str, Any] = {}

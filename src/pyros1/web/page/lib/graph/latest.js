@@ -1,11 +1,12 @@
 // A topic's definition and its newest message, for the side sheet.
 
 import { fill, h } from "../dom.js";
-import { bytes, number, rate } from "../format.js";
+import { bytes, number, rate, seconds } from "../format.js";
 
 const HEAVY = 2e6; // bytes per second that are not asked for without a click
 const LARGE = /^sensor_msgs\/(Image|CompressedImage|PointCloud2?|LaserScan)$|\/OccupancyGrid$/;
 const MOST_LINES = 80;
+const PAUSE = 200; // milliseconds
 const MOST_ITEMS = 8;
 
 export class Latest {
@@ -26,6 +27,7 @@ export class Latest {
 
   close() {
     this.closed = true;
+    clearTimeout(this.timer);
     this.stream?.close();
   }
 
@@ -43,16 +45,30 @@ export class Latest {
   _open() {
     fill(this.value, h("p.muted", {}, "none has come yet"));
     this.stream = this.place.robot.stream("message", { topic: this.topic }, {
-      data: (data) => this._take(data),
+      data: (data) => {
+        this.data = data;
+        this._later(0);
+      },
       problem: (text) => text && fill(this.value, h("p.trouble", {}, text)),
     });
   }
 
-  _take({ value, problem, count, hz, size, bytes: flow }) {
-    if (this.value.contains(document.activeElement)) return; // do not take away what somebody is about to press
-    const now = performance.now();
-    if (now - (this.at || 0) < 200) return; // nobody reads faster
-    this.at = now;
+  // Show the newest message, now and then: nobody reads faster.
+  _later(pause) {
+    this.timer ||= setTimeout(() => {
+      this.timer = 0;
+      if (this.data) this._show();
+    }, pause);
+  }
+
+  _show() {
+    if (this.value.contains(document.activeElement)) { // do not take away what somebody is about to press
+      this._later(PAUSE);
+      return;
+    }
+    const { value, problem, count, hz, size, bytes: flow } = this.data;
+    this.data = null;
+    this._later(PAUSE);
     fill(this.facts, [hz && rate(hz), bytes(size), flow > HEAVY && bytes(flow, "B/s"), `number ${count}`].filter(Boolean).join(" · "));
     if (problem) {
       fill(this.value, h("p.trouble", {}, problem));
@@ -82,7 +98,7 @@ export class Latest {
       row(h("span.muted", {}, `${value.length} in all`));
       items.forEach((item, index) => this._lines(item, `[${index}]`, `${path}[${index}]`, depth + 1, lines));
     } else if (value && typeof value === "object") {
-      row(`${value.secs}.${String(value.nsecs).padStart(9, "0")}`);
+      row(seconds(value));
     } else {
       row(this._plain(value, path));
     }

@@ -32,6 +32,8 @@ const DEBUG_TOPIC = /(^|\/)(rosout|rosout_agg|statistics)$/;
 const DEBUG_NODE = /^\/(rosout|rqt|rqt_.*|rx(graph|plot|console).*)$/;
 // Tools have names with a process id and a time: /rostopic_4711_1700000000000.
 const TOOL = /^\/(ros(topic|service|node|param|bag|graph|wtf|launch|msg)|rqt|rviz|pyros1|complete|tf_(echo|monitor)|view_frames)\w*_\d+(_\d+)*$/;
+const STEERING = /[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]/gu;
+const SHORT = { "\t": "\\t", "\n": "\\n", "\r": "\\r" };
 const TF = /(^|\/)tf(_static)?$/;
 
 export function build(system, choice) {
@@ -275,7 +277,7 @@ export function matching(model, text) {
 
 // The same in the dot language of Graphviz; in the mode "nodes" as `pyros1 graph --dot` prints it.
 export function dot(model) {
-  const quote = (text) => `"${text.replaceAll("\\", "\\\\").replaceAll('"', '\\"')}"`;
+  const quote = (text) => `"${shown(text).replaceAll("\\", "\\\\").replaceAll('"', '\\"')}"`;
   const lines = ["digraph system {", "  rankdir=LR;"];
   const id = (each) => (each.kind === "node" ? each.name : each.id);
   const ids = new Map(model.boxes.map((each) => [each.id, quote(id(each))]));
@@ -309,6 +311,12 @@ export function dot(model) {
     lines.push(`  ${ids.get(from)} -> ${ids.get(to)}${facts.length ? ` [${facts.join(", ")}]` : ""};`);
   }
   return [...lines, "}"].join("\n") + "\n";
+}
+
+// A name without control characters and marks that turn the direction of writing, as `pyros1.ground.shown.one_line` has it:
+// people look at the file in a terminal.
+function shown(text) {
+  return text.replace(STEERING, (letter) => SHORT[letter] || `\\${letter < "\u0100" ? "x" : "u"}${letter.charCodeAt(0).toString(16).padStart(letter < "\u0100" ? 2 : 4, "0")}`);
 }
 
 function compare(one, other) {

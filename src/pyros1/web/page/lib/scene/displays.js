@@ -30,6 +30,7 @@ const OPTIONS = {
   Pose: { tint: TINT, axes: AXES }, PoseArray: { tint: TINT, axes: AXES }, PoseWithCovariance: { tint: TINT, covariance: COVARIANCE, axes: AXES },
 };
 const NUMBERS = new Float32Array(0);
+const IDENTITY = [0, 0, 0, 0, 0, 0, 1];
 
 export class Display {
   // kind: rviz's name of the display; changed(): called when it looks different without a push; pictures(): topics of them.
@@ -86,6 +87,10 @@ export class Display {
   }
 
   take(data, blob) {
+    if (data.kind !== "patch" && data.kind !== this.drawn) {
+      if (this.drawn) this._forget(); // the topic has another type now
+      this.drawn = data.kind;
+    }
     if (data.kind === "markers") {
       this._markers(data);
       return;
@@ -196,7 +201,8 @@ export class Display {
     this.plane ||= this._own(new MapPlane());
     this._style();
     this.plane.set(data, new Int8Array(blob.buffer, blob.offset));
-    this.word = `${data.width} × ${data.height} cells`;
+    const { every } = this.plane;
+    this.word = `${data.width} × ${data.height} cells${every > 1 ? `, one of ${every} across and down is shown` : ""}`;
   }
 
   _markers(data) {
@@ -232,6 +238,12 @@ export class Display {
   _drop(child) {
     this.object.remove(child);
     dispose(child);
+  }
+
+  _forget() {
+    this._clear();
+    this.points = this.plane = this.markers = this.last = this.told = undefined;
+    put(this.object, IDENTITY);
   }
 
   _clear() {

@@ -41,7 +41,6 @@ export class FrameSet {
       dispose(axes);
       this.axes.delete(name);
     }
-    this.word = names.length ? `${names.length} frames` : "no frames yet";
     const ends = [];
     names.forEach((name, index) => {
       const pose = places.get(name);
@@ -49,6 +48,8 @@ export class FrameSet {
       const parent = places.get(parents[index]);
       if (parent) ends.push(...pose.subarray(0, 3), ...parent.subarray(0, 3));
     });
+    const nameless = [...this.axes.values()].filter((axes) => axes.children[1].userData.missing).length;
+    this.word = names.length ? `${names.length} frames${nameless ? `, ${nameless} without their names: these are too many` : ""}` : "no frames yet";
     this.lines.geometry.dispose();
     this.lines.geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(ends, 3));
   }

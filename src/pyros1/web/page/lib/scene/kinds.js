@@ -4,6 +4,7 @@
 
 // Types that can be shown, and rviz's names of their displays.
 export const TYPES = {
+  __proto__: null, // a robot may call a type "constructor"
   "geometry_msgs/AccelStamped": "AccelStamped",
   "geometry_msgs/PointStamped": "PointStamped",
   "geometry_msgs/PolygonStamped": "Polygon",
@@ -74,5 +75,5 @@ export function picturesOf(types) {
 // Where the CameraInfo of a topic of pictures is; as pyros1/web/scene/camera.py.
 export function infoTopic(topic, type) {
   const base = type === "sensor_msgs/CompressedImage" ? topic.replace(/\/[^/]*$/, "") : topic;
-  return base.replace(/[^/]*$/, "camera_info");
+  return `${base.slice(0, Math.max(0, base.lastIndexOf("/")))}/camera_info`;
 }

@@ -3,35 +3,52 @@
 import * as THREE from "../../vendor/three/three.module.min.js";
 
 const SIZE = 48; // pixels of the letters in their picture
+const SMALL = 16; // the same, if there are many texts
 const MOST = 300; // letters
+const WIDEST = 2048; // pixels; in longer lines the letters are smaller
+const ROOM = 24e6; // pixels of all pictures, about 100 MB; texts beyond that are not drawn, and have userData.missing
+
+let held = 0; // pixels
 
 export function label(text, { height = 0.15, color = [1, 1, 1, 1], background = null, outline = "", onTop = false } = {}) {
   const lines = String(text).slice(0, MOST).split("\n").slice(0, 12);
   const canvas = document.createElement("canvas");
   const context = canvas.getContext("2d");
-  const font = `${SIZE}px system-ui, "DejaVu Sans", sans-serif`;
-  context.font = font;
-  const width = Math.max(1, ...lines.map((line) => context.measureText(line).width));
-  canvas.width = Math.min(4096, Math.ceil(width) + 16);
-  canvas.height = Math.ceil(lines.length * SIZE * 1.25) + 8;
-  context.font = font;
-  context.textBaseline = "middle";
-  context.textAlign = "center";
-  if (background) {
-    context.fillStyle = background;
-    context.fillRect(0, 0, canvas.width, canvas.height);
+  let size = held < ROOM / 2 ? SIZE : SMALL;
+  const font = () => `${size}px system-ui, "DejaVu Sans", sans-serif`;
+  context.font = font();
+  const wide = Math.max(1, ...lines.map((line) => context.measureText(line).width));
+  const fits = Math.min(1, (WIDEST - size / 3) / wide);
+  size *= fits;
+  canvas.width = Math.ceil(wide * fits + size / 3);
+  canvas.height = Math.ceil((lines.length * 1.25 + 1 / 6) * size);
+  const pixels = canvas.width * canvas.height;
+  const missing = held + pixels > ROOM;
+  if (missing) canvas.width = canvas.height = 1;
+  else {
+    held += pixels;
+    context.font = font();
+    context.textBaseline = "middle";
+    context.textAlign = "center";
+    if (background) {
+      context.fillStyle = background;
+      context.fillRect(0, 0, canvas.width, canvas.height);
+    }
+    const down = (index) => ((index + 0.5) * 1.25 + 1 / 12) * size;
+    if (outline) {
+      Object.assign(context, { strokeStyle: outline, lineWidth: size * 3 / 16, lineJoin: "round" });
+      lines.forEach((line, index) => context.strokeText(line, canvas.width / 2, down(index)));
+    }
+    const [red, green, blue, alpha] = color;
+    context.fillStyle = `rgba(${Math.round(255 * red)}, ${Math.round(255 * green)}, ${Math.round(255 * blue)}, ${alpha})`;
+    lines.forEach((line, index) => context.fillText(line, canvas.width / 2, down(index)));
   }
-  if (outline) {
-    Object.assign(context, { strokeStyle: outline, lineWidth: 9, lineJoin: "round" });
-    lines.forEach((line, index) => context.strokeText(line, canvas.width / 2, (index + 0.5) * SIZE * 1.25 + 4));
-  }
-  const [red, green, blue, alpha] = color;
-  context.fillStyle = `rgba(${Math.round(255 * red)}, ${Math.round(255 * green)}, ${Math.round(255 * blue)}, ${alpha})`;
-  lines.forEach((line, index) => context.fillText(line, canvas.width / 2, (index + 0.5) * SIZE * 1.25 + 4));
   const texture = new THREE.CanvasTexture(canvas);
   texture.colorSpace = THREE.SRGBColorSpace;
+  if (!missing) texture.addEventListener("dispose", () => { held -= pixels; });
   const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: texture, depthTest: !onTop, transparent: true }));
-  const scale = height / SIZE;
+  const scale = height / size;
   sprite.scale.set(canvas.width * scale, canvas.height * scale, 1);
+  sprite.userData.missing = missing;
   return sprite;
 }

@@ -3,6 +3,8 @@
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { dispose } from "./stage.js";
 
+const MOST = 8192; // pixels across and down, which graphics cards can hold; of larger grids every second, third ... cell is shown
+
 export const SCHEMES = ["map", "costmap", "raw"];
 
 // rviz's colours of the 256 values of a cell, as pixels.
@@ -38,10 +40,12 @@ export class MapPlane {
   // Take a whole grid.
   set({ width, height, resolution, origin }, cells) {
     this._clear();
-    Object.assign(this, { width, resolution });
+    const every = Math.max(1, Math.ceil(Math.max(width, height) / MOST));
+    Object.assign(this, { width, resolution, every });
     this.cells = new Int8Array(cells.subarray(0, width * height));
     if (!width || !height) return;
-    this.texture = new THREE.DataTexture(new Uint8Array(4 * width * height), width, height);
+    const [columns, rows] = [width, height].map((count) => Math.ceil(count / every));
+    this.texture = new THREE.DataTexture(new Uint8Array(4 * columns * rows), columns, rows);
     this.texture.colorSpace = THREE.SRGBColorSpace;
     this._colour();
     const [across, up] = [width * resolution, height * resolution];
@@ -85,9 +89,12 @@ export class MapPlane {
 
   _colour(low = 0, high = Infinity) {
     const colours = table(this.scheme);
-    const pixels = new Uint32Array(this.texture.image.data.buffer);
-    const end = Math.min(high * this.width, this.cells.length);
-    for (let index = low * this.width; index < end; index += 1) pixels[index] = colours[this.cells[index] & 255];
+    const { every, width, cells } = this;
+    const { width: columns, height: rows, data } = this.texture.image;
+    const pixels = new Uint32Array(data.buffer);
+    for (let row = Math.floor(low / every); row < rows && row * every < high; row += 1) {
+      for (let column = 0, from = row * every * width; column < columns; column += 1, from += every) pixels[row * columns + column] = colours[cells[from] & 255];
+    }
     this.texture.needsUpdate = true;
   }
 

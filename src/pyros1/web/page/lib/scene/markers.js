@@ -28,7 +28,11 @@ export function markerObject(marker, host) {
   if (type === LINE_STRIP || type === LINE_LIST) return lines(marker);
   if (type === CUBE_LIST || type === SPHERE_LIST) return many(marker, type === CUBE_LIST ? BOX : BALL);
   if (type === POINTS) return points(marker);
-  if (type === TEXT) return label(marker.text, { height: Math.max(0.01, scale[2]), color });
+  if (type === TEXT) {
+    const text = label(marker.text, { height: Math.max(0.01, scale[2]), color });
+    if (text.userData.missing) host.failed("there are too many texts to draw them all");
+    return text;
+  }
   if (type === TRIANGLES) return triangles(marker);
   if (type === MESH) return mesh(marker, host);
   return null;

@@ -5,7 +5,8 @@ import * as THREE from "../../vendor/three/three.module.min.js";
 // Return the positions of a scan, what to colour them by, and which of the ranges they are: [Float32Array of x, y, z,
 // Float32Array of values, Uint32Array of indices].
 export function scanPoints(facts, numbers) {
-  const { start, step, least, most, count, intensities } = facts;
+  const { start, step, count, intensities } = facts;
+  const [least, most] = [facts.least ?? 0, facts.most ?? Number.MAX_VALUE]; // null: without an end
   const positions = new Float32Array(3 * count);
   const values = new Float32Array(count);
   const indices = new Uint32Array(count);

@@ -7,6 +7,8 @@ import { dispose, put } from "./stage.js";
 import { readUrdf } from "./urdf.js";
 
 const GREY = [0.72, 0.74, 0.77, 1];
+const PAUSE = 30; // milliseconds in which shapes come together
+const MANY = 1000; // shapes
 const NAMED = 3; // links and problems that are named; the rest is counted
 
 export class RobotModel {
@@ -87,12 +89,14 @@ export class RobotModel {
   }
 
   close() {
+    clearTimeout(this.telling);
     this._clear();
   }
 
   _clear() {
     this.turn += 1; // what is still loading comes too late
     this.links.clear();
+    this.solids = new Map(); // geometry as JSON -> its corners
     this.faults = [];
     this.loading = 0;
     for (const child of [...this.object.children]) {
@@ -104,8 +108,12 @@ export class RobotModel {
   _build() {
     const { links, joints, roots } = this.robot;
     this.faults.push(...this.robot.problems);
+    this.shapes = [...links.values()].reduce((sum, { visuals, collisions }) => sum + visuals.length + collisions.length, 0);
     const below = new Map();
-    for (const joint of joints) below.set(joint.parent, [...(below.get(joint.parent) || []), joint]);
+    for (const joint of joints) {
+      if (!below.has(joint.parent)) below.set(joint.parent, []);
+      below.get(joint.parent).push(joint);
+    }
     const waiting = roots.map((name) => [name, null]);
     for (let index = 0; index < waiting.length; index += 1) {
       const [name, joint] = waiting[index];
@@ -137,7 +145,10 @@ export class RobotModel {
     const { turn } = this;
     const paint = kind === "collision" ? { color: [0.9, 0.5, 0.15, 0.5], texture: "" } : material;
     const own = paintOf(paint);
-    if (geometry.kind !== "mesh") outer.add(new THREE.Mesh(solid(geometry), own));
+    if (geometry.kind !== "mesh") {
+      outer.add(new THREE.Mesh(this._solid(geometry), own));
+      if (!paint?.texture) return;
+    }
     this.loading += 1;
     try {
       if (paint?.texture) own.map = await textureOf(paint.texture, this.token);
@@ -160,10 +171,25 @@ export class RobotModel {
       if (turn === this.turn) {
         this.loading -= 1;
         this._look(outer);
-        this.place(this.frames);
-        this.changed();
+        this._tellSoon();
       }
     }
+  }
+
+  // Shapes that are the same share their corners, which are fewer if there are many shapes.
+  _solid(geometry) {
+    const key = JSON.stringify(geometry);
+    if (!this.solids.has(key)) this.solids.set(key, solid(geometry, this.shapes > MANY ? 12 : 32));
+    return this.solids.get(key);
+  }
+
+  // Thousands of shapes may come together: what they change is told once.
+  _tellSoon() {
+    this.telling ||= setTimeout(() => {
+      this.telling = 0;
+      this.place(this.frames);
+      this.changed();
+    }, PAUSE);
   }
 
   // What is seen, and how well one sees through it.
@@ -203,10 +229,10 @@ function turned(object, { xyz, rpy }) {
   object.quaternion.setFromEuler(new THREE.Euler(rpy[0], rpy[1], rpy[2], "ZYX"));
 }
 
-function solid(geometry) {
+function solid(geometry, corners) {
   if (geometry.kind === "box") return new THREE.BoxGeometry(...geometry.size);
-  if (geometry.kind === "sphere") return new THREE.SphereGeometry(geometry.radius, 32, 20);
-  return new THREE.CylinderGeometry(geometry.radius, geometry.radius, geometry.length, 32).rotateX(Math.PI / 2);
+  if (geometry.kind === "sphere") return new THREE.SphereGeometry(geometry.radius, corners, Math.round(corners * 0.63));
+  return new THREE.CylinderGeometry(geometry.radius, geometry.radius, geometry.length, corners).rotateX(Math.PI / 2);
 }
 
 function paintOf(material) {

@@ -2,6 +2,7 @@
 
 const MOST_LINKS = 5000;
 const MOST_SHAPES = 20000;
+const GREATEST = 1e30; // graphics cards calculate with what 32 bits can hold
 
 // Return {name, links: Map, joints: [...], roots: [names], problems: [texts]}, or throw an Error that says what is wrong.
 // A link is {name, visuals: [shape], collisions: [shape]}, a shape {xyz, rpy, geometry, material}, a geometry one of
@@ -53,7 +54,7 @@ function numbers(element, attribute, usual) {
   const text = element?.getAttribute(attribute);
   if (text === null || text === undefined) return usual;
   const found = text.trim().split(/\s+/).map(Number);
-  if (found.length !== usual.length || !found.every(Number.isFinite)) throw new Error(`${attribute}="${text.slice(0, 60)}" is not ${usual.length === 1 ? "a number" : `${usual.length} numbers`}`);
+  if (found.length !== usual.length || !found.every((value) => Math.abs(value) < GREATEST)) throw new Error(`${attribute}="${text.slice(0, 60)}" is not ${usual.length === 1 ? "a number" : `${usual.length} numbers`}`);
   return found;
 }
 

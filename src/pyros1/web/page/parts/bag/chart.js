@@ -5,7 +5,7 @@ import { Points, grid, sample } from "../../lib/curves.js";
 import { fill, h } from "../../lib/dom.js";
 import { reading } from "../../lib/format.js";
 import { dots, lookOf, say, swatch } from "../plot/looks.js";
-import { marks } from "../plot/words.js";
+import { marks, spread } from "../plot/words.js";
 import { RIGHT } from "./timeline.js";
 
 const MOST = 16;
@@ -218,10 +218,4 @@ export class Chart {
       say(curve.mark, [curve], values.slice(0, 6).map((value) => (value === undefined ? "–" : reading(value, max - min))).join("  "));
     }
   }
-}
-
-function spread(least, most) {
-  if (least === null || most === null || !Number.isFinite(least) || !Number.isFinite(most)) return [0, 1];
-  const room = least === most ? Math.abs(least) * 0.1 || 0.5 : (most - least) * 0.08;
-  return [least - room, most + room];
 }

@@ -22,7 +22,7 @@ export class Recorder {
     this.onAbout = () => { this.button.disabled = robot.about.read_only; };
     robot.addEventListener("about", this.onAbout);
     this.onAbout();
-    this.seen = null; // a recording that had ended before is not shown
+    this.seen = null; // a recording that had ended before is not shown, unless it had to end
   }
 
   close() {
@@ -37,7 +37,7 @@ export class Recorder {
     const running = Boolean(now?.running);
     if (running) this.seen = now.path;
     this.button.setAttribute("aria-pressed", String(running));
-    this.strip.hidden = !now || (!running && (this.seen !== now.path || this.dismissed === now.path));
+    this.strip.hidden = !now || (!running && ((this.seen !== now.path && !now.error) || this.dismissed === now.path));
     if (this.strip.hidden) return;
     const name = now.path.split("/").at(-1);
     const open = this.strip.querySelector("details")?.open;
@@ -54,7 +54,7 @@ export class Recorder {
       (now.error || now.warning) && h("p.wrong", {}, now.error || now.warning),
       now.topics.length
         ? h("details", { open: Boolean(open) }, h("summary", {}, plural(now.topics.length + now.more, "topic")), h("div.rates", {}, now.topics.map((topic) => [
-          h("span.mono", {}, topic.name), h("span", {}, `${topic.messages}`), h("span", {}, running ? rate(topic.hz) : ""), h("span", {}, running ? `${bytes(topic.rate)}/s` : bytes(topic.bytes))])))
+          h("span.mono", {}, topic.name), h("span", {}, `${topic.messages}`), h("span", {}, running ? rate(topic.hz) : ""), h("span", {}, !running ? bytes(topic.bytes) : topic.rate === null ? "" : `${bytes(topic.rate)}/s`)])))
         : running && h("p.muted", {}, "Waiting for topics with publishers …"));
     if (focused) this.strip.querySelector(`[data-what=${focused}]`)?.focus();
   }

@@ -4,7 +4,7 @@ import uPlot from "../../vendor/uplot.js";
 import { number } from "../../lib/format.js";
 import { gestures } from "./gestures.js";
 import { dots } from "./looks.js";
-import { axisWidth, marks, spread, ticksBefore } from "./words.js";
+import { axisWidth, countable, marks, spread, ticksBefore } from "./words.js";
 
 // lines: [{label, colour, dash}]
 // on: {origin(): the time that the axis calls 0, shown(): [begin, end], show(range), all(), cursor(chart),
@@ -19,7 +19,7 @@ export function timeChart(area, lines, size, on) {
     padding: [10, 12, 0, 0],
     legend: { show: false },
     cursor: { sync: { key: "plots" }, drag: { x: true, y: true, uni: 40, setScale: false }, focus: { prox: 24 } },
-    scales: { x: { time: false, auto: false }, y: { range: (plot, least, most) => plot.high || spread(least, most) } },
+    scales: { x: { time: false, auto: false }, y: { range: (plot, least, most) => (plot.high ? countable(plot.high) : spread(least, most)) } },
     axes: [
       {
         ...axis, size: 30,

@@ -3,6 +3,8 @@
 import { number } from "../../lib/format.js";
 
 const SHORT = 8; // letters of a number
+const LARGEST = 8e307; // twice as much is still a number
+const FINEST = 1e-12; // of a number: numbers have 16 digits, and an axis has some marks
 
 const EXPRESSION = /^\s*[\w/]+\s*:[^,]*[^\w/:,]/; // what is behind the colon is no name of a field
 
@@ -49,5 +51,13 @@ export function axisWidth(_, texts) {
 export function spread(least, most) {
   if (least === null || most === null || !Number.isFinite(least) || !Number.isFinite(most)) return [0, 1];
   const room = least === most ? Math.abs(least) * 0.1 || 0.5 : (most - least) * 0.08;
-  return [least - room, most + room];
+  return countable([least - room, most + room]);
+}
+
+// Ends of an axis between which uPlot can count its ticks: it would never come to an end where a step changes nothing, as
+// between 1e17 and 1e17 + 16, and cannot begin at what is not finite.
+export function countable(ends) {
+  const [least, most] = ends.map((end) => Math.min(LARGEST, Math.max(-LARGEST, end)));
+  const lacks = Math.max(Math.abs(least), Math.abs(most)) * FINEST - (most - least);
+  return lacks > 0 ? [least - lacks / 2, most + lacks / 2] : [least, most];
 }

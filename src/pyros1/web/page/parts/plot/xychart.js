@@ -2,7 +2,7 @@
 
 import uPlot from "../../vendor/uplot.js";
 import { gestures } from "./gestures.js";
-import { axisWidth, marks } from "./words.js";
+import { axisWidth, countable, marks } from "./words.js";
 import { boxAround, equal, join, nearest } from "../../lib/xy.js";
 
 const MOST = 12000; // points of a trail
@@ -72,7 +72,8 @@ export class XYChart {
     if (begin !== undefined) this.trails = this.pairs.map(({ x, y }) => join(x, y, begin, end, MOST));
     const { clientWidth: width, clientHeight: height } = this.plot.over;
     const box = this.box || boxAround(this.trails);
-    this.shown = this.equal ? equal(box, width, height) : box;
+    const { x, y } = this.equal ? equal(box, width, height) : box;
+    this.shown = { x: countable(x), y: countable(y) };
     this.plot.batch(() => {
       this.plot.setScale("x", { min: this.shown.x[0], max: this.shown.x[1] });
       this.plot.setScale("y", { min: this.shown.y[0], max: this.shown.y[1] });
