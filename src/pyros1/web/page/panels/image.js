@@ -86,7 +86,7 @@ class Picture {
     this.stream?.close();
     this.stream = null;
     this.topic = topic;
-    this.facts = this.missed = null;
+    this.facts = null;
     this.zoom.reset();
     this.choice.value = topic;
     this.place.problem("");
