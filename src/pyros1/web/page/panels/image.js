@@ -81,12 +81,12 @@ class Picture {
   }
 
   _choose(topic) {
-    this.missed = null;
-    this._pause(false); // of another one nothing would be seen
+    this.missed = null; // it is of the topic before
+    this._pause(false); // of this one nothing would be seen
     this.stream?.close();
     this.stream = null;
     this.topic = topic;
-    this.facts = this.missed = null;
+    this.facts = null;
     this.zoom.reset();
     this.choice.value = topic;
     this.place.problem("");
