@@ -119,6 +119,7 @@ def local() -> Iterator[Row]:
     floats = {kind: f"type=Float64 {LOCAL}" if kind == OURS else "type=Float64" for kind in COLUMNS}
     steps = {kind: topic(kind, kind, floats[kind], best(kind)) for kind in COLUMNS}
     yield Row("local", "Float64", "messages/s", "rate", steps, at_least(4, 50))
+    yield from calls("local", LOCAL)
 
 
 def control() -> Iterator[Row]:
@@ -153,13 +154,21 @@ def fan_out() -> Iterator[Row]:
 
 
 def services() -> Iterator[Row]:
+    yield from calls("services", "")
+
+
+def calls(group: str, transport: str) -> Iterator[Row]:
+    """Calls of services, with that option of ours."""
     for kind_of_service in ("Empty", "SetBool"):
         for name, persistent in (("new connection", 0), ("persistent", 1)):
-            options = f"type={kind_of_service} persistent={persistent}"
+            words = f"type={kind_of_service} persistent={persistent}"
+            options = dict.fromkeys(COLUMNS, words) | {OURS: f"{words} {transport}".rstrip()}
             steps = {
-                kind: Together((Program(kind, "srv", options), Program(kind, "call", options))) for kind in COLUMNS
+                kind: Together((Program(kind, "srv", options[kind]), Program(kind, "call", options[kind])))
+                for kind in COLUMNS
             }
-            yield Row("services", f"{kind_of_service}, {name}", "calls/s", "rate", steps, at_least(1.3, 1.3))
+            label = f"service {kind_of_service}, {name}" if transport else f"{kind_of_service}, {name}"
+            yield Row(group, label, "calls/s", "rate", steps, at_least(1.3, 1.3))
 
 
 def process() -> Iterator[Row]:
