@@ -10,7 +10,7 @@ PATIENCE = 12.0
 """Seconds after which a topic of which nothing has come, or one message, counts as one without messages."""
 _WINDOW = 5.0
 """Seconds over which a rate is measured; of slow topics, the time between the newest two messages."""
-_ENOUGH = 10
+_ENOUGH = 30
 """Messages that make a rate: of fast topics, the newest ones count alone."""
 _QUIET = 3.0
 """Times the usual distance of two messages, after which nothing flows any more."""
