@@ -501,17 +501,14 @@ def test_rates_of_a_recording_are_of_a_second_at_least(
     recording = shelved.bags.recording
     assert recording is not None and publisher.wait_for_subscribers(timeout=PATIENCE)
 
-    def look(count: int) -> Any:
-        deadline = time.monotonic() + PATIENCE
-        while (status := recording.status())["messages"] < count:
-            assert time.monotonic() < deadline
-        return status["topics"][0]["hz"]
-
     seen = []
     for count in range(1, 41):
-        now += 0.125
         publisher.publish(count)
-        seen.append(look(count))
+        deadline = time.monotonic() + PATIENCE
+        while recording.status()["messages"] < count:  # at the time of the look before
+            assert time.monotonic() < deadline
+        now += 0.125
+        seen.append(recording.status()["topics"][0]["hz"])
     assert {*seen} == {None, 8.0}
     assert recording.status()["topics"][0]["hz"] == 8.0  # again, at the same time
     calls.run(shelved, "bags.stop", {})
