@@ -53,7 +53,7 @@ def places(environ: Mapping[str, str]) -> list[tuple[str, int]]:
 
 
 def _plain(folder: str) -> str:
-    """Return a path as ``pathlib`` writes it: that module takes as long to load as all else of a command."""
+    """Return a path as ``pathlib`` writes it: to load that module takes a good part of a short command's time."""
     steps = "/".join(step for step in folder.split("/") if step not in ("", "."))
     return f"/{steps}" if folder.startswith("/") else steps or "."
 
