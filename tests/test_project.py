@@ -237,9 +237,13 @@ def test_tests_use_public_names_only() -> None:
 
 
 def test_tests_lie_as_the_rooms_do() -> None:
-    """The folders of tests are those of the source, but for the fuzzers and the schedules, which many rooms share."""
+    """The folders of tests are those of the source, except for what serves many rooms."""
     rooms = {folder.relative_to(ROOT / "tests") for folder in (ROOT / "tests").rglob("*") if folder.is_dir()}
-    rooms = {room for room in rooms if "__pycache__" not in room.parts and room.parts[0] not in ("fuzz", "schedules")}
+    rooms = {
+        room
+        for room in rooms
+        if "__pycache__" not in room.parts and room.parts[0] not in ("fuzz", "mutation", "schedules")
+    }
     assert not {str(room) for room in rooms if not (SOURCE / room).is_dir()}
 
 

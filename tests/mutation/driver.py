@@ -1,0 +1,235 @@
+"""What ``tests/mutants`` runs: choose mutants, run the tests that reach them, report those that survive."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import difflib
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import coverage
+from mutate import Mutant, mutants
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = Path("src/pyros1")
+EQUIVALENT = Path(__file__).with_name("equivalent.txt")
+LEFT_OUT = shutil.ignore_patterns(".git", ".venv*", "build", "dist", "__pycache__", ".*_cache", ".hypothesis")
+
+
+@dataclass(frozen=True)
+class Case:
+    """A mutant of a file, with the tests that reach its line."""
+
+    path: Path
+    mutant: Mutant
+    tests: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"{self.path}:{self.mutant.line}: {self.mutant}"
+
+
+@dataclass
+class Result:
+    """What became of the mutants."""
+
+    killed: list[Case] = field(default_factory=list)
+    hung: list[Case] = field(default_factory=list)
+    survived: list[Case] = field(default_factory=list)
+    unreached: list[Case] = field(default_factory=list)
+    equivalent: list[Case] = field(default_factory=list)
+
+
+def main() -> int:
+    """Return 0 if every mutant was noticed, 1 if not."""
+    parser = argparse.ArgumentParser(prog="tests/mutants", description="Make mistakes; see whether a test notices.")
+    parser.add_argument("rooms", nargs="*", help="rooms of src/pyros1 (wire, node, bag/format), or files")
+    parser.add_argument("--sample", type=int, help="how many mutants, chosen at random (default: all)")
+    parser.add_argument(
+        "--seed", type=int, default=1, help="chooses them; the same seed, the same mutants (default: 1)"
+    )
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="mutants at a time")
+    parser.add_argument("--tests", nargs="*", help="files or folders of tests (default: those of the rooms)")
+    parser.add_argument("--at", metavar="FILE:LINE", help="the mutants of one line, with their diffs")
+    options = parser.parse_args()
+    line = None
+    if options.at:
+        file, _, number = options.at.rpartition(":")
+        options.rooms, line = [file], int(number)
+    if not options.rooms:
+        parser.error("which rooms? for example: wire")
+    files = sorted(file for room in options.rooms for file in modules(room))
+    if not files:
+        parser.error(f"no modules in {' '.join(options.rooms)}")
+    tests = options.tests or sorted({tests_of(room) for room in options.rooms})
+    print(f"running {' '.join(tests)} to see which test reaches which line", flush=True)
+    with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
+        reached, seconds = reach(Path(folder) / "reach", tests)
+        cases = [
+            Case(file, mutant, tests_at(reached, file, mutant))
+            for file in files
+            for mutant in mutants((ROOT / file).read_bytes())
+            if line in (None, mutant.line)
+        ]
+        if options.sample is not None and options.sample < len(cases):
+            cases = random.Random(options.seed).sample(cases, options.sample)
+        print(f"{len(cases)} mutants; the unchanged tests took {seconds:.0f} s", flush=True)
+        result = run(cases, options.jobs, Path(folder), diffs=line is not None)
+    return report(result, len(cases), options.seed)
+
+
+def modules(room: str) -> list[Path]:
+    """Return the modules of a room, as paths from the checkout's root."""
+    path = Path(room) if room.endswith(".py") else SOURCES / room
+    whole = ROOT / path
+    files = [whole] if whole.is_file() else whole.rglob("*.py")
+    return [file.relative_to(ROOT) for file in files]
+
+
+def tests_of(room: str) -> str:
+    """Return the folder of tests of a room, or of the room of a file."""
+    path = Path(room).relative_to(SOURCES).parent if room.endswith(".py") else Path(room)
+    while not (ROOT / "tests" / path).is_dir():
+        path = path.parent
+    return str(Path("tests") / path)
+
+
+def copy_checkout(target: Path) -> None:
+    """Copy what tests need. Compiled files are checked by their source's hash: a mutant may be as old and as long."""
+    shutil.copytree(ROOT, target, ignore=LEFT_OUT, symlinks=True)
+    subprocess.run(
+        [sys.executable, "-m", "compileall", "-q", "--invalidation-mode", "checked-hash", "src"],
+        cwd=target,
+        check=False,
+    )
+
+
+def environment(copied: Path) -> dict[str, str]:
+    """Return environment variables with which the tests of a copy import that copy."""
+    return os.environ | {"PYTHONPATH": f"{copied / 'src'}:{copied / 'tests' / 'mutation'}"}
+
+
+def reach(copied: Path, tests: list[str]) -> tuple[coverage.CoverageData, float]:
+    """Run the tests once, unchanged; return what they reached, and how many seconds they took."""
+    copy_checkout(copied)
+    began = time.monotonic()
+    pytest = [sys.executable, "-m", "coverage", "run", f"--source={copied / SOURCES}", "--data-file=reached"]
+    done = subprocess.run(
+        [*pytest, "-m", "pytest", "-p", "reach", "-p", "no:cacheprovider", *tests],
+        cwd=copied,
+        env=environment(copied),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode:
+        sys.exit(f"{done.stdout[-4000:]}{done.stderr[-2000:]}tests/mutants: the tests fail without any mutant")
+    data = coverage.CoverageData(str(copied / "reached"))
+    data.read()
+    return data, time.monotonic() - began
+
+
+def tests_at(reached: coverage.CoverageData, file: Path, mutant: Mutant) -> tuple[str, ...]:
+    """Return the tests that reach a mutant: all of them for a line that runs when its module is imported."""
+    name = next((name for name in reached.measured_files() if name.endswith(f"/{file}")), "")
+    contexts = reached.contexts_by_lineno(name).get(mutant.line, [])
+    if contexts and not any(contexts):
+        contexts = list(reached.measured_contexts())
+    return tuple(sorted(test for test in contexts if test))
+
+
+def run(cases: list[Case], jobs: int, folder: Path, diffs: bool) -> Result:
+    """Run the tests of each mutant, several mutants at a time, each worker in a copy of its own."""
+    result = Result()
+    known = equivalent()
+    local = threading.local()
+    printing = threading.Lock()
+
+    def one(case: Case) -> None:
+        if not hasattr(local, "copy"):
+            local.copy = Path(tempfile.mkdtemp(dir=folder)) / "checkout"
+            copy_checkout(local.copy)
+        if f"{case.path}: {case.mutant}" in known:
+            word, kind = "equivalent", result.equivalent
+        elif not case.tests:
+            word, kind = "unreached", result.unreached
+        else:
+            word = outcome(case, local.copy)
+            kind = {"killed": result.killed, "hung": result.hung, "survived": result.survived}[word]
+        with printing:
+            kind.append(case)
+            if word in ("survived", "unreached") or diffs:
+                print(f"{word}: {case}", flush=True)
+            if diffs:
+                print(difference(case), flush=True)
+
+    with ThreadPoolExecutor(jobs) as pool:
+        list(pool.map(one, cases))
+    return result
+
+
+def outcome(case: Case, copied: Path) -> str:
+    """Return ``killed``, ``hung`` or ``survived``: what the tests say of a mutant."""
+    file = copied / case.path
+    unchanged = file.read_bytes()
+    names = copied / "names"
+    names.write_text("\n".join(case.tests))
+    file.write_bytes(case.mutant.apply(unchanged))
+    command = [sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider", "@names"]
+    process = subprocess.Popen(
+        command,
+        cwd=copied,
+        env=environment(copied),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    try:
+        return "killed" if process.wait(30 + 2 * len(case.tests)) else "survived"
+    except subprocess.TimeoutExpired:
+        return "hung"
+    finally:
+        file.write_bytes(unchanged)
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+
+
+def difference(case: Case) -> str:
+    """Return a mutant as a diff."""
+    before = (ROOT / case.path).read_bytes()
+    texts = (before.decode().splitlines(), case.mutant.apply(before).decode().splitlines())
+    return "\n".join(difflib.unified_diff(*texts, n=1, lineterm=""))
+
+
+def equivalent() -> set[str]:
+    """Return the mutants that change nothing a user could see; the file says why, in comments."""
+    lines = EQUIVALENT.read_text().splitlines() if EQUIVALENT.exists() else []
+    return {line for line in lines if line and not line.startswith("#")}
+
+
+def report(result: Result, count: int, seed: int) -> int:
+    """Print the figures; return the exit code."""
+    noticed = len(result.killed) + len(result.hung)
+    alive = len(result.survived) + len(result.unreached)
+    print(
+        f"{count} mutants (seed {seed}): {noticed} killed ({len(result.hung)} of them by a time limit), "
+        f"{len(result.survived)} survived, {len(result.unreached)} in lines that no test reaches, "
+        f"{len(result.equivalent)} explained: {100 * alive / max(count, 1):.1f} % survive"
+    )
+    return 1 if alive else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,63 @@
+"""Mutants: which ones there are, and that each is a module of its own."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from .mutate import mutants
+
+SOURCES = Path(__file__).resolve().parents[2] / "src" / "pyros1"
+
+
+def after(source: str) -> list[str]:
+    """Return the texts that stand in place of another one."""
+    return [mutant.after for mutant in mutants(source.encode())]
+
+
+@pytest.mark.parametrize(
+    ("source", "changed"),
+    [
+        ("a < b", ["(a <= b)"]),
+        ("a is None or b", ["(a is None and b)", "(a is not None)", "(a is None)", "(b)"]),
+        ("not a", ["(a)"]),
+        ("frames[index:]", ["(frames[:index])"]),
+        ("x = 2", ["(3)"]),
+        ("f(a, delay=b)", ["pass", "(f(a))"]),
+        ("a if b else c", ["(c if b else a)"]),
+        ("def f():\n    return a", ["return None"]),
+        ("raise ValueError", ["pass"]),
+        ("while a:\n    break", ["continue"]),
+        ("n += m", ["n -= m"]),
+    ],
+)
+def test_each_kind(source: str, changed: list[str]) -> None:
+    assert sorted(after(source)) == sorted(changed)
+
+
+@pytest.mark.parametrize(
+    "source",
+    ['"""Text."""', "x: 'int | 3'", "@cached(1)\ndef f():\n    pass", "f'{a + 1}'", "log.info('%d', n)", "'a' + b"],
+)
+def test_what_no_test_needs_to_notice_is_left_alone(source: str) -> None:
+    assert not after(source)
+
+
+def test_every_mutant_is_another_module() -> None:
+    for path in (SOURCES / "wire" / "framing.py", SOURCES / "node" / "clock.py"):
+        source = path.read_bytes()
+        unchanged = ast.dump(ast.parse(source))
+        found = mutants(source)
+        assert len(found) > 30
+        for mutant in found:
+            assert ast.dump(ast.parse(mutant.apply(source))) != unchanged, mutant
+
+
+def test_offsets_count_bytes_of_utf8() -> None:
+    source = "x = 'ü' if a < b else c"
+    assert {mutant.apply(source.encode()).decode() for mutant in mutants(source.encode())} == {
+        "x = 'ü' if (a <= b) else c",
+        "x = (c if a < b else 'ü')",
+    }
