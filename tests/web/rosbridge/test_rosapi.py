@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from pyros1.ground.errors import Error
-from pyros1.msgs import load_message
+from pyros1.msgs import AnyMsg, load_message
 from pyros1.msgs.rospy_tutorials.srv import AddTwoInts
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.web.robot import Robot
@@ -57,6 +57,22 @@ def test_services(ask: Callable[..., Any]) -> None:
     assert ask("service_host", service="/add")["host"]
 
 
+@pytest.mark.parametrize("service", ["/none", "", "not a name", "rospy_tutorials/AddTwoInts"])
+def test_services_that_nobody_provides(ask: Callable[..., Any], service: str) -> None:
+    assert ask("service_type", service=service) == {"type": ""}
+    assert ask("service_host", service=service) == {"host": ""}
+    assert ask("service_node", service=service) == {"node": ""}
+
+
+def test_nothing_is_of_the_empty_type(ask: Callable[..., Any], robot: Robot, make_node: Callable[..., Any]) -> None:
+    make_node("two").subscribe("anything", AnyMsg, lambda message: None)
+    robot.master.register_service("/gone", "rosrpc://localhost:1", "http://localhost:1")
+    assert ask("service_type", service="/gone") == {"type": ""}
+    assert ask("topics_for_type", type="") == {"topics": []}
+    assert ask("services_for_type", type="") == {"services": []}
+    assert ask("service_providers", service="") == {"providers": []}
+
+
 def test_nodes(ask: Callable[..., Any]) -> None:
     assert "/one" in ask("nodes")["nodes"]
     details = ask("node_details", node="/one")
@@ -81,6 +97,21 @@ def test_parameters(ask: Callable[..., Any], value: Any) -> None:
     assert ask("search_param", name="p") == {"global_name": ""}
 
 
+def test_parameters_whose_names_break_the_grammar(ask: Callable[..., Any], robot: Robot) -> None:
+    assert ask("get_param", name="a b", default="x") == {"value": '"x"'}
+    assert ask("has_param", name="a b") == {"exists": False}
+    ask("set_param", name="a b", value="1")
+    assert ask("get_param", name="a b") == {"value": "1"}
+    ask("delete_param", name="a b")
+    ask("delete_param", name="a b")  # as often as one likes
+    assert ask("search_param", name="") == {"global_name": ""}
+    robot.master.set_param("/kept", 1)
+    for value in ("{}", "1"):
+        with pytest.raises(Error):
+            ask("set_param", name="/", value=value)
+    assert ask("has_param", name="/kept") == {"exists": True}
+
+
 @pytest.mark.parametrize("value", ["", "{", "1" * 5000, str(1 << 40), "null", "NaN", '"\\ud800"', "[" * 10_000])
 def test_values_that_no_parameter_can_have(ask: Callable[..., Any], value: str) -> None:
     try:
@@ -91,12 +122,13 @@ def test_values_that_no_parameter_can_have(ask: Callable[..., Any], value: str) 
 
 
 def test_definitions(ask: Callable[..., Any]) -> None:
-    header, pose, *others = ask("message_details", type="geometry_msgs/PoseStamped")["typedefs"][1:]
+    header, time, pose, *others = ask("message_details", type="geometry_msgs/PoseStamped")["typedefs"][1:]
     assert header["type"] == "std_msgs/Header"
     assert header["fieldnames"] == ["seq", "stamp", "frame_id"]
     assert header["fieldtypes"] == ["uint32", "time", "string"]
     assert header["fieldarraylen"] == [-1, -1, -1]
     assert header["examples"] == ["0", "{}", ""]
+    assert (time["type"], time["fieldnames"]) == ("time", ["secs", "nsecs"])
     assert [each["type"] for each in (pose, *others)] == [
         "geometry_msgs/Pose",
         "geometry_msgs/Point",
@@ -124,10 +156,7 @@ def test_definitions(ask: Callable[..., Any]) -> None:
         ("message_details", {"type": "no_msgs/Type"}),
         ("message_details", {"type": "../../etc/passwd"}),
         ("message_details", {"type": ""}),
-        ("service_type", {"service": "/none"}),
-        ("service_host", {"service": "not a name"}),
-        ("get_param", {"name": "a b"}),
-        ("delete_param", {"name": "/none"}),
+        ("delete_param", {"name": "/"}),
     ],
 )
 def test_what_cannot_be_answered(ask: Callable[..., Any], service: str, fields: dict[str, Any]) -> None:

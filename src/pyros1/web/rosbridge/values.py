@@ -37,7 +37,8 @@ _TAGS = {
     "float64": 86,
 }
 """Of arrays whose bytes are little endian."""
-_HEADER = "std_msgs/Header"
+_TIMES = ("time", "duration")
+_HEADERS = ("std_msgs/Header", "roslib/Header")
 _Convert = Callable[[Any], Any]
 _view = numpy_view(np)
 
@@ -83,7 +84,7 @@ def _converter(cls: type[Message], kind: str, array: Callable[[Any, str], Any]) 
     base, bracket, _ = kind.partition("[")
     if base in cls._classes:
         one: _Convert = lambda value: _plain(value, array)  # noqa: E731 - it has no name of its own
-    elif base in ("time", "duration"):
+    elif base in _TIMES:
         one = _time
     elif not bracket:
         return None
@@ -118,10 +119,13 @@ def _dtype(base: str) -> str:
 def from_client(cls: type[Message], value: Any, now: Time) -> Message:
     """Return a message that a client wrote.
 
+    As in rosbridge_suite, each header that the client mentions, at any depth, has the current time unless the client
+    gives one; what is no time in place of one counts as none.
+
     Args:
         cls: its class.
-        value: a JSON object. What it leaves out has its default; a header without a time gets one.
-        now: that time.
+        value: a JSON object. What it leaves out has its default.
+        now: the current time.
 
     Raises:
         MessageError: a value does not fit its field; the text names the field.
@@ -130,48 +134,60 @@ def from_client(cls: type[Message], value: Any, now: Time) -> Message:
         value = {}
     if not isinstance(value, dict):
         raise MessageError(f"a {cls._type} must be a JSON object")
-    message = from_json(cls, _with_nan(cls, value), now)
-    if cls._has_header:
-        name = cls.__slots__[0]
-        given = value.get(name)
-        if not given or (isinstance(given, dict) and "stamp" not in given):
-            getattr(message, name).stamp = now
-    return message
+    return from_json(cls, _prepared(cls, value, now), now)
 
 
 def from_args(cls: type[Message], args: Any, now: Time) -> Message:
-    """Return a request or response, from an object, or a list of the values of its fields in order.
+    """Return a request or response, from an object, or a list of the values of its first fields in order.
+
+    As in rosbridge_suite, anything else counts as no values, and surplus values of a list are ignored.
 
     Raises:
-        MessageError: a value does not fit its field, or their number is wrong.
+        MessageError: a value does not fit its field.
     """
-    if not isinstance(args, list):
-        return from_client(cls, args, now)
-    names = cls.__slots__
-    if len(args) == 1 and isinstance(args[0], dict) and set(args[0]) <= set(names):
-        return from_client(cls, args[0], now)
-    if args and len(args) != len(names):
-        raise MessageError(f"{cls._type} has {len(names)} fields, not {len(args)}: {', '.join(names)}")
-    return from_client(cls, dict(zip(names, args, strict=False)), now)
+    if isinstance(args, list):
+        names = cls.__slots__
+        if len(args) == 1 and isinstance(args[0], dict) and set(args[0]) <= set(names):
+            args = args[0]
+        else:
+            args = dict(zip(names, args, strict=False))
+    return from_client(cls, args if isinstance(args, dict) else {}, now)
 
 
-def _with_nan(cls: type[Message], value: Any) -> Any:
-    """Replace null by NaN where a number stands: it is what clients were sent for it."""
+def _prepared(cls: type[Message], value: Any, now: Time) -> Any:
+    """Return a JSON object as `from_json` expects it."""
     if not isinstance(value, dict):
         return value
     types = dict(zip(cls.__slots__, cls._slot_types, strict=True))
-    return {name: _field(cls, types.get(name, ""), inner) for name, inner in value.items()}
+    found = {name: _field(cls, types.get(name, ""), inner, now) for name, inner in value.items()}
+    if cls._type in _HEADERS:
+        found["stamp"] = {"secs": now.secs, "nsecs": now.nsecs} | _time_fields(value.get("stamp"))
+    return found
 
 
-def _field(cls: type[Message], kind: str, value: Any) -> Any:
+def _field(cls: type[Message], kind: str, value: Any, now: Time) -> Any:
     base, bracket, _ = kind.partition("[")
-    if base in _FLOATS:
-        if bracket and isinstance(value, list):
-            return [math.nan if each is None else each for each in value] if None in value else value
+    if bracket and isinstance(value, list) and (base in _TIMES or base in cls._classes or None in value):
+        return [_field(cls, base, each, now) for each in value]
+    if bracket and base in _BYTES and isinstance(value, str):
+        return _decoded(value)
+    if base in _FLOATS:  # clients were sent null for NaN
         return math.nan if value is None else value
+    if base in _TIMES and not bracket:
+        return value if base == "time" and value == "now" else _time_fields(value)
     nested = cls._classes.get(base)
-    if nested is None:
+    if nested is None or bracket:
         return value
-    if bracket and isinstance(value, list):
-        return [_with_nan(nested, each) for each in value]
-    return {} if value is None else _with_nan(nested, value)
+    return _prepared(nested, {} if value is None else value, now)
+
+
+def _time_fields(value: Any) -> dict[str, Any]:
+    return {name: value[name] for name in ("secs", "nsecs") if name in value} if isinstance(value, dict) else {}
+
+
+def _decoded(text: str) -> Any:
+    """Return the bytes of a base64 text, in which line breaks and the like are ignored; or the text if it is none."""
+    try:
+        return base64.b64decode(text)
+    except ValueError:
+        return text

@@ -6,15 +6,20 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pyros1.msgs import Message, load_message, load_service
+from pyros1.msgs.spec import BUILTINS
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.rosapi import Services
 
 _NO_ARRAY = -1
 _ANY_LENGTH = 0
+_TIMES = ("time", "duration")
 
 
 def _message(_: Robot, args: Mapping[str, str]) -> dict[str, Any]:
-    return _definitions(load_message(args["type"]))
+    kind = args["type"]
+    if kind in BUILTINS:
+        return {"typedefs": [_time(kind)] if kind in _TIMES else []}
+    return _definitions(load_message(kind))
 
 
 def _request(_: Robot, args: Mapping[str, str]) -> dict[str, Any]:
@@ -26,30 +31,47 @@ def _response(_: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _definitions(cls: type[Message]) -> dict[str, Any]:
-    return {"typedefs": [_definition(each) for each in _all(cls, set())]}
+    return {"typedefs": list(_all(cls, set()))}
 
 
-def _all(cls: type[Message], seen: set[str]) -> Iterator[type[Message]]:
-    """Yield a class, and those of its fields, each once."""
+def _all(cls: type[Message], seen: set[str]) -> Iterator[dict[str, Any]]:
+    """Yield the definition of a class, and those of its fields' types, each once."""
     seen.add(cls._type)
-    yield cls
+    yield _definition(cls)
     for kind in cls._slot_types:
-        inner = cls._classes.get(kind.partition("[")[0])
-        if inner is not None and inner._type not in seen:
-            yield from _all(inner, seen)
+        base = kind.partition("[")[0]
+        if base in seen:
+            continue
+        if base in _TIMES:
+            seen.add(base)
+            yield _time(base)
+        elif base in cls._classes:
+            yield from _all(cls._classes[base], seen)
+
+
+def _time(kind: str) -> dict[str, Any]:
+    return {
+        "type": kind,
+        "fieldnames": ["secs", "nsecs"],
+        "fieldtypes": ["int32", "int32"],
+        "fieldarraylen": [_NO_ARRAY, _NO_ARRAY],
+        "examples": ["0", "0"],
+        "constnames": [],
+        "constvalues": [],
+    }
 
 
 def _definition(cls: type[Message]) -> dict[str, Any]:
     fields = [(name, *kind.partition("[")) for name, kind in zip(cls.__slots__, cls._slot_types, strict=True)]
-    _, spec = cls._text_source
+    constants = sorted(cls._text_source[1].constants, key=lambda constant: constant.name)
     return {
         "type": cls._type,
         "fieldnames": [name for name, *_ in fields],
         "fieldtypes": [base for _, base, *_ in fields],
         "fieldarraylen": [_length(bracket, rest) for *_, bracket, rest in fields],
         "examples": [_example(base, bracket, cls) for _, base, bracket, _ in fields],
-        "constnames": [constant.name for constant in spec.constants],
-        "constvalues": [str(constant.value) for constant in spec.constants],
+        "constnames": [constant.name for constant in constants],
+        "constvalues": [str(constant.value) for constant in constants],
     }
 
 
@@ -62,7 +84,7 @@ def _length(bracket: str, rest: str) -> int:
 def _example(base: str, bracket: str, cls: type[Message]) -> str:
     if bracket:
         return "[]"
-    if base in cls._classes or base in ("time", "duration"):
+    if base in cls._classes or base in _TIMES:
         return "{}"
     return {"string": "", "bool": "False", "float32": "0.0", "float64": "0.0"}.get(base, "0")
 

@@ -5,27 +5,42 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pyros1.ground.errors import ParameterNotSetError
+from pyros1.ground.errors import InvalidNameError, ParameterNotSetError
 from pyros1.web.json_texts import loads
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.frames import text
 from pyros1.web.rosbridge.operations import BridgeError
 from pyros1.web.rosbridge.rosapi import Services
 
+_ROOT = "/"
+
 
 def _name(robot: Robot, args: Mapping[str, str]) -> str:
-    return robot.node.resolve(args["name"]) if args["name"] != "/" else "/"
+    """Return a parameter's full name. As in stock, it need not be a legal one."""
+    name = args["name"]
+    try:
+        return robot.node.resolve(name) if name != _ROOT else _ROOT
+    except InvalidNameError:
+        return "/" + name
 
 
 def _get(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     try:
         value = robot.parameters.get(_name(robot, args))
     except ParameterNotSetError:
-        return {"value": args["default"] or "null"}
+        return {"value": _default(args["default"])}
     try:
         return {"value": text(value)}
     except (TypeError, ValueError):
         return {"value": text(_plain(value))}  # dates and bytes
+
+
+def _default(given: str) -> str:
+    """Return a default, which may be no JSON, as JSON."""
+    try:
+        return text(loads(given) if given else None)
+    except ValueError:
+        return text(given)
 
 
 def _plain(value: Any) -> Any:
@@ -42,13 +57,21 @@ def _set(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
         value = loads(args["value"])
     except ValueError:
         raise BridgeError("the value must be JSON") from None
-    robot.parameters.set(_name(robot, args), value)
+    name = _name(robot, args)
+    if name == _ROOT:
+        raise BridgeError("all parameters together cannot be set: give the name of one, or of a namespace")
+    robot.parameters.set(name, value)
     return {}
 
 
 def _delete(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     _check_may_change(robot)
-    robot.parameters.delete(_name(robot, args))
+    name = _name(robot, args)
+    try:
+        robot.parameters.delete(name)
+    except ParameterNotSetError:
+        if name == _ROOT:
+            raise
     return {}
 
 
@@ -57,7 +80,7 @@ def _has(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _search(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
-    found = robot.master.search_param(args["name"]) or ""
+    found = (robot.master.search_param(args["name"]) if args["name"] else None) or ""
     return {"global_name": found if found and robot.parameters.has(found) else ""}
 
 

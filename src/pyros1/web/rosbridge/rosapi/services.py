@@ -8,9 +8,9 @@ from typing import Any
 
 from pyros1.doctor.together import together
 from pyros1.graph import probe_service
+from pyros1.ground.errors import Error
 from pyros1.net.hosts import parse_uri
 from pyros1.web.robot import Robot
-from pyros1.web.rosbridge.operations import BridgeError
 from pyros1.web.rosbridge.rosapi import Services
 
 _PROBE = 2.0
@@ -21,15 +21,18 @@ def _services(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _uri(robot: Robot, name: str) -> str:
+    """Return the address of a service; "" if there is none."""
     robot.check_visible(name)
-    uri = robot.graph.service_uri(name)
-    if uri is None:
-        raise BridgeError(f"Service {name} does not exist")
-    return uri
+    return robot.graph.service_uri(name) or ""
 
 
 def _type_of(robot: Robot, name: str) -> str:
-    return probe_service(name, _uri(robot, name), robot.master.caller_id, _PROBE).get("type", "")
+    """Return the type of a service; "" if there is none, or its node does not answer."""
+    uri = _uri(robot, name)
+    try:
+        return probe_service(name, uri, robot.master.caller_id, _PROBE).get("type", "") if uri else ""
+    except Error:
+        return ""
 
 
 def _type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
@@ -37,7 +40,7 @@ def _type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _with_type(robot: Robot, names: Iterable[str], kind: str) -> list[str]:
-    types = together({name: partial(_type_of, robot, name) for name in names}, _PROBE)
+    types = together({name: partial(_type_of, robot, name) for name in names}, _PROBE) if kind else {}
     return [name for name, found in types.items() if found == kind]
 
 
@@ -60,7 +63,8 @@ def _node(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _host(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
-    return {"host": parse_uri(_uri(robot, args["service"]), "rosrpc")[0]}
+    uri = _uri(robot, args["service"])
+    return {"host": parse_uri(uri, "rosrpc")[0] if uri else ""}
 
 
 SERVICES: Services = {

@@ -47,7 +47,7 @@ def _text(kind: str) -> str:
 
 
 def _of_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
-    return {"topics": [name for name, kind in _types(robot).items() if kind == args["type"]]}
+    return {"topics": [name for name, kind in _types(robot).items() if kind and kind == args["type"]]}
 
 
 def _type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
