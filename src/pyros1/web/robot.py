@@ -15,6 +15,7 @@ from pyros1.net.master_client import MasterClient
 from pyros1.node import Node
 from pyros1.web.bags.library import Library
 from pyros1.web.bags.shelf import Shelf
+from pyros1.web.client_services import ClientServices
 from pyros1.web.hub import Hub
 from pyros1.web.package_files import PackageFiles
 from pyros1.web.parameters import Parameters
@@ -71,6 +72,7 @@ class Robot:
         self._hub = Hub(self._subscribe, self._now, settle=self._settle)
         self.types = Types(self.listen)
         self.publishing = Publishing(lambda: self.node, self.types.find)
+        self.client_services = ClientServices(lambda: self.node)
         self._thread = threading.Thread(target=self._start, name="web: looks for the master", daemon=True)
 
     def start(self) -> None:

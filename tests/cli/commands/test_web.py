@@ -201,6 +201,7 @@ def test_rviz_alone_shows_its_usual_file(start: Start, tmp_path: Path) -> None:
         (["nodes", "/x", "/y"], "the panel nodes takes one node"),
         (["-s", "rqt_shell"], "there is no plugin 'rqt_shell'; there are rqt_bag, "),
         (["--port", "70000"], "the port must be from 0 to 65535"),
+        (["--most-pages", "0"], "--most-pages must be from 1 to 10000"),
     ],
 )
 def test_wrong_words(start: Start, words: list[str], said: str) -> None:

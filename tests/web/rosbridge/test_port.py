@@ -207,6 +207,14 @@ def test_status_messages_as_the_client_wants_them(serve: Serve) -> None:
         assert ask(socket_, "/rosapi/get_time")["result"]
 
 
+def test_rosauth_is_refused_with_a_reason(serve: Serve) -> None:
+    with client(serve(token="")) as socket_:
+        tell(socket_, "auth", id="auth", mac="x", client="c", dest="d", rand="r", t=0, level="admin", end=0)
+        answer = hear(socket_)
+        assert (answer["op"], answer["level"], answer["id"]) == ("status", "error", "auth")
+        assert "token" in answer["msg"]
+
+
 @pytest.mark.parametrize("compression", ["none", "png", "cbor"])
 def test_call_service(serve: Serve, make_node: MakeNode, compression: str) -> None:
     def add(request: Any) -> int:
@@ -261,9 +269,6 @@ def test_a_service_of_a_client(serve: Serve, make_node: MakeNode, capfd: pytest.
     with client(server) as socket_:
         tell(socket_, "advertise_service", service="/switch", type="std_srvs/SetBool")
         settle(socket_)
-        with client(server) as other:
-            tell(other, "advertise_service", service="/switch", type="std_srvs/SetBool", id="other")
-            assert hear(other)["id"] == "other"
         begin()
         request = hear(socket_)
         assert (request["op"], request["service"], request["args"]) == ("call_service", "/switch", {"data": True})
@@ -288,6 +293,71 @@ def test_a_service_of_a_client(serve: Serve, make_node: MakeNode, capfd: pytest.
         begin()
         hear(socket_)
     assert "gone" in answers.get(timeout=PATIENCE)
+    for thread in threads:
+        thread.join(PATIENCE)
+
+
+def test_a_client_that_comes_back_has_its_services_and_topics_again(serve: Serve, make_node: MakeNode) -> None:
+    """Also while its old connection is not known to be dead; its end takes nothing from the new one."""
+    caller = make_node("caller")
+    server = serve(token="")
+    answers: queue.Queue[Any] = queue.Queue()
+    threads: list[threading.Thread] = []
+
+    def begin(number: int) -> None:
+        def call() -> None:
+            with caller.service("/switch", SetBool) as service:
+                answers.put((number, service.call(SetBoolRequest(True), PATIENCE).message))
+
+        threads.append(threading.Thread(target=call))
+        threads[-1].start()
+
+    def introduce(socket_: ClientConnection, word: str) -> None:
+        tell(socket_, "advertise_service", service="/switch", type="std_srvs/SetBool")
+        tell(socket_, "advertise", topic="/state", type="std_msgs/String", latch=True)
+        tell(socket_, "publish", topic="/state", msg={"data": word})
+        settle(socket_)
+
+    def answer(socket_: ClientConnection, request: Any, word: str) -> None:
+        values = {"success": True, "message": word}
+        tell(socket_, "service_response", id=request["id"], service="/switch", values=values, result=True)
+
+    def state() -> str:
+        heard: queue.Queue[str] = queue.Queue()
+        with caller.subscribe("/state", String, lambda message: heard.put(message.data)) as subscriber:
+            assert subscriber.wait_for_publishers(timeout=PATIENCE)
+            return heard.get(timeout=PATIENCE)
+
+    with client(server) as new:
+        with client(server) as old:
+            introduce(old, "old")
+            begin(1)
+            request = hear(old)
+            introduce(new, "new")
+            begin(2)
+            answer(new, hear(new), "new")
+            assert answers.get(timeout=PATIENCE) == (2, "new")
+            answer(old, request, "old")  # it was asked before
+            assert answers.get(timeout=PATIENCE) == (1, "old")
+            tell(old, "unadvertise_service", service="/switch")
+            settle(old)
+            assert state() == "new"
+        for number in (3, 4):
+            begin(number)
+            answer(new, hear(new), "new")
+            assert answers.get(timeout=PATIENCE) == (number, "new")
+            assert state() == "new"
+            introduce(new, "new")  # the same client again
+        tell(new, "advertise_service", service="/switch", type="std_srvs/Trigger")
+        settle(new)
+        assert ask(new, "/rosapi/service_type", {"service": "/switch"})["values"] == {"type": "std_srvs/Trigger"}
+        make_node("other").advertise_service("/switch", SetBool, lambda request: {"message": "other"})
+        introduce(new, "new")
+        begin(5)
+        answer(new, hear(new), "new")
+        assert answers.get(timeout=PATIENCE) == (5, "new")
+        tell(new, "advertise_service", service="/web/get_loggers", type="roscpp/GetLoggers")  # of the server's node
+        assert "/web/get_loggers" in hear(new)["msg"]
     for thread in threads:
         thread.join(PATIENCE)
 

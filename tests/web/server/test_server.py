@@ -65,6 +65,21 @@ def until(socket_: ClientConnection, fits: Callable[[dict[str, Any]], bool]) -> 
             return message
 
 
+def test_as_many_pages_as_the_server_admits(serve: Callable[..., Served]) -> None:
+    server = serve(token="t", most_pages=2)
+    with page(server, "t"):
+        with connect(f"ws://localhost:{server.port}/?token=t", open_timeout=PATIENCE):  # a program of rosbridge
+            with pytest.raises(InvalidStatus, match="503") as refusal:
+                page(server, "t")
+            assert b"At most 2 pages" in refusal.value.response.body
+        until_gone = 0
+        while True:  # the server may hear of the end a moment later
+            with contextlib.suppress(InvalidStatus), page(server, "t"):
+                break
+            until_gone += 1
+            assert until_gone < 10_000
+
+
 def test_files_of_the_page(serve: Callable[..., Served]) -> None:
     server = serve(token="t")
     status, headers, body = get(server, "/")

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 PORT = 9090
+_LARGEST_LIMIT = 10_000
 _EVERYWHERE = ("0.0.0.0", "::", "")
 _ONE = {
     "image": ("topic", "topic"),
@@ -43,6 +44,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Serve the page until a signal comes; or open a panel of a server that runs."""
     if options.port is not None and not 0 <= options.port <= 65535:
         raise UsageError(f"the port must be from 0 to 65535, not {options.port}")
+    if options.most_pages is not None and not 1 <= options.most_pages <= _LARGEST_LIMIT:
+        raise UsageError(f"--most-pages must be from 1 to {_LARGEST_LIMIT}, not {options.most_pages}")
     if options.list_plugins:
         print("\n".join(name for name in PROGRAMS if name.startswith("rqt_") and name != "rqt_gui"))
         return 0
@@ -121,7 +124,7 @@ def _serve(invocation: Invocation, options: Any, uri: str, started: Callable[[st
 
     environ = with_options(os.environ, options)
     address = host_from_environment(environ, invocation.special)
-    more = {} if options.token is None else {"token": options.token}
+    more = {"token": options.token, "most_pages": options.most_pages}
     access = Access(
         names=_names(options.host, options.names),
         any_address=options.host in _EVERYWHERE,
@@ -130,7 +133,7 @@ def _serve(invocation: Invocation, options: Any, uri: str, started: Callable[[st
         guests=guests_of(address.allowed),
         origins=frozenset(origin.lower().rstrip("/") for origin in options.origins),
         bags=(*(options.bags or [os.getcwd()]), *options.files),
-        **more,
+        **{name: value for name, value in more.items() if value is not None},
     )
     robot = Robot(uri, access, _node_maker(invocation, uri, environ))
     try:
@@ -307,6 +310,12 @@ COMMAND = Command(
             default=[],
             metavar="FOLDER",
             help="folder whose bags pages may open, and into which they may record (the current one); may be repeated",
+        ),
+        Option(
+            "--most-pages",
+            type="int",
+            metavar="COUNT",
+            help="how many pages, programs of rosbridge and viewers may be connected at the same time (64)",
         ),
         Flag("--open", dest="open", help="open the page in this machine's browser; so does naming a panel"),
         Option("-p", "--period", type="float", metavar="SECONDS", help="of a plot: seconds to show"),

@@ -248,6 +248,13 @@ def _subscribe(frame: Mapping[str, Any], id: Id) -> Subscribe:
     )
 
 
+def _auth(frame: Mapping[str, Any], _: Id) -> Action:
+    raise BridgeError(
+        "this server does not use rosauth; it lets in whoever gives the token of its link in the address: "
+        "ws://HOST:PORT/?token=TOKEN"
+    )
+
+
 def _part(frame: Mapping[str, Any], id: Id) -> Part:
     total = _count(frame, "total", 1, 1)
     number = _count(frame, "num", 0)
@@ -273,6 +280,7 @@ _MAKERS: dict[str, Callable[[Mapping[str, Any], Id], Action | Part]] = {
         _name(frame, "service"), frame.get("values"), _flag(frame, "result", True)
     ),
     "set_level": lambda frame, _: SetLevel(_word(frame, "level", LEVELS)),
+    "auth": _auth,
     "fragment": _part,
     "png": _part,
 }

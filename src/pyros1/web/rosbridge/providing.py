@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from itertools import count
-from typing import Any
 
 from pyros1.ground.errors import MessageError, ServiceRefusal
 from pyros1.msgs import Message, load_service
@@ -30,27 +30,25 @@ class Providing:
     def __init__(self, robot: Robot, outbox: Outbox) -> None:
         self._robot = robot
         self._outbox = outbox
-        self._services: dict[str, Any] = {}
+        self._ends: dict[str, Callable[[], None]] = {}  # of each service, by the client's name for it
         self._lock = threading.Lock()
         self._waiting: dict[str, _Call] = {}
         self._numbers = count(1)
         self._closed = False
 
     def advertise(self, name: str, kind: str) -> None:
-        """Provide a service.
+        """Provide a service, in place of any other client that does.
 
         Raises:
             BridgeError: the client has too many.
-            Error: no such type, or someone else here provides it.
+            Error: no such type, or the server's node itself provides it.
         """
         full = self._robot.node.resolve(name)
         self._robot.check_visible(full)
         cls = load_service(kind)
-        if name in self._services:
-            self.unadvertise(name)
-        if len(self._services) >= MOST_SERVICES:
+        if name not in self._ends and len(self._ends) >= MOST_SERVICES:
             raise BridgeError(f"a client provides at most {MOST_SERVICES} services")
-        self._services[name] = self._robot.node.advertise_service(
+        self._ends[name] = self._robot.client_services.provide(
             full, cls, lambda request: self._ask(name, cls._response_class, request)
         )
 
@@ -60,11 +58,11 @@ class Providing:
         Raises:
             BridgeError: the client does not provide it.
         """
-        service = self._services.pop(name, None)
-        if service is None:
+        end = self._ends.pop(name, None)
+        if end is None:
             raise BridgeError(f"you do not provide {name}")
-        service.shutdown()
-        self._end(name)
+        end()
+        self._end_calls(name)
 
     def answer(self, id: Id, response: ServiceResponse) -> None:
         """Give an answer to who waits for it.
@@ -82,10 +80,10 @@ class Providing:
         """End all."""
         with self._lock:
             self._closed = True
-        for name in list(self._services):
+        for name in list(self._ends):
             self.unadvertise(name)
 
-    def _end(self, name: str) -> None:
+    def _end_calls(self, name: str) -> None:
         with self._lock:
             calls = [call for call in self._waiting.values() if call.service == name]
         for call in calls:

@@ -19,6 +19,7 @@ from urllib.parse import parse_qs, urlsplit
 if TYPE_CHECKING:
     from pyros1.net.guests import Guests
 
+MOST_PAGES = 64
 LOOPBACK = frozenset({"localhost", "127.0.0.1", "::1"})
 _HOST = re.compile(r"(?:\[(?P<six>[0-9A-Fa-f:.]+)\]|(?P<name>[A-Za-z0-9._-]+))(?::(?P<port>\d{1,5}))?\Z", re.ASCII)
 
@@ -35,6 +36,7 @@ class Access:
         origins: other sites whose pages may come in, such as ``http://localhost:8000``, with the token if there is one.
         topics: patterns such as ``/camera/*`` of topics, services and parameters that pages may see; empty for all.
         guests: decides from which machines one may connect at all; None: from all that reach the interface.
+        most_pages: how many pages, programs and viewers may be connected at the same time.
         bags: folders whose bags pages may see, and into which they may record; and single bags.
     """
 
@@ -45,6 +47,7 @@ class Access:
     topics: tuple[str, ...] = ()
     origins: Collection[str] = ()
     guests: Guests | None = None
+    most_pages: int = MOST_PAGES
     bags: tuple[str, ...] = ()
 
     def is_our_name(self, host: str | None) -> bool:

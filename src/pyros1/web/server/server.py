@@ -37,7 +37,7 @@ from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.driver import Bridge
 from pyros1.web.rosbridge.intake import MAX_FRAME
 from pyros1.web.server import wire
-from pyros1.web.server.access import Access
+from pyros1.web.server.access import MOST_PAGES, Access
 from pyros1.web.server.assets import SECURITY, Assets
 from pyros1.web.server.entrance import Entrance
 from pyros1.web.server.session import Session
@@ -66,7 +66,6 @@ _KINDS = {
 """Files of packages that pages get, by the ends of their names: none that a browser would show as a page or run."""
 _OTHERS = ("/", "/rosbridge")
 """Paths of the WebSockets of other programs."""
-MOST_PAGES = 64
 _MOST_CALLS = 16
 """Most calls of a page that run at the same time; more wait."""
 _MOST_LAST = 64
@@ -190,8 +189,9 @@ class WebServer:
             return _plain(HTTPStatus.FORBIDDEN, "Another site's page may not come in.\n")
         if not self._access.has_token(request.path):
             return _plain(HTTPStatus.UNAUTHORIZED, "The link has a token. Use the link that the server printed.\n")
-        if self._pages >= MOST_PAGES:
-            return _plain(HTTPStatus.SERVICE_UNAVAILABLE, "Too many pages are open.\n")
+        if self._pages >= self._access.most_pages:
+            text = f"At most {self._access.most_pages} pages and programs may be connected (option --most-pages).\n"
+            return _plain(HTTPStatus.SERVICE_UNAVAILABLE, text)
         return None
 
     def _file(self, path: str, known: str | None) -> Response:

@@ -1,0 +1,82 @@
+"""Services that programs of rosbridge provide, through the server's node."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.graph import Graph
+from pyros1.ground.errors import MasterUnreachableError
+from pyros1.msgs import Message, Service
+from pyros1.node import Node
+from pyros1.node.services.server import ServiceServer
+
+Answer = Callable[[Any], Message]
+
+
+class ClientServices:
+    """The services, by full name. Of several clients that provide one, the last to advertise it gets the calls.
+
+    So a client that comes back after its connection broke has its service again, although the server may learn only
+    seconds later that the old connection is dead. Callers notice nothing of the change.
+
+    Args:
+        node: returns the server's node.
+    """
+
+    def __init__(self, node: Callable[[], Node]) -> None:
+        self._node = node
+        self._lock = threading.Lock()
+        self._services: dict[str, _Service] = {}
+
+    def provide(self, name: str, cls: type[Service], answer: Answer) -> Callable[[], None]:
+        """Provide a service.
+
+        Args:
+            name: its full name.
+            cls: its type.
+            answer: called with each request, in threads of the node; returns the response.
+
+        Returns:
+            A function that provides it no longer, unless another client does by now.
+
+        Raises:
+            NodeError: the server's node itself provides it.
+        """
+        with self._lock:
+            service = self._services.get(name)
+            if service is not None and not (service.cls._md5sum == cls._md5sum and self._is_registered(name, service)):
+                self._services.pop(name).server.shutdown()
+                service = None
+            if service is None:
+                service = _Service(cls, answer)
+                service.server = self._node().advertise_service(name, cls, service.handle)
+                self._services[name] = service
+            service.answer = answer
+        return lambda: self._end(name, answer)
+
+    def _is_registered(self, name: str, service: _Service) -> bool:
+        """Return whether the master names our node; another node may provide the service meanwhile."""
+        try:
+            return Graph(self._node().master).service_uri(name) == service.server.uri
+        except MasterUnreachableError:
+            return True  # the node registers it again when the master is back
+
+    def _end(self, name: str, answer: Answer) -> None:
+        with self._lock:
+            service = self._services.get(name)
+            if service is not None and service.answer is answer:
+                del self._services[name]
+                service.server.shutdown()
+
+
+class _Service:
+    server: ServiceServer
+
+    def __init__(self, cls: type[Service], answer: Answer) -> None:
+        self.cls = cls
+        self.answer = answer
+
+    def handle(self, request: Any) -> Message:
+        return self.answer(request)
