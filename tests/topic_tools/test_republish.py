@@ -6,6 +6,7 @@ import queue
 import random
 from typing import Any
 
+import numpy as np
 import pytest
 
 from pyros1.ground.errors import MessageError
@@ -17,13 +18,14 @@ pytest.importorskip("PIL", reason="the extra `images` brings it")
 
 from pyros1.topic_tools.pictures import compress, decompress
 
-SIZES = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1, "mono16": 2}
+SIZES = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1, "8UC1": 1, "8UC3": 3, "bayer_rggb8": 1}
+SIZES |= {"mono16": 2, "16UC1": 2, "rgb16": 6, "bgr16": 6, "rgba16": 8, "bgra16": 8, "16UC3": 6, "bayer_gbrg16": 2}
 
 
 def image(encoding: str = "bgr8", width: int = 8, height: int = 6, more: int = 0) -> Image:
     """An image with smooth colours, and unused bytes in each row."""
     size = SIZES[encoding]
-    row = bytes(20 * (place % size) + place for place in range(width * size)) + bytes(more)
+    row = bytes((20 * (place % size) + place) % 256 for place in range(width * size)) + bytes(more)
     found = Image(height=height, width=width, encoding=encoding, step=len(row), data=row * height)
     found.header.frame_id = "camera"
     return found
@@ -53,6 +55,45 @@ def test_jpeg_is_similar(encoding: str) -> None:
     assert max(abs(a - b) for a, b in pairs) < 40
 
 
+@pytest.mark.parametrize("encoding", ["mono16", "rgb16", "bgra16"])
+@pytest.mark.parametrize(("width", "height"), [(1, 1), (1, 6), (6, 1)])
+def test_sixteen_bits_of_either_byte_order_in_few_pixels(encoding: str, width: int, height: int) -> None:
+    before = image(encoding, width, height)
+    after = decompress(compress(before, "png"))
+    assert (after.encoding, after.is_bigendian, rows(after)) == (encoding, 0, rows(before))
+    before.is_bigendian = 1
+    turned = decompress(compress(before, "png"))
+    assert np.frombuffer(turned.data, "<u2").tolist() == np.frombuffer(before.data, ">u2").tolist()
+
+
+def test_colours_with_sixteen_bits_become_jpeg_with_eight() -> None:
+    found = decompress(compress(image("rgb16", 32, 32), "jpeg", 100))
+    assert found.encoding == "bgr8"
+
+
+@pytest.mark.parametrize(
+    ("encoding", "form", "found"),
+    [
+        ("mono16", "png", "mono16"),
+        ("rgb16", "png", "bgr16"),
+        ("rgba8", "png", "bgra8"),
+        ("mono16", "mono8; png compressed ", "mono16"),
+        ("mono8", "16UC1; png compressed ", "mono8"),
+        ("16UC1", "16UC1 ; png compressed ", "16UC1"),
+    ],
+)
+def test_the_file_says_what_the_format_does_not(encoding: str, form: str, found: str) -> None:
+    packed = compress(image(encoding), "png")
+    packed.format = form
+    after = decompress(packed)
+    assert after.encoding == found and len(after.data) == after.step * after.height
+
+
+def test_opacity_that_jpeg_lacks_is_full() -> None:
+    after = decompress(compress(image("rgba8", 16, 16), "jpeg"))
+    assert after.encoding == "rgba8" and set(after.data[3::4]) == {255}
+
+
 def test_pictures_that_are_not_of_ros() -> None:
     packed = compress(image("rgb8"), "png")
     packed.format = "png"
@@ -62,7 +103,8 @@ def test_pictures_that_are_not_of_ros() -> None:
 
 def test_what_cannot_be_converted() -> None:
     for wrong in (
-        Image(encoding="bayer_rggb8", width=1, height=1, step=1, data=b"a"),
+        Image(encoding="32FC1", width=1, height=1, step=4, data=b"abcd"),
+        Image(encoding="8UC2", width=1, height=1, step=2, data=b"ab"),
         Image(encoding="rgb8", width=2, height=2, step=6, data=b"a"),
         Image(encoding="rgb8"),
     ):

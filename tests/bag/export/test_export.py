@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import re
+import struct
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Nodetype
@@ -23,6 +25,7 @@ from pyros1.ground.errors import Error
 from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import Message, from_definition, load_message
 from pyros1.msgs.base import nested_classes
+from pyros1.observe import image_files
 
 from ...bodies import encode
 from ..conftest import Make, values
@@ -253,17 +256,43 @@ def test_images_that_cannot_be_written_are_named(run: Run, tmp_path: Path) -> No
         ("/a", an_image("mono8", b"\1", 1)),
         ("/a", an_image("jpeg2000", b"\1", 1)),
         ("/b", an_image("rgb8", b"\1\2", 1)),
-        ("/b", an_image("rgb16", b"\1\2\3\4\5\6", 1)),
-        ("/b", an_image("rgb16", b"\1\2\3\4\5\6", 1)),
+        ("/b", an_image("16SC3", b"\1\2\3\4\5\6", 1)),
+        ("/b", an_image("16SC3", b"\1\2\3\4\5\6", 1)),
     )
     code, out, err = run("export", "x.bag", "--format", "images")
     assert (code, out) == (1, "x_images: 1 messages of 2 topics\n")
     assert err.splitlines() == [
         "WARNING: /a: 1 message left out: images of the encoding 'jpeg2000' are not supported",
         "WARNING: /b: 1 message left out: the image's step is 2, but rows of 1 pixels in rgb8 take 3 bytes",
-        "WARNING: /b: 2 messages left out: PNG and TIFF files cannot store images of the encoding 'rgb16'; "
+        "WARNING: /b: 2 messages left out: PNG and TIFF files cannot store images of the encoding '16SC3'; "
         "try --format video",
     ]
+
+
+def test_sixteen_bits_and_depths_in_metres_are_exported_whole(run: Run, tmp_path: Path) -> None:
+    pytest.importorskip("PIL", reason="the extra `images` brings it")
+    colours = np.arange(24, dtype="<u2").reshape(2, 4, 3) * 2001
+    file = image_files.encode(np.array([[300, 0]], np.uint16), "png")
+    depth: Any = load_message("sensor_msgs/CompressedImage")(
+        format="32FC1; compressedDepth png", data=struct.pack("<iff", 0, 100.0, 50.0) + file
+    )
+    write_bag(
+        tmp_path / "x.bag",
+        ("/rgb", an_image("rgb16", colours.tobytes(), 4, step=24)),
+        ("/bgr", an_image("bgr16", colours.tobytes(), 4, step=24)),
+        ("/depth", depth),
+    )
+    assert run("export", "x.bag", "--format", "images")[0] == 0
+    found = {
+        name.partition("/")[0]: image_files.decode((tmp_path / "x_images" / name).read_bytes())
+        for name in files(tmp_path / "x_images")
+    }
+    assert np.array_equal(found["rgb"], colours) and np.array_equal(found["bgr"], colours[:, :, ::-1])
+    assert (
+        found["depth"].dtype == np.float32
+        and found["depth"][0, 0] == np.float32(0.4)
+        and np.isnan(found["depth"][0, 1])
+    )
 
 
 @pytest.mark.parametrize(("kind", "package"), [("images", "images"), ("video", "video")])

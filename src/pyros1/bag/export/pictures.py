@@ -13,20 +13,21 @@ from pyros1.bag.export.images import Pixels, pixels
 from pyros1.bag.export.topic_names import FileNames
 from pyros1.ground.errors import MessageError
 from pyros1.ground.timing import Time
+from pyros1.observe import deep_png
+from pyros1.observe.compressed_depth import HEAD, decode_depth
+from pyros1.observe.image_files import MOST_PIXELS, decode
 
 TYPES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
 """Types of image messages."""
 
 _KINDS = {b"\xff\xd8": "jpg", b"\x89PNG": "png", b"BM": "bmp", b"II*\0": "tiff", b"MM\0*": "tiff", b"RIFF": "webp"}
 
-_DEPTH_HEAD = 12
-"""Number of bytes before the PNG file in messages of compressed_depth_image_transport."""
-
 
 class PictureWriter:
     """Writes images to ``folder/<topic>/<stamp>.png``; the stamp is the header's, or the bag's time if that is 0.
 
-    Numbers that PNG cannot store become TIFF files; compressed images are written unchanged.
+    Numbers that PNG cannot store become TIFF files; compressed images are written unchanged, but compressed depths of
+    32FC1 become TIFF files of metres.
 
     Args:
         folder: the folder, which is created.
@@ -60,8 +61,13 @@ class PictureWriter:
         if message._type == TYPES[0]:
             image = pixels(message, mosaic=self._mosaic)
             kind = picture_kind(image, str(message.encoding))
-            picture = self._image.fromarray(image.astype("i4") if image.dtype == "i2" else image)
-            data = _encoded(picture, kind)
+            if image.dtype == "u2" and image.ndim == 3:
+                data = deep_png.write(image)
+            else:
+                data = _encoded(self._image.fromarray(image.astype("i4") if image.dtype == "i2" else image), kind)
+        elif _is_real_depth(str(message.format)):
+            kind = "tiff"
+            data = _encoded(self._image.fromarray(compressed_pixels(message)), kind)
         else:
             data, kind = compressed(message)
         self._path(topic, stamp, kind).write_bytes(data)
@@ -89,10 +95,10 @@ def picture_kind(image: Pixels, encoding: str) -> str:
         MessageError: no kind does.
     """
     channels = 1 if image.ndim == 2 else image.shape[2]
-    if image.dtype == "u1" and channels in (1, 3, 4):
+    if image.dtype in ("u1", "u2") and channels in (1, 3, 4):
         return "png"
-    if channels == 1 and image.dtype in ("u2", "i2", "i4", "f4"):
-        return "png" if image.dtype == "u2" else "tiff"
+    if channels == 1 and image.dtype in ("i2", "i4", "f4"):
+        return "tiff"
     raise MessageError(f"PNG and TIFF files cannot store images of the encoding {encoding!r}; try --format video")
 
 
@@ -103,13 +109,13 @@ def compressed(message: Any) -> tuple[bytes, str]:
         message: a sensor_msgs/CompressedImage.
 
     Raises:
-        MessageError: the image is empty, or a depth image in another format than 16UC1.
+        MessageError: the image is empty, or a depth image that is no such file: 32FC1, or not PNG.
     """
     data, form = bytes(message.data), str(message.format)
     if "compressedDepth" in form:
-        if not form.startswith("16UC1") or not data[_DEPTH_HEAD:].startswith(b"\x89PNG"):
+        if not form.startswith("16UC1") or not data[HEAD.size :].startswith(b"\x89PNG"):
             raise MessageError(f"depth images of the format {form!r} are not supported, only 16UC1")
-        data = data[_DEPTH_HEAD:]
+        data = data[HEAD.size :]
     if not data:
         raise MessageError("the compressed image is empty")
     for magic, kind in _KINDS.items():
@@ -117,6 +123,21 @@ def compressed(message: Any) -> tuple[bytes, str]:
             return data, kind
     word = re.search(r"[A-Za-z]\w*", form.rpartition(";")[2])
     return data, word[0].lower() if word else "bin"
+
+
+def compressed_pixels(message: Any, most: int = MOST_PIXELS) -> Pixels:
+    """Return the pixels of a sensor_msgs/CompressedImage: see `decode`, or `decode_depth` for compressed depths.
+
+    Raises:
+        MessageError: it cannot be read.
+        Error: Pillow is not installed.
+    """
+    form, data = str(message.format), bytes(message.data)
+    return decode_depth(form, data, most) if "compressedDepth" in form else decode(data, most)
+
+
+def _is_real_depth(form: str) -> bool:
+    return "compressedDepth" in form and form.startswith("32FC1")
 
 
 def _encoded(image: Any, kind: str) -> bytes:

@@ -6,14 +6,13 @@ import errno
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from fractions import Fraction
-from io import BytesIO
 from typing import Any
 
 import numpy as np
 
 from pyros1.bag.export.extras import extra
 from pyros1.bag.export.images import Pixels, pixels, to_8_bits
-from pyros1.bag.export.pictures import TYPES, compressed
+from pyros1.bag.export.pictures import TYPES, compressed_pixels
 from pyros1.ground.errors import MessageError
 from pyros1.ground.timing import Time
 
@@ -34,7 +33,7 @@ class VideoWriter:
 
     def __init__(self, path: Callable[[str], str]) -> None:
         self._av = extra("av", "video")
-        self._image = extra("PIL.Image", "video")
+        extra("PIL.Image", "video")
         self._path = path
         self._videos: dict[str, _Video] = {}
 
@@ -51,7 +50,7 @@ class VideoWriter:
                 frames.
             OSError: the file cannot be written.
         """
-        image = pixels(message) if message._type == TYPES[0] else self._decompressed(message)
+        image = pixels(message) if message._type == TYPES[0] else compressed_pixels(message)
         image = _even(to_8_bits(image))
         video = self._videos.get(topic)
         with self._own_errors(topic):
@@ -82,16 +81,6 @@ class VideoWriter:
             yield
         except self._av.error.FFmpegError as error:
             raise OSError(error.errno or errno.EIO, str(error.strerror), self._path(topic)) from error
-
-    def _decompressed(self, message: Any) -> Pixels:
-        data, _ = compressed(message)
-        try:
-            with self._image.open(BytesIO(data)) as image:
-                whole = image if image.mode in ("L", "RGB", "RGBA", "I;16") else image.convert("RGB")
-                found: Pixels = np.asarray(whole)
-        except (OSError, ValueError, SyntaxError) as error:  # Pillow's errors for damaged files
-            raise MessageError(f"the compressed image cannot be read: {error}") from None
-        return found
 
 
 class _Video:

@@ -44,15 +44,17 @@ def _raw(pil: Any, message: Any) -> Any:
 
 def _compressed(pil: Any, message: Any, height: int) -> Any:
     from pyros1.bag.export.images import to_8_bits  # noqa: PLC0415
-    from pyros1.bag.export.pictures import compressed  # noqa: PLC0415
+    from pyros1.bag.export.pictures import compressed_pixels  # noqa: PLC0415
 
-    data, _ = compressed(message)
+    data = bytes(message.data)
+    if not data.startswith(b"\xff\xd8"):
+        return pil.fromarray(to_8_bits(compressed_pixels(message, MOST_PIXELS)))
     try:
-        image = pil.open(BytesIO(data), formats=("JPEG", "PNG", "BMP", "TIFF", "WEBP"))
+        image = pil.open(BytesIO(data), formats=("JPEG",))
         true = image.size
         if true[0] * true[1] > MOST_PIXELS:
             raise MessageError(f"an image of {true[0]} x {true[1]} pixels is too large to be shown")
-        image.draft("RGB", (1, height))  # a JPEG file is decoded at a smaller size, which is much faster
+        image.draft("RGB", (1, height))  # decoded at a smaller size, which is much faster
         image.load()
     except Error:
         raise
@@ -60,9 +62,5 @@ def _compressed(pil: Any, message: Any, height: int) -> Any:
         raise MessageError("the image cannot be read: its format is not known") from None
     except Exception as error:  # noqa: BLE001 - Pillow raises many kinds for damaged files
         raise MessageError(f"the image cannot be read: {error}") from None
-    if image.mode.startswith("I") or image.mode == "F":
-        import numpy as np  # noqa: PLC0415
-
-        image = pil.fromarray(to_8_bits(np.asarray(image)))
     image.true_size = true
     return image

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import math
-import struct
-from io import BytesIO
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pyros1.bag.export.extras import extra
 from pyros1.bag.export.images import pixels, to_8_bits
 from pyros1.ground.errors import MessageError
+from pyros1.observe.compressed_depth import decode_depth
+from pyros1.observe.image_files import decode
 from pyros1.web.scene.camera import Camera
 from pyros1.web.scene.shape import Shape, ShapeError
 from pyros1.web.shown.picture_size import MOST_PIXELS
 
-_HEAD = struct.Struct("<iff")
-"""What is before the file in pictures of compressedDepth: the format, and two numbers that say what depths mean."""
 _COMPRESSED = "sensor_msgs/CompressedImage"
 
 
@@ -34,8 +31,9 @@ def depths(message: Any) -> NDArray[np.float32]:
     """
     try:
         if message._type == _COMPRESSED:
-            return _unpacked(message)
-        found = pixels(message)
+            found = decode_depth(message.format, bytes(message.data), MOST_PIXELS)
+        else:
+            found = pixels(message)
     except MessageError as error:
         raise ShapeError(str(error)) from None
     if found.ndim == 2 and found.dtype == np.uint16:
@@ -54,7 +52,7 @@ def colours(message: Any) -> NDArray[np.uint8]:
     """
     try:
         if message._type == _COMPRESSED:
-            found = np.asarray(_opened(bytes(message.data)).convert("RGB"))
+            found = to_8_bits(decode(bytes(message.data), MOST_PIXELS))
         else:
             found = to_8_bits(pixels(message))
     except MessageError as error:
@@ -108,44 +106,6 @@ def depth_cloud(
     return {**facts, "by": "z", "colour": "z", "least": least, "most": greatest}, blob
 
 
-def _unpacked(message: Any) -> NDArray[np.float32]:
-    kind, data = message.format.partition(";")[0].strip(), bytes(message.data)
-    if "compressedDepth" not in message.format or kind not in ("16UC1", "32FC1") or len(data) < _HEAD.size:
-        raise ShapeError(f"no depths, but a picture of the format {message.format}"[:200])
-    if data[_HEAD.size :][:4] != b"\x89PNG":
-        raise ShapeError("of compressed depths only PNG files are supported")
-    found = np.asarray(_opened(data[_HEAD.size :]))
-    if found.ndim != 2:
-        raise ShapeError("compressed depths with colours")
-    if kind == "16UC1":
-        return _metres(found)
-    _, one, other = _HEAD.unpack_from(data)
-    with np.errstate(all="ignore"):
-        metres: NDArray[np.float32] = np.where(found > 0, one / (found.astype(np.float32) - other), 0)
-    return metres.astype(np.float32)
-
-
 def _metres(millimetres: NDArray[Any]) -> NDArray[np.float32]:
     metres: NDArray[np.float32] = (millimetres * np.float32(0.001)).astype(np.float32, copy=False)
     return metres
-
-
-def _opened(data: bytes) -> Any:
-    """Return a picture of Pillow.
-
-    Raises:
-        MessageError: it is damaged or too large.
-    """
-    pil = extra("PIL.Image", "images")
-    try:
-        image = pil.open(BytesIO(data), formats=("JPEG", "PNG"))
-        if image.size[0] * image.size[1] > MOST_PIXELS:
-            raise MessageError(f"a picture of {image.size[0]} x {image.size[1]} pixels is too large to be shown")
-        image.load()
-    except MessageError:
-        raise
-    except pil.UnidentifiedImageError:
-        raise MessageError("the picture cannot be read: its format is not known") from None
-    except Exception as error:  # noqa: BLE001 - Pillow raises many kinds for damaged files
-        raise MessageError(f"the picture cannot be read: {error}") from None
-    return image

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import io
 import sys
 from typing import Any
 
 import numpy as np
 
+from cv_bridge import compressed
 from cv_bridge.encodings import NAMES, CvBridgeError, convert, cv_type, depth_of
 from cv_bridge.encodings import encoding as _encoding
 from pyros1.drop_in.missing import missing
@@ -121,21 +121,35 @@ class CvBridge:
     def compressed_imgmsg_to_cv2(self, cmprs_img_msg: Any, desired_encoding: str = "passthrough") -> Any:
         """Return the image of a sensor_msgs/CompressedImage; colours are in the order BGR.
 
+        Args:
+            cmprs_img_msg: the message.
+            desired_encoding: the encoding wanted. "passthrough" and, as in stock, "bgr8": the image with the channels
+                and depth of the file; other encodings of colours with 8 bits leave the depth as it is, too.
+
+        Returns:
+            The array; None, as in stock, if the data cannot be read and the order of channels would stay as it is.
+
         Raises:
-            CvBridgeError: the data cannot be read, or there is no such conversion.
+            CvBridgeError: there are no data, they cannot be converted, or Pillow cannot read such files and OpenCV,
+                which can, is not installed.
         """
-        image = _decode(bytes(cmprs_img_msg.data))
-        if desired_encoding == "passthrough":
+        image = compressed.decode(bytes(cmprs_img_msg.data))
+        if desired_encoding in ("passthrough", "bgr8", ""):
             return image
-        source = {1: "mono", 3: "bgr", 4: "bgra"}[1 if image.ndim < 3 else image.shape[2]]
-        return convert(image, _encoding(f"{source}{8 * image.itemsize}"), _encoding(desired_encoding))
+        target = _encoding(desired_encoding)
+        if image is None and target.channels == 3 and target.order in ("bgr", ""):
+            return None  # stock would not look at the image
+        if image is None:
+            raise CvBridgeError(f"the data of the compressed image cannot be read as {desired_encoding}")
+        return compressed.convert(image, target)
 
     def cv2_to_compressed_imgmsg(self, cvim: Any, dst_format: str = "jpg") -> CompressedImage:
         """Return the compressed message of an image.
 
         Args:
             cvim: array of shape (height, width), or (height, width, channels) in the order BGR.
-            dst_format: "jpg", "png" or another format that OpenCV or Pillow has.
+            dst_format: "jpg", "png" or another format that OpenCV or Pillow has. Numbers that it does not have become
+                the nearest from 0 to 255.
 
         Raises:
             TypeError: ``cvim`` is no array.
@@ -143,59 +157,4 @@ class CvBridge:
         """
         if not isinstance(cvim, np.ndarray):
             raise TypeError("Your input type is not a numpy array")
-        return CompressedImage(format=dst_format, data=_encode(cvim, dst_format))
-
-
-def _cv2() -> Any:
-    try:
-        import cv2  # type: ignore[import-not-found, import-untyped, unused-ignore]
-    except ImportError:
-        return None
-    return cv2
-
-
-def _pillow() -> Any:
-    try:
-        from PIL import Image as module  # type: ignore[import-not-found, unused-ignore]
-    except ImportError:
-        raise CvBridgeError("compressed images need Pillow or OpenCV: pip install pillow") from None
-    return module
-
-
-def _decode(data: bytes) -> Any:
-    cv2 = _cv2()
-    if cv2 is not None:
-        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_ANYCOLOR)
-        if image is None:
-            raise CvBridgeError("the data of the compressed image cannot be read")
-        return image
-    pillow = _pillow()
-    try:
-        with pillow.open(io.BytesIO(data)) as picture:
-            deep = picture.mode.startswith("I")  # 16 bits: the upper ones count, as with OpenCV
-            grey = deep or picture.mode in ("L", "1")
-            image = np.asarray(picture if deep else picture.convert("L" if grey else "RGB"))
-            if deep:
-                image = (image >> 8).astype(np.uint8)
-    except (OSError, ValueError, pillow.DecompressionBombError) as error:
-        raise CvBridgeError(f"the data of the compressed image cannot be read: {error}") from error
-    return image.copy() if grey else image[..., ::-1].copy()
-
-
-def _encode(image: Any, form: str) -> bytes:
-    cv2 = _cv2()
-    if cv2 is not None:
-        done, data = cv2.imencode("." + form, image)
-        if not done:
-            raise CvBridgeError(f"the image cannot be written as {form}")
-        return bytes(data.tobytes())
-    order = slice(None) if image.ndim < 3 or image.shape[2] == 1 else [2, 1, 0, 3][: image.shape[2]]
-    buffer = io.BytesIO()
-    try:
-        picture = _pillow().fromarray(np.squeeze(image[..., order] if image.ndim > 2 else image))
-        picture.save(buffer, "JPEG" if form.lower() in ("jpg", "jpeg") else form.upper())
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        if isinstance(error, CvBridgeError):
-            raise
-        raise CvBridgeError(f"the image cannot be written as {form}: {error}") from error
-    return buffer.getvalue()
+        return CompressedImage(format=dst_format, data=compressed.encode(cvim, dst_format))

@@ -103,15 +103,15 @@ def convert(image: Any, source: Encoding, target: Encoding) -> Any:
                 if source.is_color
                 else f"[{source.name}] and [{target.name}] do not have the same number of channel"
             )
-        return _scaled(image, target.dtype)
+        return scaled(image, target.dtype)
     if source.order in ("bayer", "yuv"):
         image, source = _decoded(image, source, target)
     if target.order in ("bayer", "yuv"):
         raise CvBridgeError(f"Unsupported conversion from [{source.name}] to [{target.name}]")
-    return _scaled(_reordered(image, source.order, target.order), target.dtype)
+    return scaled(reordered(image, source.order, target.order), target.dtype)
 
 
-def _scaled(image: Any, dtype: str) -> Any:
+def scaled(image: Any, dtype: str) -> Any:
     """Return an image with another type of numbers: 8 and 16 bits stand for the same range, other values stay."""
     if image.dtype == dtype:
         return image.copy()
@@ -127,7 +127,7 @@ def _scaled(image: Any, dtype: str) -> Any:
     return image.astype(dtype)
 
 
-def _reordered(image: Any, source: str, target: str) -> Any:
+def reordered(image: Any, source: str, target: str) -> Any:
     """Return an image with its colours in another order."""
     if source == target:
         return image

@@ -1,0 +1,95 @@
+"""Compressed images as arrays in the order BGR, and back: with OpenCV, as stock's, or else with Pillow."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cv_bridge import encodings
+from cv_bridge.encodings import CvBridgeError, Encoding
+from pyros1.ground.errors import Error
+from pyros1.observe import image_files
+
+_OPTIONS: dict[str, dict[str, Any]] = {
+    **{key: {"quality": 95} for key in ("jpg", "jpeg", "jpe")},
+    "png": {"compress_level": 1},
+    "webp": {"lossless": True},
+}
+"""How OpenCV writes files unless it is told otherwise."""
+
+
+def decode(data: bytes) -> Any:
+    """Return the image in a file, with its depth and channels; None if it cannot be read.
+
+    Raises:
+        CvBridgeError: there are no data, Pillow cannot read such files, or neither Pillow nor OpenCV is installed.
+    """
+    if not data:
+        raise CvBridgeError("the compressed image has no data")
+    cv2 = _cv2()
+    if cv2 is not None:
+        return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    try:
+        return _turned(image_files.decode(data))
+    except image_files.UnsupportedFileError as error:
+        raise CvBridgeError(f"{error}: pip install opencv-python-headless") from None
+    except image_files.ImageFileError:
+        return None
+    except Error as error:
+        raise CvBridgeError(str(error)) from None
+
+
+def encode(image: Any, form: str) -> bytes:
+    """Return an image as a file; raises CvBridgeError if it cannot be written in that format."""
+    cv2 = _cv2()
+    if cv2 is not None:
+        try:
+            done, data = cv2.imencode("." + form, image)
+        except cv2.error as error:
+            raise CvBridgeError(str(error)) from error
+        if not done:
+            raise CvBridgeError(f"the image cannot be written as {form}")
+        return bytes(data.tobytes())
+    image = np.asarray(image)
+    try:
+        return image_files.encode(
+            _turned(image if image.ndim > 1 else image[:, None]), form, **_OPTIONS.get(form.lower(), {})
+        )
+    except Error as error:
+        raise CvBridgeError(str(error)) from None
+
+
+def convert(image: Any, target: Encoding) -> Any:
+    """Return the image of a file in another encoding than "bgr8".
+
+    As in stock, the file's encoding counts as "bgr8", whatever its depth and channels are. But an image of 16 bits
+    stays one in encodings with 16 bits, in which stock's overflows, and grey may become grey.
+
+    Raises:
+        CvBridgeError: there is no such conversion.
+    """
+    channels = 1 if image.ndim < 3 else image.shape[2]
+    order = {1: "m", 3: "bgr", 4: "bgra"}[channels]
+    source = Encoding(image.dtype.name, channels if channels == target.channels else 3, order, "bgr8")
+    if not target.is_color or target.order in ("bayer", "yuv"):
+        return encodings.convert(image, source, target)
+    if target.name == "bgr16":
+        return encodings.scaled(image, "uint16")
+    found = encodings.reordered(image, order, target.order)
+    return found if target.dtype == "uint8" else encodings.scaled(found, target.dtype)
+
+
+def _turned(image: Any) -> Any:
+    """Return an image with red and blue exchanged, if it has colours."""
+    if image.ndim < 3 or image.shape[2] not in (3, 4):
+        return image
+    return np.ascontiguousarray(image[:, :, [2, 1, 0, 3][: image.shape[2]]])
+
+
+def _cv2() -> Any:
+    try:
+        import cv2  # type: ignore[import-not-found, import-untyped, unused-ignore]
+    except ImportError:
+        return None
+    return cv2

@@ -1,0 +1,169 @@
+"""Image files as arrays of pixels and back, without loss of depth or opacity: JPEG, PNG and what else Pillow has.
+
+Pixels are as OpenCV's ``imread`` with ``IMREAD_UNCHANGED`` has them, but with red first. Needs Pillow.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pyros1.ground.errors import Error, MessageError
+from pyros1.observe import deep_png
+
+Pixels = NDArray[Any]
+MOST_PIXELS = 1 << 27
+"""Most pixels of an image that is unpacked, unless a caller wants fewer."""
+_FORMATS = ("JPEG", "PNG", "BMP", "TIFF", "WEBP", "PPM", "JPEG2000")
+_NAMES = {"jpg": "JPEG", "jpe": "JPEG", "tif": "TIFF", "dib": "BMP", "jp2": "JPEG2000", "pgm": "PPM", "pbm": "PPM"}
+"""Extensions of files that Pillow's formats do not have as names."""
+_END_OF_JPEG = b"\xff\xd9"
+_TIFF_BITS, _TIFF_NUMBERS = 258, 339
+"""Tags of TIFF: bits of each channel, and what they are: 1 natural, 2 whole, 3 real numbers."""
+_TIFF_KINDS = ("u1", "u2", "i4", "f4")
+
+
+class ImageFileError(MessageError):
+    """An image cannot be read or written in a format."""
+
+
+class UnsupportedFileError(ImageFileError):
+    """Pillow would lose bits of the image; OpenCV would not."""
+
+
+def pillow() -> Any:
+    """Return the module PIL.Image; raises Error if it is not installed."""
+    try:
+        return import_module("PIL.Image")
+    except ImportError as error:
+        raise Error(f"compressed images need Pillow ({error}): pip install 'pyros1[images]'") from None
+
+
+def decode(data: bytes, most: int = MOST_PIXELS) -> Pixels:
+    """Return the pixels of an image file.
+
+    Args:
+        data: the file. A JPEG file may be cut off: what is missing is grey, as with other readers.
+        most: an image with more pixels is refused.
+
+    Returns:
+        An array of shape (height, width), or (height, width, 3 or 4) with red, green, blue and opacity; of uint8, or of
+        uint16, int32 or float32 if the file has such numbers.
+
+    Raises:
+        ImageFileError: the file is damaged or too large, or its format or depth is not supported.
+        Error: Pillow is not installed.
+    """
+    module = pillow()
+    try:
+        with module.open(BytesIO(data + _END_OF_JPEG), formats=_FORMATS) as picture:
+            width, height = picture.size
+            if width * height > most:
+                raise ImageFileError(f"an image of {width} x {height} pixels is too large: at most {most} can be read")
+            return _unpacked(module, picture, data)
+    except MessageError:
+        raise
+    except module.UnidentifiedImageError:
+        raise ImageFileError("the image cannot be read: its format is not known") from None
+    except Exception as error:  # noqa: BLE001 - Pillow raises many kinds for damaged files
+        raise ImageFileError(f"the image cannot be read: {error}") from None
+
+
+def encode(image: Pixels, form: str, **options: Any) -> bytes:
+    """Return an image file.
+
+    Args:
+        image: array of shape (height, width), or (height, width, 1, 3 or 4) with red, green, blue and opacity. Numbers
+            that the format does not have become the nearest from 0 to 255; opacity that it lacks is left out.
+        form: the format, or the extension of such files: "jpg", "png" ...
+        options: of Pillow for that format, for example ``quality`` of JPEG or ``compress_level`` of PNG.
+
+    Raises:
+        ImageFileError: the format does not exist, or cannot store such an image.
+        Error: Pillow is not installed.
+    """
+    name = _NAMES.get(form.lower(), form.upper())
+    if image.ndim == 3 and image.shape[2] == 1:
+        image = image[:, :, 0]
+    if not image.size or image.ndim not in (2, 3) or image.shape[2:] not in ((), (3,), (4,)):
+        raise ImageFileError(f"an image with the shape {image.shape} cannot be written as {form}")
+    kind = image.dtype.str[1:]
+    if name == "PNG" and kind == "u2" and image.ndim == 3:
+        return deep_png.write(image, options.get("compress_level", 6))
+    deep = {"PNG": ("u2",), "TIFF": _TIFF_KINDS, "PPM": ("u2",), "JPEG2000": ("u2",)}.get(name, ())
+    if kind not in deep and name not in ("TIFF", "PPM", "JPEG2000"):
+        image = to_bytes(image)
+    elif kind != "u1" and (kind not in deep or image.ndim == 3):
+        raise ImageFileError(
+            f"an image of {image.dtype} with the shape {image.shape} cannot be written as {form} by Pillow"
+        )
+    if name in ("JPEG", "BMP", "PPM") and image.ndim == 3:
+        image = image[:, :, :3]
+    if name == "PPM" and kind == "u2":
+        image = image.astype(np.int32)
+    file = BytesIO()
+    try:
+        pillow().fromarray(np.ascontiguousarray(image.astype(image.dtype.newbyteorder("=")))).save(
+            file, name, **options
+        )
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ImageFileError(f"the image cannot be written as {form}: {error}") from None
+    return file.getvalue()
+
+
+def to_bytes(image: Pixels) -> NDArray[np.uint8]:
+    """Return numbers as the nearest from 0 to 255; what is no number, or beyond 32 bits, is 0, as in OpenCV."""
+    if image.dtype == np.uint8:
+        return image
+    if image.dtype.kind == "f":
+        with np.errstate(invalid="ignore"):
+            image = np.where(np.abs(image) < 1 << 31, np.rint(image), 0)
+    return np.clip(image, 0, 255).astype(np.uint8)
+
+
+def _unpacked(module: Any, picture: Any, data: bytes) -> Pixels:
+    head = deep_png.header(data)
+    if head is not None and head.bits == 16 and head.colour:
+        found = deep_png.read(data, module)
+        return np.dstack([found[:, :, :1]] * 3 + [found[:, :, 1:]]) if found.shape[2] == 2 else found
+    mode, name = picture.mode, picture.format
+    if mode == "CMYK":
+        return _from_cmyk(picture)
+    if mode in ("RGB", "RGBA", "LA", "CMYK") and _is_deep(picture, data):
+        raise UnsupportedFileError(f"of {name} files in colours with more than 8 bits Pillow loses the lower ones")
+    if name == "TIFF" and picture.tag_v2.get(_TIFF_NUMBERS, (1,))[0] == 2 and mode in ("L", "I"):
+        return np.asarray(picture).astype(f"i{picture.tag_v2[_TIFF_BITS][0] // 8}")
+    if mode == "F" or mode.startswith("I"):
+        return np.asarray(picture).astype(np.float32 if mode == "F" else np.uint16)
+    clear = "transparency" in picture.info
+    if name == "WEBP" or mode not in ("1", "L"):
+        mode = "RGBA" if clear or mode in ("RGBA", "LA", "PA") else "RGB"
+    else:
+        mode = "L"
+    return np.array(picture.convert(mode))
+
+
+def _is_deep(picture: Any, data: bytes) -> bool:
+    """Return whether Pillow leaves out bits of the colours."""
+    if picture.format == "TIFF":
+        return bool(max(picture.tag_v2.get(_TIFF_BITS, (8,))) > 8)
+    if picture.format == "PPM":
+        return bool(picture.tile[0][3][-1] != 255) if isinstance(picture.tile[0][3], tuple) else False
+    if picture.format == "JPEG2000":
+        at = data.find(b"\xff\x51")  # the segment SIZ: the depth of its first component
+        return 0 <= at < len(data) - 41 and data[at + 40] & 0x7F > 7
+    return False
+
+
+def _from_cmyk(picture: Any) -> Pixels:
+    """Return the colours of a picture for printers, calculated as OpenCV does."""
+    stored = np.asarray(picture).astype(np.int32)
+    if "adobe" in picture.info:  # Pillow has turned them
+        stored = 255 - stored
+    black = stored[:, :, 3:]
+    colours: Pixels = (black - ((255 - stored[:, :, :3]) * black >> 8)).astype(np.uint8)
+    return colours
