@@ -7,12 +7,14 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 from browsing import Browser, Web
 from PIL import Image as Pillow
 
 from pyros1.msgs.sensor_msgs.msg import CompressedImage, Image
 from pyros1.msgs.std_msgs.msg import String
+from pyros1.observe.image_files import encode
 from pyros1.web.links import panel_link
 
 PIXELS = """
@@ -47,7 +49,7 @@ def grey(*values: int) -> list[tuple[int, ...]]:
 
 
 CASES: list[tuple[Image, list[tuple[int, ...]]]] = []
-for name in ("rgb8", "bgr8", "rgba8", "bgra8", "rgb16", "bgr16"):
+for name in ("rgb8", "bgr8", "rgba8", "bgra8", "rgb16", "bgr16", "rgba16", "bgra16"):
     data, step = packed(name)
     CASES.append((Image(width=2, height=2, encoding=name, step=step, data=data), [*FOUR]))
 CASES += [
@@ -120,6 +122,22 @@ def test_compressed(browser: Browser, picture: Callable[[Any], None], form: str)
     found = shown(browser)
     assert len(found) == 64
     assert all(abs(a - b) < 6 for pixel in found for a, b in zip(pixel, (250, 20, 30), strict=True))
+
+
+def test_depths_that_are_compressed_look_like_those_that_are_not(
+    browser: Browser, picture: Callable[[Any], None]
+) -> None:
+    """A browser alone shows the upper bytes: nearly black."""
+    file = encode(np.array([[1000, 2000, 3000]], np.uint16), "png")
+    picture(CompressedImage(format="16UC1; png compressed ", data=file))
+    assert [pixel[0] for pixel in shown(browser)] == [0, 128, 255]
+    browser.wait("document.querySelector('.image .status').textContent.includes('1000 … 3000')")
+    picture(CompressedImage(format="16UC1; compressedDepth png", data=bytes(12) + file))
+    assert [pixel[0] for pixel in shown(browser)] == [0, 128, 255]
+    file = encode(np.array([[150, 0, 100]], np.uint16), "png")
+    picture(CompressedImage(format="32FC1; compressedDepth", data=struct.pack("<iff", 0, 100.0, 50.0) + file))
+    assert shown(browser) == [(0, 0, 0), (0, 0, 96), (255, 255, 255)]
+    assert "1 … 2" in browser.run("return document.querySelector('.image .status').textContent")
 
 
 @pytest.mark.parametrize(

@@ -1,12 +1,14 @@
 // Pictures of sensor_msgs/Image as pixels of a canvas; see https://wiki.ros.org/sensor_msgs and image_encodings.h.
 
+import { deepGrey, metres } from "./deep_png.js";
+
 // Encodings, whatever a robot calls its own: "constructor" is none.
 const PLAIN = { // channels: where red, green, blue and alpha are; -1 for none
   __proto__: null,
   rgb8: [3, 0, 1, 2, -1], bgr8: [3, 2, 1, 0, -1], rgba8: [4, 0, 1, 2, 3], bgra8: [4, 2, 1, 0, 3],
   "8uc3": [3, 2, 1, 0, -1], "8uc4": [4, 2, 1, 0, 3],
 };
-const WIDE = { __proto__: null, rgb16: [3, 0, 1, 2], bgr16: [3, 2, 1, 0], rgba16: [4, 0, 1, 2], bgra16: [4, 2, 1, 0] };
+const WIDE = { __proto__: null, rgb16: [3, 0, 1, 2], bgr16: [3, 2, 1, 0], rgba16: [4, 0, 1, 2, 3], bgra16: [4, 2, 1, 0, 3] };
 const SINGLE = { // of one channel: bytes of a value, and how to read it
   __proto__: null,
   mono8: [1, "getUint8"], "8uc1": [1, "getUint8"], "8sc1": [1, "getInt8"],
@@ -65,8 +67,8 @@ function wide(out, data, width, height, step, [size, ...places], bigendian) {
   const high = bigendian ? 0 : 1; // the upper byte is enough for a screen
   for (let row = 0, to = 0; row < height; row += 1) {
     for (let column = 0, from = row * step; column < width; column += 1, from += 2 * size, to += 4) {
-      for (let colour = 0; colour < 3; colour += 1) out[to + colour] = data[from + 2 * places[colour] + high];
       out[to + 3] = 255;
+      for (let colour = 0; colour < places.length; colour += 1) out[to + colour] = data[from + 2 * places[colour] + high];
     }
   }
 }
@@ -137,6 +139,13 @@ function single(out, data, width, height, step, [size, read], bigendian, range) 
 
 const turns = new WeakMap(); // canvas -> number of its newest picture
 
+// Return a compressed picture with one channel of 16 bits, or of depths, as one that is not compressed; null if it is another.
+async function uncompressed({ format }, data) {
+  const depth = format.includes("compressedDepth");
+  const found = await deepGrey(depth ? data.subarray(12) : data, MOST_PIXELS);
+  return found && depth && format.startsWith("32FC1") ? metres(data, found) : found;
+}
+
 // Draw a push of the view image on a canvas. Returns {least, most} of a picture of one channel, null if a newer picture
 // has come meanwhile, or throws an Error that says what is wrong with it.
 export async function drawPicture(canvas, facts, data, range = null) {
@@ -154,6 +163,9 @@ export async function drawPicture(canvas, facts, data, range = null) {
   }
   let picture;
   try {
+    const raw = await uncompressed(facts, data);
+    if (turn !== turns.get(canvas)) return null;
+    if (raw) return drawPicture(canvas, raw, raw.data, range);
     picture = await createImageBitmap(new Blob([facts.format.includes("compressedDepth") ? data.subarray(12) : data]));
   } catch {
     throw new Error(`the browser cannot show a picture of the format ${facts.format}`);

@@ -125,7 +125,7 @@ class Picture {
       this.place.problem(error.message);
       return;
     }
-    const ranged = this.values && !["mono8", "8uc1"].includes(facts.encoding.toLowerCase());
+    const ranged = this.values && !["mono8", "8uc1"].includes((facts.encoding || "").toLowerCase());
     for (const field of this.limits) field.hidden = !ranged && !this.range;
     const first = !this.facts;
     this.facts = facts;
