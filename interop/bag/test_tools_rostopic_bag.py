@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import random
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 from harness import SOURCE, stock_tools
 
+import pyros1.bag
 from pyros1.bag import BagWriter
 from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
@@ -66,6 +68,24 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+NAMES = ["chatter", "/chatter", "ns/x", "/ns/x", "/a/b", "a", "numbers", "robot/chatter", "/robot/a"]
+"""Topics as bags have them: roslaunch's namespaces, and recorders that others wrote, leave the slash out."""
+MESSAGES = 30
+
+
+@pytest.fixture(scope="module")
+def names(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A bag whose topics have names of all forms."""
+    rng = random.Random(28)
+    text = load_message("std_msgs/String")
+    path = tmp_path_factory.mktemp("names") / "names.bag"
+    with pyros1.bag.open(path, "w") as bag:
+        for number in range(MESSAGES):
+            topic = NAMES[number] if number < len(NAMES) else rng.choice(NAMES)
+            bag.write(topic, text(f"{topic} {number}"), Time(1000 + number))
+    return path
+
+
 def ask(command: list[str], words: list[str]) -> tuple[int, str, str]:
     if command == ["/usr/bin/rostopic"]:
         return stock_tools().ask([*command, *words], os.environ)
@@ -81,6 +101,30 @@ def test_output_is_stocks(bag: Path, line: str) -> None:
         "from pyros1.cli.main import entry; sys.exit(entry())"
     )
     assert ask([sys.executable, "-c", start], words) == ask(["/usr/bin/rostopic"], words)
+
+
+@pytest.mark.parametrize("namespace", ["", "/robot", "ns/"])
+def test_topics_are_found_by_the_names_they_are_resolved_to(names: Path, namespace: str) -> None:
+    start = [sys.executable, "-m", "pyros1", "topic"]
+    asked = sorted({*NAMES, *(name.lstrip("/") for name in NAMES), *(f"/{name.lstrip('/')}" for name in NAMES)})
+    asked += ["chatter/data", "/chatter/data", "/robot/chatter/", "/ns/x/data"]
+    for name in asked:
+        words = ["echo", "-b", str(names), name]
+        environ = {**os.environ, "ROS_NAMESPACE": namespace}
+        stock = stock_tools().ask(["/usr/bin/rostopic", *words], environ)
+        ours = subprocess.run([*start, *words], capture_output=True, text=True, check=False, env=environ)
+        assert (ours.returncode, ours.stdout) == stock[:2], (name, namespace)
+        assert bool(ours.stderr) == (not ours.stdout), (name, namespace, ours.stderr)
+
+
+def test_messages_below_a_namespace_are_counted_whatever_the_form_of_their_names(names: Path) -> None:
+    """Stock's list finds only topics with a slash in front, and ends with a traceback if there are none."""
+    start = [sys.executable, "-m", "pyros1", "topic", "list", "-b", str(names)]
+    assert ask(start, ["/"])[1].startswith(f"{MESSAGES} message(s)")
+    with pyros1.bag.open(names) as bag:
+        both = bag.count(["chatter", "/chatter"])
+    assert ask(start, ["/chatter"]) == ask(start, ["chatter"])
+    assert ask(start, ["/chatter"])[1].startswith(f"{both} message(s)")
 
 
 def test_a_topic_that_is_not_in_the_bag(bag: Path) -> None:

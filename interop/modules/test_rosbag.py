@@ -216,6 +216,32 @@ def test_bags_from_elsewhere_are_read_alike(master: Master, tmp_path: Path) -> N
         assert sorted(one.splitlines()) == sorted(other.splitlines())
 
 
+def test_topics_are_chosen_by_name_alike(master: Master, tmp_path: Path) -> None:
+    faces.same(master, BY_NAME, str(tmp_path / "names.bag"))
+
+
+BY_NAME = """
+import random, sys
+import rosbag, rospy
+from std_msgs.msg import Int32
+topics = ["chatter", "/chatter", "a/b", "/a/b", "/a//b", "/a/b/", "a//b", "~p", "x-y z", "/", "n/rel", "/N"]
+rng = random.Random(7)
+with rosbag.Bag(sys.argv[1], "w") as bag:
+    for number in range(40):
+        bag.write(rng.choice(topics), Int32(number), rospy.Time(number + 1))
+asked = [*topics, "chatter/", "//chatter", "b", "", "/n/rel", "N", "/chatter/data"]
+asked += [rng.sample(asked, 3) for _ in range(20)] + [tuple(asked[:2]), set(asked[:3]), []]
+with rosbag.Bag(sys.argv[1]) as bag:
+    for names in asked:
+        print(names if isinstance(names, (str, list)) else sorted(names))
+        print([(topic, message.data) for topic, message, _ in bag.read_messages(names)])
+        for ask in (bag.get_message_count, bag.get_type_and_topic_info):
+            try:
+                print(ask(names))
+            except Exception as error:
+                print(type(error).__name__)
+"""
+
 TOLERANT = """
 import sys
 import rosbag

@@ -125,8 +125,9 @@ class Bag:
         """Yield messages in order of time. Only chunks with messages of the wanted time are read.
 
         Args:
-            topics: one topic or several; None means all. A leading ``/`` does not matter. Topics that are not in the
-                bag yield nothing, as with rosbag.Bag.read_messages; `topics` lists those of the bag.
+            topics: one topic or several; None means all. A leading ``/`` matters only if the bag has both names. Topics
+                that are not in the bag yield nothing, as with rosbag.Bag.read_messages; `topics` lists those of the
+                bag.
             start: only from this time on.
             end: only until this time.
             raw: whether to yield `AnyMsg` instead of decoded messages.

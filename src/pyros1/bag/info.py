@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 import time
 from array import array
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice, pairwise
 from typing import Any
@@ -111,27 +111,13 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
     if frequencies:
         used = {conn for chunk in chunks for conn in chunk.counts}
         connections = {number: connection for number, connection in connections.items() if number in used}
-    counts: dict[int, int] = {}
-    for chunk in chunks:
-        for conn, count in chunk.counts.items():
-            counts[conn] = counts.get(conn, 0) + count
     types: dict[str, str] = {}
     by_topic: dict[str, list[int]] = {}
     for number, connection in connections.items():
         types.setdefault(connection.type, connection.md5sum)
-        by_topic.setdefault(connection.topic, []).append(number)
+        by_topic.setdefault(foreign(connection.topic), []).append(number)
     old = bag.file.version == 102
-    rates = _frequencies(bag, by_topic) if frequencies or old else {}  # stock shows them for old bags without an option
-    topics = [
-        Topic(
-            foreign(name),
-            foreign(connections[ids[0]].type),
-            sum(counts.get(i, 0) for i in ids),
-            len(ids),
-            rates.get(name),
-        )
-        for name, ids in sorted(by_topic.items())
-    ]
+    topics = summarize_topics(bag, by_topic, frequencies=frequencies or old)  # stock shows them for old bags unasked
     version = "1.2" if old else "2.0"
     indexed = bag.file.index_pos > 0 if old else not bag.scanned
     # As in stock, the index's order of chunks counts, even if it is unsorted. Old bags have no chunks.
@@ -142,7 +128,7 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
         size=bag.file.size,
         start=start / NS,
         end=end / NS,
-        messages=sum(counts.values()),
+        messages=bag.count(),
         storage={} if old else _storage(bag),
         types={foreign(name): foreign(md5sum) for name, md5sum in sorted(types.items())},
         topics=topics,
@@ -150,6 +136,31 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
         encryption=foreign(bag.file.encrypted),
         gpg_user=foreign(bag.file.header.get("gpg_user", b"").decode("utf-8", "replace")),
     )
+
+
+def summarize_topics(bag: BagReader, groups: Mapping[str, list[int]], *, frequencies: bool) -> list[Topic]:
+    """Return the facts about some topics, sorted by name.
+
+    Args:
+        bag: the bag.
+        groups: the ids of each topic's connections, at least one, by the topic's name.
+        frequencies: whether to compute them, for which the whole index is read.
+    """
+    counts: dict[int, int] = {}
+    for chunk in bag.chunks:
+        for conn, count in chunk.counts.items():
+            counts[conn] = counts.get(conn, 0) + count
+    rates = _frequencies(bag, groups) if frequencies else {}
+    return [
+        Topic(
+            name,
+            foreign(bag.connections[ids[0]].type),
+            sum(counts.get(number, 0) for number in ids),
+            len(ids),
+            rates.get(name),
+        )
+        for name, ids in sorted(groups.items())
+    ]
 
 
 def _storage(bag: BagReader) -> dict[str, Storage]:
@@ -160,16 +171,16 @@ def _storage(bag: BagReader) -> dict[str, Storage]:
     return found
 
 
-def _frequencies(bag: BagReader, by_topic: dict[str, list[int]]) -> dict[str, float]:
+def _frequencies(bag: BagReader, groups: Mapping[str, list[int]]) -> dict[str, float]:
     from statistics import median  # noqa: PLC0415 - it loads much, and few ask for frequencies
 
-    times: dict[int, array[float]] = {number: array("d") for ids in by_topic.values() for number in ids}
+    times: dict[int, array[float]] = {number: array("d") for ids in groups.values() for number in ids}
     for number, stamp in islice(bag.times(), _MOST_STAMPS):
         if number in times:
             times[number].append(stamp / NS)
     rates = {}
-    for name, ids in by_topic.items():
-        stamps = heapq.merge(*(times.pop(number) for number in ids))  # as stock: out of order if chunks overlap
+    for name, ids in groups.items():
+        stamps = heapq.merge(*(times[number] for number in ids))  # as stock: out of order if chunks overlap
         periods = array("d", (later - earlier for earlier, later in pairwise(stamps)))
         period = median(periods) if periods else 0.0
         if period > 0:

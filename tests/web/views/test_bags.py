@@ -281,6 +281,18 @@ def test_a_topic_without_a_slash_is_found_with_one(show: Callable[..., Shown], r
     assert [value for _, value in lines(plot.until(lambda data: data["progress"] == 1))[1, -1]] == [7, 8, 9, 9, 9]
 
 
+@pytest.mark.parametrize("name", ["event", "/event", "value", "/value"])
+def test_views_find_topics_with_and_without_a_slash(
+    show: Callable[..., Shown], shelved: Robot, run: str, name: str
+) -> None:
+    recorded = "event" if "event" in name else "/value"
+    assert list(show("bag_cursor", path=run, time=5.0, topics=[name]).until().data["messages"]) == [recorded]
+    timeline = {"path": run, "begin": 0.0, "end": 20.0, "columns": 4, "topics": [name]}
+    assert show("bag_timeline", **timeline).until().data["topics"] == [recorded]
+    step = {"path": run, "time": 0.0, "topics": [name], "forward": True}
+    assert calls.run(shelved, "bags.step", step) == pytest.approx(5.0 if recorded == "event" else 0.1)
+
+
 def test_pictures(show: Callable[..., Shown], bags: Path) -> None:
     pil = pytest.importorskip("PIL.Image")
     image, compressed = load_message("sensor_msgs/Image"), load_message("sensor_msgs/CompressedImage")

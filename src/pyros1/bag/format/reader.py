@@ -161,9 +161,15 @@ class BagReader:
         return sum(number for conn, number in counts if connections is None or conn in connections)
 
     def ids(self, topics: Collection[str]) -> set[int]:
-        """Return the ids of the connections of some topics; a leading ``/`` does not matter."""
-        wanted = {topic.lstrip("/") for topic in topics}
-        return {number for number, connection in self.connections.items() if connection.topic.lstrip("/") in wanted}
+        """Return the ids of the connections of some topics; a leading ``/`` matters only if the bag has both names."""
+        recorded = {connection.topic for connection in self.connections.values()}
+        exact = recorded.intersection(topics)
+        others = {topic.lstrip("/") for topic in topics if topic not in exact}
+        return {
+            number
+            for number, connection in self.connections.items()
+            if connection.topic in exact or connection.topic.lstrip("/") in others
+        }
 
     def messages(
         self,

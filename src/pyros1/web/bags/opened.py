@@ -155,8 +155,13 @@ class OpenBag:
         }
 
     def names(self, wanted: Iterable[str]) -> list[str]:
-        """Return those of some names that are topics here."""
-        return [name for name in wanted if name in self.topics]
+        """Return the topics of some names, as recorded. Names that are no topics here are left out."""
+        return [topic.name for name in wanted if (topic := self.topic(name)) is not None]
+
+    def topic(self, name: str) -> BagTopic | None:
+        """Return a topic by its name, with or without the slash in front; None if there is none."""
+        other = name[1:] if name.startswith("/") else f"/{name}"
+        return self.topics.get(name) or self.topics.get(other)
 
     def look(self, begin: float, end: float, columns: int, topics: list[str]) -> tuple[NDArray[np.float32], bool]:
         """Return where messages are; see `Density.look`. Times are in seconds since the bag's beginning."""
@@ -185,10 +190,9 @@ class OpenBag:
         """Return topic, type and the rest of ``/topic/field``; a topic recorded without a slash is found with one."""
         parts = text.split("/")
         for size in range(len(parts), 0, -1):
-            name = "/".join(parts[:size])
-            for topic in (name, name[1:]):
-                if topic in self.topics:
-                    return topic, self.topics[topic].type, "/".join(("", *parts[size:])) if parts[size:] else ""
+            topic = self.topic("/".join(parts[:size]))
+            if topic is not None:
+                return topic.name, topic.type, "/".join(("", *parts[size:])) if parts[size:] else ""
         return None
 
     def close(self) -> None:

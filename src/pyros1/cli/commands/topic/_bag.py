@@ -16,9 +16,12 @@ from pyros1.ground.shown import one_line
 from pyros1.ground.timing import Time
 from pyros1.msgs import AnyMsg
 
+Resolve = Callable[[str], str]
+"""Return the full name of a topic. Bags may hold relative names, which mean here what they mean on the command line."""
 
-def list_topics(path: str, namespace: str | None, *, json: bool) -> None:
-    """Print the topics of a bag, or the number and times of the messages below a namespace."""
+
+def list_topics(path: str, namespace: str | None, resolve: Resolve, *, json: bool) -> None:
+    """Print the topics of a bag as recorded, or the number and times of the messages below a namespace."""
     with _open(path) as bag:
         if namespace is None:
             names = list(dict.fromkeys(connection.topic for connection in bag.connections))
@@ -27,25 +30,34 @@ def list_topics(path: str, namespace: str | None, *, json: bool) -> None:
             elif names:
                 print(*map(one_line, names), sep="\n")
             return
-        topics = in_namespace(bag.topics, namespace)
+        topics = [name for name in bag.topics if in_namespace([resolve(name)], namespace)]
         times = [message.time.to_sec() for message in bag.messages(topics, raw=True)] if topics else []
         if json:
             span = {"start": min(times), "end": max(times)} if times else {"start": None, "end": None}
             print_json({"namespace": namespace, "topics": topics, "messages": len(times), **span})
             return
         if not times:
-            raise CommandError(f"no messages on {namespace} in {path}{did_you_mean(namespace, bag.topics)}")
+            hint = did_you_mean(namespace, map(resolve, bag.topics))
+            raise CommandError(f"no messages on {namespace} in {path}{hint}")
         first, last = (time.strftime("%d %b %Y %H:%M:%S", time.localtime(t)) for t in (min(times), max(times)))
         print(f"{len(times)} message(s) from {first} to {last}")
 
 
-def split_name(path: str, name: str) -> tuple[str, str] | None:
-    """Split a name into a topic of the bag and a field path. If the topic does not exist, warn and return None."""
+def find_topic(path: str, name: str, resolve: Resolve) -> tuple[list[str], str] | None:
+    """Split a full name into topics of the bag and a field path.
+
+    Returns:
+        The topics as recorded (several if the bag has both ``/a`` and ``a``), and the path; None, after a warning, if
+        there are none.
+    """
     with _open(path) as bag:
-        for topic in sorted(bag.topics, key=len, reverse=True):
-            if name == topic or name.startswith(topic + "/"):
-                return topic, name[len(topic) :]
-        print(f"WARNING: no topic [{name}] in {path}{did_you_mean(name, bag.topics)}", file=sys.stderr)
+        recorded: dict[str, list[str]] = {}
+        for topic in bag.topics:
+            recorded.setdefault(resolve(topic), []).append(topic)
+    for topic in sorted(recorded, key=len, reverse=True):
+        if name == topic or name.startswith(topic + "/"):
+            return recorded[topic], name[len(topic) :]
+    print(f"WARNING: no topic [{name}] in {path}{did_you_mean(name, recorded)}", file=sys.stderr)
     return None
 
 

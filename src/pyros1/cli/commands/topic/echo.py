@@ -32,7 +32,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     name = invocation.resolve(args[0]) if args else ""
     expression = Expression(options.filter_expr) if options.filter_expr else None
     if options.bag:
-        _echo_bag(options, name, expression)
+        _echo_bag(invocation, options, name, expression)
         return
     with invocation.open_node() as node:
         found = find_topic(invocation, node, name)
@@ -81,16 +81,16 @@ VERB = Verb(
 )
 
 
-def _echo_bag(options: Any, name: str, expression: Expression | None) -> None:
+def _echo_bag(invocation: Invocation, options: Any, name: str, expression: Expression | None) -> None:
     from pyros1.cli.commands.topic import _bag  # noqa: PLC0415 - bags are not cheap
 
     path = ""
     topics = None
     if not options.all:
-        found = _bag.split_name(options.bag, name)
+        found = _bag.find_topic(options.bag, name, invocation.resolve)
         if found is None:
             return
-        topics, path = [found[0]], found[1]
+        topics, path = found
     moment = Time()
     show = _show(options, lambda: moment)
     printers: dict[str, Printer] = {}
@@ -103,7 +103,8 @@ def _echo_bag(options: Any, name: str, expression: Expression | None) -> None:
             return False
         printer = printers.get(topic)
         if printer is None:
-            printer = printers[topic] = Printer(topic, FieldPath(path), show, expression, None)
+            full = invocation.resolve(topic)
+            printer = printers[topic] = Printer(full, FieldPath(path), show, expression, None)
         before = printer.count
         printer.arrived(raw)
         if isinstance(printer.error, CommandError):

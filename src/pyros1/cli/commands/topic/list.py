@@ -25,7 +25,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                 raise UsageError(f"{option} option is not valid with bags")
         from pyros1.cli.commands.topic import _bag  # noqa: PLC0415 - bags are not cheap
 
-        _bag.list_topics(options.bag, invocation.resolve(args[0]) if args else None, json=options.json)
+        namespace = invocation.resolve(args[0]) if args else None
+        _bag.list_topics(options.bag, namespace, invocation.resolve, json=options.json)
         return
     if options.publishers and options.subscribers:
         raise UsageError("you may only specify one of -p, -s")

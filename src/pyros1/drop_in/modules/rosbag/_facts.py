@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 import operator
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -13,8 +13,9 @@ import yaml
 
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import NS
-from pyros1.bag.info import Summary, info_text, info_values, summarize, yaml_text
+from pyros1.bag.info import Summary, info_text, info_values, summarize, summarize_topics, yaml_text
 from pyros1.drop_in.missing import members
+from pyros1.ground.names import canonicalize_name
 from rosbag._lending import Lending
 from rosbag._parts import (
     Compression,
@@ -102,15 +103,24 @@ class Facts:
         return chunks[number].end if number else chunks[0].start  # the order of the file counts, as in stock
 
     def get_type_and_topic_info(self, topic_filters: Any = None) -> Any:
-        """Return types with their md5 sums, and topics with type, number of messages and connections, and frequency."""
-        summary = self._summary()
-        wanted = None if topic_filters is None else {*map(_canonical, _several(topic_filters))}
-        topics = {
-            topic.name: TopicTuple(topic.type, topic.messages, topic.connections, topic.frequency)
-            for topic in summary.topics
-            if wanted is None or _canonical(topic.name) in wanted
-        }
-        return TypesAndTopicsTuple(dict(summary.types), topics)
+        """Return types with their md5 sums, and topics with type, number of messages and connections, and frequency.
+
+        Args:
+            topic_filters: one name or a list of names, by which the result then has the topics; None means all.
+        """
+        with self._any_reader() as reader:
+            used = {conn for chunk in reader.chunks for conn in chunk.counts}
+            infos = [info_of(each) for number, each in reader.connections.items() if number in used]
+            names = [info.topic for info in infos] if topic_filters is None else topic_filters
+            groups = {}
+            for name in set(names if isinstance(names, list) else [names]):
+                ids = [info.id for info in _named(infos, name)]
+                if ids:
+                    groups[name] = ids
+            found = summarize_topics(reader, groups, frequencies=True)
+        types = {info.datatype: info.md5sum for info in reversed(infos)}
+        topics = {each.name: TopicTuple(each.type, each.messages, each.connections, each.frequency) for each in found}
+        return TypesAndTopicsTuple(dict(sorted(types.items())), topics)
 
     @contextmanager
     def _any_reader(self) -> Iterator[BagReader]:
@@ -167,10 +177,7 @@ class Facts:
         return sum(header.uncompressed_size for header in self._chunk_headers.values())
 
     def _get_connections(self, topics: Any = None, connection_filter: Callable[..., bool] | None = None) -> Any:
-        wanted = {*map(_canonical, _several(topics))} if topics else None
-        for info in self._connections.values():
-            if wanted is not None and _canonical(info.topic) not in wanted:
-                continue
+        for info in _named(self._connections.values(), topics):
             if connection_filter and not connection_filter(
                 info.topic, info.datatype, info.md5sum, info.msg_def, info.header
             ):
@@ -212,13 +219,12 @@ class Facts:
         return next((entry for entry in self._get_entries(connections, t) if entry.time > t), None)
 
 
-def _several(topics: Any) -> Any:
-    return [topics] if isinstance(topics, str) else topics
-
-
-def _canonical(topic: str) -> str:
-    """Return a topic's name without repeated and final slashes."""
-    return "/" * topic.startswith("/") + "/".join(part for part in topic.split("/") if part)
+def _named(infos: Iterable[_ConnectionInfo], topics: Any) -> Iterator[_ConnectionInfo]:
+    """Yield the connections of one topic or several; none means all. Repeated and final slashes do not matter."""
+    wanted = {*map(canonicalize_name, [topics] if isinstance(topics, str) else topics)} if topics else None
+    for info in infos:
+        if wanted is None or canonicalize_name(info.topic) in wanted:
+            yield info
 
 
 class ComparableMixin:

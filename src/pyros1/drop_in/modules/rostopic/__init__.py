@@ -257,7 +257,8 @@ def _rostopic_echo(topic: str, callback_echo: Any, bag_file: str | None = None, 
         import rosbag
 
         with rosbag.Bag(bag_file) as bag:
-            for name, message, stamp in bag.read_messages():
+            for recorded, message, stamp in bag.read_messages():
+                name = recorded if recorded[:1] == "/" else rosgraph.names.script_resolve_name(NAME, recorded)
                 callback_echo.callback(message, {"topic": name, "type_information": None}, current_time=stamp)
                 if callback_echo.done:
                     break

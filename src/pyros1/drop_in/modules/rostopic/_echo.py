@@ -10,7 +10,7 @@ from genpy import Message
 from genpy.message import strify_message
 
 from pyros1.msgs.text import format_message
-from rostopic._fields import Shown, _str_plot, _str_plot_fields
+from rostopic._fields import Shown, _str_plot, _str_plot_fields, msgevalgen
 
 _CLEAR = "\033[2J\033[;H"
 
@@ -116,15 +116,18 @@ class CallbackEcho:
         topic = callback_args["topic"]
         if self.done or (self.filter_fn is not None and not self.filter_fn(data)):
             return
-        if self.echo_all_topics:
-            if self.topic not in ("", "/") and not f"{topic}/".startswith(self.topic):
+        msg_eval = self.msg_eval
+        if topic != self.topic:
+            if self.topic.startswith(f"{topic}/"):  # a field of a bag's topic
+                if topic != self.last_topic:
+                    self.last_topic, self.last_msg_eval = topic, msgevalgen(self.topic[len(topic) :])
+                msg_eval = self.last_msg_eval
+            elif not self.echo_all_topics:
                 return
-        elif topic != self.topic and not self.topic.startswith(f"{topic}/"):
-            return
         if self.max_count is not None and self.count >= self.max_count:
             self.done = True
             return
-        value = data if self.msg_eval is None else self.msg_eval(data)
+        value = data if msg_eval is None else msg_eval(data)
         if value is None:
             return
         self.count += 1

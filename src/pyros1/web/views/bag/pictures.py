@@ -37,13 +37,13 @@ class BagPicturesView(BagView):
 
     def change(self, args: Mapping[str, Any]) -> None:
         name = text(args, "topic")
-        known = self.bag.topics.get(name)
+        known = self.bag.topic(name)
         if known is None or known.type not in IMAGES:
             raise RequestError(f"{foreign(name[:200])} has no images")
         times = args.get("times", [])
         if not isinstance(times, list) or len(times) > MOST:
             raise RequestError(f"times is a list of at most {MOST}")
-        self._topic = name
+        self._topic = known.name
         self._height = int(number(args, "height", 8, HIGHEST, 60))
         self._wanted = deque(number({"time": each}, "time", -_LONGEST, _LONGEST, 0.0) for each in times)
         self.polled = True
