@@ -13,7 +13,20 @@ import pytest
 
 SOURCES = Path(__file__).resolve().parents[1] / "src"
 
-LIBRARIES = {"apsw", "av", "backports", "cryptography", "lz4", "numpy", "PIL", "rosbags", "ruamel", "xacro", "yaml"}
+LIBRARIES = {
+    "apsw",
+    "av",
+    "backports",
+    "cryptography",
+    "lz4",
+    "numpy",
+    "PIL",
+    "rosbags",
+    "ruamel",
+    "websockets",
+    "xacro",
+}
+LIBRARIES |= {"yaml"}
 """What pyros1 is installed with, or may be, but for defusedxml, which reads launch files."""
 SLOW = {"asyncio", "email", "http", "logging", "multiprocessing", "ssl", "unittest"}
 """Modules of Python that take longer than most commands of ours."""

@@ -54,6 +54,11 @@ def test_a_layout_that_is_made_in(browser: Browser, web: Web) -> None:
     assert not browser.run("return document.querySelector('dialog').open")
 
 
+def test_a_link_names_a_built_in_layout(browser: Browser, web: Web) -> None:
+    browser.open(web.page("Tutorial"))
+    browser.wait(f'JSON.stringify({PANELS}) === \'["graph","plot","topics","console"]\'')
+
+
 def test_a_layout_of_ones_own(browser: Browser, web: Web, tmp_path: Path) -> None:
     browser.open(web.page("console"))
     browser.click("button[title='another panel below this one']")

@@ -17,6 +17,8 @@ from typing import Any
 import pytest
 
 import pyros1
+from pyros1.launch.reading.loader import load_plan
+from pyros1.launch.reading.world import make_resources
 from pyros1.msgs.std_msgs.msg import Float64
 
 SRC = Path(pyros1.__file__).parent
@@ -140,3 +142,17 @@ def test_controller_converges_with_a_time_constant_of_one_second(run: Any, make_
     slope = sum((t - mean_t) * (y - mean_y) for t, y in points) / sum((t - mean_t) ** 2 for t, _ in points)
     assert -1.0 / slope == pytest.approx(1.0, rel=0.15)
     assert response[-1] == pytest.approx(1.0 - math.exp(-2.5), abs=0.06)
+
+
+def test_the_tour_has_a_simulator_a_changing_command_and_a_page(run: Any, make_node: Any) -> None:
+    tour = SCRIPTS.parent / "launch" / "tour.launch"
+    plan = load_plan([str(tour)], {}, make_resources())
+    assert [(node.package, node.type) for node in plan.nodes] == [
+        ("minimal_nodes", "minimal_simulator"),
+        ("minimal_nodes", "minimal_controller"),
+        ("minimal_nodes", "minimal_commander"),
+        ("rqt_gui", "rqt_gui"),
+    ]
+    commands = Topic(make_node("listener"), "vel_cmd")
+    run("minimal_commander")
+    assert set(commands.wait(2)) == {1.0}

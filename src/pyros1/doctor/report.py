@@ -16,8 +16,10 @@ from pyros1.ground.shown import one_line
 
 ROWS = 200
 """Most rows of a table; the rest is counted."""
-_LIBRARIES = ("rosbags", "defusedxml", "PyYAML", "lz4", "numpy", "websockets", "pillow", "cbor2", "av", "cryptography")
-_LIBRARIES_WITHOUT_ROS = ("xacro", "rospkg", "catkin-pkg", "setuptools", "pip")
+_LIBRARIES = (
+    "rosbags", "defusedxml", "PyYAML", "lz4", "numpy", "xacro", "websockets", "pillow", "cbor2", "av", "cryptography",
+)  # fmt: skip
+_LIBRARIES_WITHOUT_ROS = ("rospkg", "catkin-pkg", "setuptools", "pip")
 _READ = re.compile(r"ROS_\w+|ROSCONSOLE_\w+|PYROS1_\w+|CMAKE_PREFIX_PATH|PYTHONPATH|VIRTUAL_ENV|LANG|LC_ALL|TERM|PATH")
 _SECRET_NAME = re.compile(r"TOKEN|KEY|SECRET|PASS", re.IGNORECASE)
 _CREDENTIALS = re.compile(r"(?<=//)[^/@\s]+@")

@@ -1,1 +1,1 @@
-"""The running robot in a browser: a server for the page and its views. Needs ``pyros1[web]``."""
+"""The running robot in a browser: a server for the page and its views."""

@@ -199,6 +199,7 @@ def test_rviz_alone_shows_its_usual_file(start: Start, tmp_path: Path) -> None:
         (["nothing"], "there is no panel 'nothing'; there are "),
         (["console", "/x"], "the panel console takes no arguments"),
         (["nodes", "/x", "/y"], "the panel nodes takes one node"),
+        (["--layout", "Tutorial", "plot"], "--layout opens a whole layout: name no panel as well"),
         (["-s", "rqt_shell"], "there is no plugin 'rqt_shell'; there are rqt_bag, "),
         (["--port", "70000"], "the port must be from 0 to 65535"),
         (["--most-pages", "0"], "--most-pages must be from 1 to 10000"),
@@ -223,12 +224,10 @@ def test_a_port_that_is_taken(start: Start) -> None:
     assert "--port 0 takes any free port" in output
 
 
-def test_without_the_package_it_says_what_to_install(start: Start, tmp_path: Path) -> None:
-    (tmp_path / "websockets.py").write_text("raise ImportError('not here')")
-    process = start("--port", "0", PYTHONPATH=str(tmp_path))
-    output, _ = process.communicate(timeout=30)
-    assert process.returncode == 1
-    assert "pip install 'pyros1[web]'" in output
+def test_a_layout_by_its_name(start: Start) -> None:
+    link = link_in(first_line(start("--port", "0")))
+    assert link_in(first_line(start("--layout", "Mobile robot"))) == f"{link}#Mobile%20robot"
+    assert link_in(first_line(start("rqt", "--layout", "Tutorial"))) == f"{link}#Tutorial"
 
 
 def test_other_machines_are_warned_of(start: Start) -> None:

@@ -55,10 +55,6 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if options.standalone:
         args = [*_panel_of(options.standalone), *args]
     panel, settings = _wanted(invocation, options, args)
-    try:
-        import websockets  # noqa: F401, PLC0415 - of the extra
-    except ImportError:
-        raise CommandError("this needs the package websockets: pip install 'pyros1[web]'") from None
     from pyros1.launch.running.logs import ros_home  # noqa: PLC0415 - after the command line proved right
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
     from pyros1.net.reach import is_loopback  # noqa: PLC0415
@@ -180,7 +176,11 @@ def _panel_of(plugin: str) -> tuple[str, ...]:
 
 
 def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str, dict[str, Any]]:
-    """Return the panel that the words name, and its settings."""
+    """Return the panel or layout that the words name, and its settings."""
+    if options.layout:
+        if args:
+            raise UsageError("--layout opens a whole layout: name no panel as well")
+        return quote(options.layout, safe=""), {}
     if not args:
         return "", {}
     from pyros1.web.server.assets import Assets  # noqa: PLC0415
@@ -318,6 +318,7 @@ COMMAND = Command(
             help="how many pages, programs of rosbridge and viewers may be connected at the same time (64)",
         ),
         Flag("--open", dest="open", help="open the page in this machine's browser; so does naming a panel"),
+        Option("--layout", metavar="NAME", help="open this layout: Tutorial, 'Mobile robot', Arm, Bag, or your own"),
         Option("-p", "--period", type="float", metavar="SECONDS", help="of a plot: seconds to show"),
         Flag("-P", "--start-paused", dest="paused", help="of a plot: begin paused"),
         Flag("-e", "--empty", help="of a plot: begin without the curves that it had before"),
@@ -337,7 +338,7 @@ COMMAND = Command(
             "argument", optional=True, many=True, help="what it shows: curves, the topic of an image, a node, bags"
         ),
         usage="[options] [PANEL [ARGUMENT ...]]",
-        description="Graph, console, plots, messages, parameters and services, live. Needs pyros1[web].",
+        description="Graph, console, plots, messages, parameters and services, live.",
         examples=[
             ("--open", "the robot in this machine's browser"),
             ("plot /velocity/data,/force_cmd/data", "a plot, from a server that runs or a new one"),

@@ -1,6 +1,6 @@
 """The ``xacro`` program in a separate process: ``python -m pyros1.launch.reading.xacro_tool ARGUMENTS``.
 
-The program is the one on PyPI (``pip install pyros1[xacro]``). It looks for packages in the index of ROS 2. Here
+The program is the one on PyPI, which is installed with pyros1. It looks for packages in the index of ROS 2. Here
 pyros1's package finder answers instead, so ``$(find pkg)`` means the same in xacro files and launch files.
 """
 
@@ -15,7 +15,7 @@ import types
 from pyros1.finding.packages import OWN_PACKAGES, PackageIndex
 from pyros1.ground.errors import PackageNotFoundError
 
-MISSING = "xacro is not installed: pip install pyros1[xacro]"
+MISSING = "xacro is not installed: pip install xacro"
 _NAMES = ("xacro", "xacro.py")
 
 
@@ -51,7 +51,7 @@ def main() -> int:
     vars(parent).update(packages=packages, get_package_share_directory=get_package_share_directory, __path__=[])
     sys.modules.update({parent.__name__: parent, packages.__name__: packages})
     try:
-        import xacro  # type: ignore[import-untyped,import-not-found,unused-ignore]  # noqa: PLC0415 - an extra
+        import xacro  # type: ignore[import-untyped,import-not-found,unused-ignore]  # noqa: PLC0415 - after its stand-ins
     except ImportError:
         sys.stderr.write(MISSING + "\n")
         return 1

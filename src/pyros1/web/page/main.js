@@ -4,7 +4,7 @@ import { copy, fill, h } from "./lib/dom.js";
 import { Robot } from "./lib/robot.js";
 import { panelList } from "./lib/panels.js";
 import { Workspace } from "./lib/workspace.js";
-import { layoutsButton } from "./lib/layouts.js";
+import { MADE_IN, layoutsButton } from "./lib/layouts.js";
 import { fromLink, linkFor, load, store } from "./lib/store.js";
 
 const theme0 = load("theme");
@@ -69,9 +69,9 @@ new ResizeObserver(seeTab).observe(bar);
 // Show a tab, or a layout that has a name. Each tab is a layout that begins as one panel, or as the panel says.
 function choose(name, tree) {
   const layouts = load("layouts") || {}; // another page of this browser may have changed them
-  const known = tree || layouts[name] || panels.some((panel) => panel.name === name);
+  const known = tree || layouts[name] || Object.hasOwn(MADE_IN, name) || panels.some((panel) => panel.name === name);
   current = known ? name : panels[0].name;
-  const begun = panels.find((panel) => panel.name === current)?.layout;
+  const begun = MADE_IN[current] || panels.find((panel) => panel.name === current)?.layout;
   workspace.show(tree || layouts[current] || (begun ? structuredClone(begun) : { panel: current }));
   if (tree) changed(workspace.tree);
   drawTabs();
