@@ -46,8 +46,16 @@ def test_the_parts_of_a_step() -> None:
     ]
     assert step.files == {"a/b.py": "x = 1\n"}
     shown = for_terminal(step, 20, colour=False).splitlines()
-    assert shown[:5] == ["3. A step", "", "Two lines of text", "with code.", ""]
+    assert shown[:5] == ["3. A step", "", "Two lines of text", "with `code`.", ""]
     assert "\x1b[1m3. A step\x1b[0m" in for_terminal(step, 20, colour=True)
+
+
+def test_commands_in_prose_are_marked() -> None:
+    step = GuideStep(1, "s", "S", "# S\n\nType `pyros1 topic list` now.\n\n| `a` | b |\n|---|---|\n| `c d` | `e` |\n")
+    bold = for_terminal(step, 17, colour=True)
+    assert "Type \x1b[1mpyros1\x1b[0m\n\x1b[1mtopic list\x1b[0m now." in bold
+    assert "\x1b[1ma    b\x1b[0m\n\x1b[1mc d\x1b[0m  \x1b[1me\x1b[0m\n" in bold
+    assert "`a`    b\n`c d`  `e`\n" in for_terminal(step, 17, colour=False)
 
 
 @pytest.mark.parametrize("seed", range(50))

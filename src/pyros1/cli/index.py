@@ -116,7 +116,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
     'guide': (
         'guide',
         'learn ROS 1 step by step: a package, topics, launch files, bags, a simulator ...',
-        'develop',
+        'learn',
         '',
         {},
         (),

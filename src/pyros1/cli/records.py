@@ -178,6 +178,7 @@ def examples_block(called: str, examples: Sequence[tuple[str, str]]) -> str:
 
 
 GROUPS = {
+    "learn": "Get started",
     "run": "Start programs",
     "look": "Inspect and control running nodes",
     "files": "Recordings and files",

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,6 +27,7 @@ _MARKS = {"# ": "title", "## ": "heading", "- ": "item"}
 _INLINE = re.compile(
     r"`(?P<code>[^`]+)`|\*(?P<word>\w[^*]*)\*|\[(?P<label>[^\]]+)\]\((?P<to>[^)]+)\)|<(?P<link>http[^>]+)>"
 )
+_COMMAND = re.compile(r"`([^`]+)`")
 _PAGE = re.compile(r"(\w+)\.md")
 
 
@@ -165,6 +166,30 @@ def pages() -> dict[str, GuidePage]:
     return found
 
 
+class _Look(NamedTuple):
+    """How a terminal sets off headings and commands.
+
+    Attributes:
+        colour: whether it takes escape sequences; if not, commands keep their backticks.
+    """
+
+    colour: bool
+
+    def strong(self, text: str) -> str:
+        """Return a text in bold."""
+        return f"{_BOLD}{text}{_RESET}" if self.colour and text else text
+
+    def marked(self, text: str) -> str:
+        """Return a text of one or more lines with its commands set off."""
+        if not self.colour:
+            return text
+        return _COMMAND.sub(lambda found: "\n".join(map(self.strong, found[1].split("\n"))), text)
+
+    def width(self, text: str) -> int:
+        """Return the number of columns that a text takes once it is marked."""
+        return len(text) - self.colour * text.count("`")
+
+
 def for_terminal(page: GuideStep | GuidePage, width: int, colour: bool) -> str:
     """Return a step or page as a terminal shows it.
 
@@ -173,10 +198,7 @@ def for_terminal(page: GuideStep | GuidePage, width: int, colour: bool) -> str:
         width: of the terminal, in columns.
         colour: whether commands and headings are set off with escape sequences.
     """
-
-    def strong(text: str) -> str:
-        return f"{_BOLD}{text}{_RESET}" if colour and text else text
-
+    look = _Look(colour)
     lines: list[str] = []
     before = ""
     for block in page.blocks:
@@ -186,25 +208,27 @@ def for_terminal(page: GuideStep | GuidePage, width: int, colour: bool) -> str:
             lines.append("")
         before = block.kind
         if block.kind == "title":
-            lines.append(strong(page.heading))
+            lines.append(look.strong(page.heading))
         elif block.kind == "heading":
-            lines.append(strong(block.text))
+            lines.append(look.strong(block.text))
         elif block.kind == "code":
-            lines.extend([strong(f"    {block.file}:")] * bool(block.file))
-            lines.extend("    " + (strong(line) if line.startswith("$ ") else line) for line in block.text.splitlines())
+            lines.extend([look.strong(f"    {block.file}:")] * bool(block.file))
+            lines.extend(
+                "    " + (look.strong(line) if line.startswith("$ ") else line) for line in block.text.splitlines()
+            )
         elif block.kind == "table":
-            lines.extend(_table(block, width, strong))
+            lines.extend(_table(block, width, look))
         else:
-            lines.extend(_wrapped(plain(block.text), width, "- " if block.kind == "item" else ""))
+            lines.extend(_wrapped(plain(block.text), width, "- " if block.kind == "item" else "", look))
     return "\n".join(lines) + "\n"
 
 
 def plain(text: str) -> str:
-    """Return a line of a block without its marks; links say where they lead."""
+    """Return a line of a block with the marks of its commands, `...`, but without others; links say where they lead."""
 
     def shown(found: re.Match[str]) -> str:
         if found["label"] is None:
-            return found["code"] or found["word"] or found["link"]
+            return found["word"] or found["link"] or found[0]
         name, label = _PAGE.fullmatch(found["to"]), plain(found["label"])
         to = f"pyros1 guide howto {name[1]}" if name else found["to"]
         return f"{label} ({to})" if name or to.startswith("http") else label
@@ -212,25 +236,27 @@ def plain(text: str) -> str:
     return _INLINE.sub(shown, text)
 
 
-def _table(table: Block, width: int, strong: Callable[[str], str]) -> Iterator[str]:
+def _table(table: Block, width: int, look: _Look) -> Iterator[str]:
     """Columns if they fit, else an item for each row."""
     head, *rows = (tuple(map(plain, row)) for row in table.rows)
-    widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+    widths = [max(map(look.width, column)) for column in zip(head, *rows, strict=True)]
     if sum(widths) + 2 * (len(widths) - 1) <= width:
         for row in (head, *rows):
-            line = "  ".join(map(str.ljust, row, widths)).rstrip()
+            cells = (cell + " " * (wide - look.width(cell)) for cell, wide in zip(row, widths, strict=True))
+            line = "  ".join(cells).rstrip()
             if line:
-                yield strong(line) if row is head else line
+                yield look.strong(line.replace("`", "") if look.colour else line) if row is head else look.marked(line)
         return
     for first, *others in rows:
-        yield from _wrapped(first, width, "- ")
+        yield from _wrapped(first, width, "- ", look)
         for name, cell in zip(head[1:], others, strict=True):
             if cell:
-                yield from _wrapped(f"{name}: {cell}" if name and len(others) > 1 else cell, width, "  ")
+                yield from _wrapped(f"{name}: {cell}" if name and len(others) > 1 else cell, width, "  ", look)
 
 
-def _wrapped(text: str, width: int, before: str) -> list[str]:
-    """Lines of a width; those after the first begin with as many spaces as the first has words before it."""
-    return textwrap.wrap(
+def _wrapped(text: str, width: int, before: str, look: _Look) -> list[str]:
+    """Lines of a width; those after the first begin with as many spaces as the first has characters before it."""
+    filled = textwrap.fill(
         text, width, initial_indent=before, subsequent_indent=" " * len(before), break_on_hyphens=False
     )
+    return look.marked(filled).split("\n")

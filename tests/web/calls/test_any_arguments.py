@@ -19,7 +19,7 @@ from pyros1.web.server import wire
 
 pytestmark = pytest.mark.once
 
-FILES = ("actions", "bags", "doctor", "forms", "page", "params", "reconfigure", "scene", "services", "topics")
+FILES = ("actions", "bags", "doctor", "forms", "guide", "page", "params", "reconfigure", "scene", "services", "topics")
 CALLS = sorted(f"{file}.{word}" for file in FILES for word in import_module(f"pyros1.web.calls.{file}").CALLS)
 _WORDS = """topic type value latch begin service services timeout node logger level name yaml part action id path time
 topics folder prefix compression values types curves windows frozen hz after run fixed rate loop paused clock start

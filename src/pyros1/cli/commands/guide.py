@@ -117,5 +117,5 @@ COMMAND = Command(
         ],
         run=run,
     ),
-    group="develop",
+    group="learn",
 )

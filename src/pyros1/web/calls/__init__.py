@@ -33,8 +33,8 @@ _FILES = frozenset(
         "topics",
     )
 )
-LONG = frozenset({"services.call"})
-"""Calls that take as long as a service, or for ever."""
+LONG = frozenset({"services.call", "guide.check"})
+"""Calls that may take as long as a service, or a test."""
 
 
 def run(robot: Robot, name: str, args: Mapping[str, Any], exchanges: Exchanges | None = None) -> Any:

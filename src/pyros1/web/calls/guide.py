@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
-from pyros1.guide import text
+from pyros1.guide import checks, text
+from pyros1.web.exchanges import Exchanges
 from pyros1.web.robot import Robot
+from pyros1.web.server.wire import RequestError
 
 
 def _blocks(page: text.GuideStep | text.GuidePage) -> list[dict[str, Any]]:
@@ -32,5 +36,26 @@ def pages(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
     return [{"name": page.name, "heading": page.heading, "blocks": _blocks(page)} for page in text.pages().values()]
 
 
-CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"steps": steps, "pages": pages}
-CHANGES: frozenset[str] = frozenset()
+def check(robot: Robot, args: Mapping[str, Any], exchanges: Exchanges) -> dict[str, str]:
+    """Check the exercise of a step, as ``pyros1 guide check`` does. Args: step: its number.
+
+    Returns:
+        What is missing, empty if the exercise is done; and the folder that was looked at: the server's.
+
+    Raises:
+        RequestError: there is no such step, or the pages of this server may see only some topics.
+        Error: the check failed, for example because there is no master.
+    """
+    step = args.get("step")
+    if type(step) is not int or not 1 <= step <= len(checks.CHECKS):
+        raise RequestError(f"step must be a number from 1 to {len(checks.CHECKS)}")
+    if robot.access.topics:
+        raise RequestError(f"this server shows only some topics (--topics): type pyros1 guide check {step}")
+    folder = Path.cwd()
+    missing = checks.check(step, {**os.environ, "ROS_MASTER_URI": robot.master_uri}, folder)
+    return {"missing": missing, "folder": str(folder)}
+
+
+CALLS: dict[str, Callable[..., Any]] = {"steps": steps, "pages": pages, "check": check}
+CHANGES: frozenset[str] = frozenset({"check"})
+"""Some checks call services, send goals, or run the reader's test."""

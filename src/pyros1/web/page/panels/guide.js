@@ -96,8 +96,29 @@ class Guide {
   _end(step) {
     if (!step.number) return null;
     const next = this.pages[this.at + 1];
+    const result = h("p.guide-result", { role: "status", hidden: true });
+    const check = h("button", { title: `the same as pyros1 guide check ${step.number}`, onclick: () => this._check(step, check, result) }, "Check the exercise");
     return h("div.guide-end", {},
-      next?.number && h("button.primary", { onclick: () => this._show(this.at + 1) }, `Next: ${next.title}`));
+      h("div.row", {}, check, next?.number && h("button.primary", { onclick: () => this._show(this.at + 1) }, `Next: ${next.title}`)),
+      result);
+  }
+
+  async _check(step, button, result) {
+    const say = (kind, ...text) => {
+      result.hidden = false;
+      result.className = `guide-result ${kind}`;
+      fill(result, ...text);
+    };
+    button.disabled = true;
+    say("", "Checking …");
+    try {
+      const { missing, folder } = await this.place.robot.call("guide.check", { step: step.number });
+      if (missing) say("wrong", `Not yet: ${missing}`, h("small", {}, `Files are looked for in ${folder}, where pyros1 web was started.`));
+      else say("good", "✓ Done.");
+    } catch (error) {
+      say("wrong", error.message);
+    }
+    button.disabled = false;
   }
 }
 
