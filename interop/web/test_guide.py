@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from browsing import Browser, Web
+
+from pyros1.msgs.std_msgs.msg import Float64
 
 TITLE = "document.querySelector('.guide-text h2').textContent"
 
@@ -62,4 +66,24 @@ def test_a_page_with_a_table_and_links(browser: Browser, web: Web, tmp_path: Pat
     browser.resize(390, 800)
     browser.wait("document.querySelector('.guide-text').clientWidth <= 390")
     assert browser.run("return document.documentElement.scrollWidth") <= 390
+    assert browser.complaints() == []
+
+
+def test_an_exercise_is_checked(browser: Browser, web: Web, make_node: Callable[..., Any], tmp_path: Path) -> None:
+    browser.open(web.page("guide"))
+    browser.wait_for_text("1. A package")
+    browser.choose('.tools select[aria-label="step or page"]', "publisher")
+    browser.click(".guide-end button", "Check the exercise")
+    result = "document.querySelector('.guide-result').textContent"
+    browser.wait(f"{result}.startsWith('Not yet: nobody publishes /topic2')")
+    assert str(Path.cwd()) in browser.run(f"return {result}")
+    browser.run("document.querySelector('.guide-text').scrollTo(0, 1e6)")
+    browser.picture(tmp_path / "missing.png")
+    node = make_node("counter")
+    publisher = node.advertise("topic2", Float64)
+    timer = node.timer(0.1, lambda event: publisher.publish(1.0))
+    browser.click(".guide-end button", "Check the exercise")
+    browser.wait(f"{result} === '✓ Done.'")
+    timer.shutdown()
+    browser.picture(tmp_path / "done.png")
     assert browser.complaints() == []
