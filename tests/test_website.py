@@ -52,7 +52,7 @@ def test_links_lead_somewhere(site: Path) -> None:
 
 def test_pages_have_the_text_of_the_guide(site: Path) -> None:
     text = (site / "steps" / "03-look.html").read_text(encoding="utf-8")
-    assert "<h1>Look at what runs</h1>" in text and '<img src="../pictures/graph.webp"' in text
+    assert "<h1>Inspect a running system</h1>" in text and '<img src="../pictures/graph.webp"' in text
     assert "$ pyros1 topic list\n/rosout" in text and "<code>minimal_nodes</code>" in text
     for file in [*(site / "steps").iterdir(), *(site / "howto").iterdir()]:
         shown = re.sub(r"(?s)<pre>.*?</pre>|<code>.*?</code>", "", file.read_text(encoding="utf-8"))

@@ -75,7 +75,7 @@ def test_an_exercise_is_checked(browser: Browser, web: Web, make_node: Callable[
     browser.choose('.tools select[aria-label="step or page"]', "publisher")
     browser.click(".guide-end button", "Check the exercise")
     result = "document.querySelector('.guide-result').textContent"
-    browser.wait(f"{result}.startsWith('Not yet: nobody publishes /topic2')")
+    browser.wait(f"{result}.startsWith('Not yet: no node publishes /topic2')")
     assert str(Path.cwd()) in browser.run(f"return {result}")
     browser.run("document.querySelector('.guide-text').scrollTo(0, 1e6)")
     browser.picture(tmp_path / "missing.png")

@@ -86,7 +86,7 @@ def test_steps_are_numbered_and_named_once_each() -> None:
     for step in known:
         assert [block.text for block in step.blocks if block.kind == "title"] == [step.title]
         assert [block.text for block in step.blocks if block.kind == "heading"][-1] == "Exercise"
-        assert step.text.endswith(f"\n\n`pyros1 guide check {step.number}` looks whether it is done.\n")
+        assert step.text.endswith(f"\n\n`pyros1 guide check {step.number}` checks whether it is done.\n")
 
 
 def test_the_page_has_panels_for_steps_that_there_are() -> None:

@@ -1,4 +1,4 @@
-"""The exercises of the guide: each check looks at the folder and at the running system, and says what is missing."""
+"""The exercises of the guide: each check inspects the folder and the running system, and says what is missing."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def package(looking: Looking) -> str:
         return "the package has no message type Pair: make the file my_messages/msg/Pair.msg"
     fields = [(field.type, field.name) for field in library.message("my_messages/Pair").fields]
     if sorted(fields) != [("float64", "a"), ("float64", "b")]:
-        return f"Pair should have the fields float64 a and float64 b, and has {_listed(fields)}"
+        return f"Pair should have the fields float64 a and float64 b, but it has {_listed(fields)}"
     return ""
 
 
@@ -130,7 +130,7 @@ def publisher(looking: Looking) -> str:
     if missing:
         return missing
     rate = looking.rate("/topic2")
-    return "" if 8.0 < rate < 12.0 else f"/topic2 should come 10 times per second, and comes {rate:.1f} times"
+    return "" if 8.0 < rate < 12.0 else f"/topic2 should be published at 10 Hz, but its rate is {rate:.1f} Hz"
 
 
 def by_hand(looking: Looking) -> str:
@@ -138,9 +138,9 @@ def by_hand(looking: Looking) -> str:
     if missing:
         return missing
     if "/minimal_subscriber" not in looking.state().subscribers.get("/topic1", []):
-        return "the minimal_subscriber does not run: pyros1 run minimal_nodes minimal_subscriber"
+        return "the minimal_subscriber is not running: pyros1 run minimal_nodes minimal_subscriber"
     found = looking.message("/topic1", lambda message: message.data == 3.5)
-    return "" if found else "nobody sends 3.5 on /topic1: pyros1 topic pub -r 1 topic1 std_msgs/Float64 3.5"
+    return "" if found else "no node publishes 3.5 on /topic1: pyros1 topic pub -r 1 topic1 std_msgs/Float64 3.5"
 
 
 def launched(looking: Looking) -> str:
@@ -148,13 +148,13 @@ def launched(looking: Looking) -> str:
     if "/left/second" in nodes:
         return ""
     if nodes:
-        return f"/left/topic1 is published by {', '.join(nodes)}; the node should be named second, in the group"
-    return 'nobody publishes /left/topic1: <group ns="left"> around a <node name="second" ...>, and launch the file'
+        return f"/left/topic1 is published by {', '.join(nodes)}, but the node in the group should be named second"
+    return 'no node publishes /left/topic1: put <group ns="left"> around <node name="second" ...>, and launch the file'
 
 
 def silent(looking: Looking) -> str:
     if "/minimal_subscriber" not in looking.state().nodes():
-        return "the minimal_subscriber does not run: pyros1 run minimal_nodes minimal_subscriber"
+        return "the minimal_subscriber is not running: pyros1 run minimal_nodes minimal_subscriber"
     answer = looking.call("/minimal_subscriber/get_loggers", "roscpp/GetLoggers")
     level = {logger.name: logger.level.lower() for logger in answer.loggers}.get("rosout", "unknown")
     return "" if level == "error" else f"its level is {level}: pyros1 log set /minimal_subscriber rosout error"
@@ -163,7 +163,7 @@ def silent(looking: Looking) -> str:
 def recorded(looking: Looking) -> str:
     path = looking.folder / "both.bag"
     if not path.exists():
-        other = " It is still being recorded: end that with Ctrl-C." if path.with_suffix(".bag.active").exists() else ""
+        other = " It is still being recorded: press Ctrl-C there." if path.with_suffix(".bag.active").exists() else ""
         return f"there is no both.bag in this folder.{other}"
     topics = bag_topics(path)
     for topic in ("/topic1", "/rosout"):
@@ -178,12 +178,12 @@ def halted(looking: Looking) -> str:
         return f"{missing}: pyros1 launch minimal_simulator.launch"
     command = looking.message("/vel_cmd")
     if command is None:
-        return "nobody sends a velocity: pyros1 topic pub -r 10 vel_cmd std_msgs/Float64 0.0"
+        return "no node publishes /vel_cmd: pyros1 topic pub -r 10 vel_cmd std_msgs/Float64 0.0"
     if command.data != 0.0:
-        return f"the velocity that is sent is {command.data:g}; end that program, and send 0.0"
+        return f"the commanded velocity is {command.data:g} m/s: stop that publisher, and send 0.0"
     if looking.message("/velocity", lambda message: abs(message.data) < 0.05):
         return ""
-    return "the mass still moves: is the old command still sent? pyros1 topic info vel_cmd"
+    return "the mass is still moving: is the old command still being published? pyros1 topic info vel_cmd"
 
 
 def parameter(looking: Looking) -> str:
@@ -198,18 +198,22 @@ def parameter(looking: Looking) -> str:
     if 4.0 < measured < 6.0:
         return ""
     others = [node for node in looking.state().publishers["/topic1"] if node != "/minimal_publisher"]
-    cure = f"end {', '.join(others)}, which publishes there, too" if others else "start the publisher again"
-    return f"/topic1 comes {measured:.1f} times per second: {cure}"
+    cure = f"stop {', '.join(others)}, which also publishes there" if others else "start the publisher again"
+    return f"the rate of /topic1 is {measured:.1f} Hz: {cure}"
 
 
 def service(looking: Looking) -> str:
     services = looking.state().services
     for name in ("/stopwatch/read", "/stopwatch/reset"):
         if name not in services:
-            return f"there is no service {name}: does my_robot/scripts/stopwatch advertise it, and does it run?"
+            return f"there is no service {name}: does my_robot/scripts/stopwatch advertise it, and is it running?"
     looking.call("/stopwatch/reset", "std_srvs/Empty")
     answer = looking.call("/stopwatch/read", "std_srvs/Trigger")
-    return "" if answer.message.startswith("0") else f"after a reset it says {answer.message!r}, and should say 0"
+    return (
+        ""
+        if answer.message.startswith("0")
+        else f"after a reset, /stopwatch/read should say 0, but it says {answer.message!r}"
+    )
 
 
 def camera(looking: Looking) -> str:
@@ -221,14 +225,14 @@ def camera(looking: Looking) -> str:
             missing = [name for name in ("lamp", "camera") if not buffer.has_frame(name)]
             if missing:
                 known = ", ".join(buffer.frames()) or "none"
-                return f"nobody publishes the frame {missing[0]}; frames that there are: {known}"
+                return f"no node publishes the frame {missing[0]}; the frames are: {known}"
             return "lamp and camera are not connected: pyros1 tf tree"
     parent = {state.name: state.parent for state in buffer.states()}["camera"]
     if parent != "lamp":
-        return f"the parent of camera should be lamp, and is {parent}"
+        return f"the parent of camera should be lamp, but it is {parent}"
     if math.dist((place.x, place.y, place.z), (0.0, 0.0, 0.1)) < NEAR:
         return ""
-    return f"camera should be at 0 0 0.1 in lamp, and is at {place.x:g} {place.y:g} {place.z:g}"
+    return f"camera should be at 0 0 0.1 in lamp, but it is at {place.x:g} {place.y:g} {place.z:g}"
 
 
 def hand(looking: Looking) -> str:
@@ -245,30 +249,30 @@ def hand(looking: Looking) -> str:
     }  # fmt: skip
     for what, (found, right) in wanted.items():
         if found != right:
-            return f"the {what} of wrist should be {right}, and is {found}"
+            return f"the {what} of wrist should be {right}, but it is {found}"
     buffer = Buffer()
     with TransformListener(looking.node, buffer):
         if buffer.can_transform("base", "hand", timeout=PATIENCE):
             return ""
-    return "nobody publishes where the hand is: do robot_state_publisher and joint_state_publisher run?"
+    return "no node publishes where the hand is: are robot_state_publisher and joint_state_publisher running?"
 
 
 def refusal(looking: Looking) -> str:
     kind = Graph(looking.node.master).topic_types().get("/drive/goal", "")
     if "/drive/goal" not in looking.state().subscribers:
-        return "nobody offers the action drive: pyros1 run my_robot driver"
+        return "there is no server for the action drive: pyros1 run my_robot driver"
     if kind != f"{ACTION}ActionGoal":
-        return f"goals of drive have the type {kind}, and should have {ACTION}ActionGoal"
+        return f"goals of drive should have the type {ACTION}ActionGoal, but they have {kind}"
     goal: Any = load_message(f"{ACTION}Goal")
     with actions.Client(looking.node, "/drive", ACTION) as client:
         refused = client.send(goal(-1), timeout=PATIENCE)
         if not refused.wait(PATIENCE) or refused.status is not actions.Status.ABORTED:
-            return f"a goal of -1 m should be aborted, and is {refused.status.name.lower()}"
+            return f"a goal of -1 m should be aborted, but {_ended(refused.status)}"
         if not refused.text:
-            return "the driver does not say why it refuses: goal.abort(text=...)"
+            return "the driver does not say why it aborts the goal: goal.abort(text=...)"
         obeyed = client.send(goal(1), timeout=PATIENCE)
         if not obeyed.wait(PATIENCE) or obeyed.status is not actions.Status.SUCCEEDED:
-            return f"a goal of 1 m should succeed, and is {obeyed.status.name.lower()}"
+            return f"a goal of 1 m should succeed, but {_ended(obeyed.status)}"
     return ""
 
 
@@ -278,16 +282,16 @@ def second_master(looking: Looking) -> str:
     try:
         publishers = Graph(client).state().publishers.get("/topic1", [])
     except MasterUnreachableError:
-        return f"there is no master at port {SECOND_PORT}: {command}"
+        return f"there is no master on port {SECOND_PORT}: {command}"
     finally:
         client.close()
     for address in interface_addresses():
         if not is_loopback(address) and answers(address, SECOND_PORT):
-            return f"the second master can be reached at {address}, so by other machines: {command}"
+            return f"other machines can reach the second master at {address}: start it with {command}"
     if "/minimal_publisher" in publishers:
         return ""
     run = "pyros1 run minimal_nodes minimal_publisher"
-    return f"no minimal_publisher runs there: ROS_MASTER_URI=http://127.0.0.1:{SECOND_PORT} {run}"
+    return f"no minimal_publisher is running there: ROS_MASTER_URI=http://127.0.0.1:{SECOND_PORT} {run}"
 
 
 def tested(looking: Looking) -> str:
@@ -297,7 +301,7 @@ def tested(looking: Looking) -> str:
     text = path.read_text(encoding="utf-8", errors="replace")
     for word in ("def test_", "ros_run", "/stopwatch/reset", "/stopwatch/read", "assert"):
         if word not in text:
-            return f"the test does without {word}"
+            return f"the test does not contain {word}"
     command = [sys.executable, "-m", "pytest", "-q", "--tb=short", str(path)]
     with subprocess.Popen(
         command, cwd=looking.folder, env=dict(looking.environ), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
@@ -307,12 +311,12 @@ def tested(looking: Looking) -> str:
             out, wrong = child.communicate(timeout=LONGEST_TEST)
         except subprocess.TimeoutExpired:
             _kill(child)
-            return f"the test does not end within {LONGEST_TEST:g} s"
+            return f"the test did not finish within {LONGEST_TEST:g} s"
         except BaseException:
             _kill(child)
             raise
     if "No module named pytest" in wrong:
-        return "there is no pytest here: pip install pytest"
+        return "pytest is not installed: pip install pytest"
     if child.returncode == 0:
         return ""
     lines = [shown.one_line(line) for line in out.strip().splitlines()] or ["it prints nothing"]
@@ -353,9 +357,18 @@ def check(number: int, environ: Mapping[str, str] = os.environ, folder: Path | N
 def _published(looking: Looking, topic: str) -> str:
     """What is missing for messages of a topic of numbers."""
     if not looking.state().publishers.get(topic):
-        return f"nobody publishes {topic}"
+        return f"no node publishes {topic}"
     kind = Graph(looking.node.master).topic_types().get(topic, FLOAT)
-    return "" if kind == FLOAT else f"{topic} has the type {kind}, and should have {FLOAT}"
+    return "" if kind == FLOAT else f"{topic} should have the type {FLOAT}, but it has {kind}"
+
+
+def _ended(status: actions.Status) -> str:
+    """How a goal ended, as the end of a sentence."""
+    if status is actions.Status.SUCCEEDED:
+        return "it succeeded"
+    if status in (actions.Status.PENDING, actions.Status.ACTIVE):
+        return "it is still active"
+    return f"it was {status.name.lower()}"
 
 
 def _listed(fields: list[tuple[str, str]]) -> str:

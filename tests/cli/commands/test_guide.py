@@ -29,7 +29,7 @@ def test_the_list_and_each_step(capsys: Any) -> None:
         assert run_command("guide", [str(step.number)]) == 0
         shown = capsys.readouterr().out
         assert shown.startswith(f"{step.number}. {step.title}\n\n")
-        assert "```" not in shown and "##" not in shown
+        assert "```" not in shown and "\n#" not in shown
         assert "\nExercise\n" in shown
         assert (f"pyros1 guide -w {step.number} writes" in shown) == bool(step.files)
         for command in (line for line in step.text.splitlines() if line.startswith("$ ")):
@@ -49,7 +49,7 @@ def test_the_pages(capsys: Any) -> None:
 def test_a_page_that_there_is_not(words: list[str], hint: str, capsys: Any) -> None:
     with pytest.raises(SystemExit, match="2"):
         run_command("guide", ["howto", *words])
-    assert f"there is no page {' '.join(words)}{hint}; they are access, actions," in capsys.readouterr().err
+    assert f"there is no page {' '.join(words)}{hint}; the pages are access, actions," in capsys.readouterr().err
 
 
 def test_files_are_written_and_never_over_others(folder: Path, capsys: Any) -> None:
@@ -61,16 +61,16 @@ def test_files_are_written_and_never_over_others(folder: Path, capsys: Any) -> N
     assert run_command("guide", ["-w", "2"]) == 0
     script.write_text("mine")
     assert run_command("guide", ["--write", "2"]) == 1
-    assert "is there already, with other content" in capsys.readouterr().err
+    assert "already exists with different contents" in capsys.readouterr().err
     assert script.read_text() == "mine"
     assert run_command("guide", ["-w", "3"]) == 0
 
 
 def test_an_exercise_is_checked(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
-    said = iter(["nobody publishes /topic2", "", ""])
+    said = iter(["no node publishes /topic2", "", ""])
     monkeypatch.setattr(checks, "check", lambda number: next(said))
     assert run_command("guide", ["check", "2"]) == 1
-    assert capsys.readouterr().out == "2. A publisher and a subscriber: not yet. nobody publishes /topic2\n"
+    assert capsys.readouterr().out == "2. A publisher and a subscriber: not yet. no node publishes /topic2\n"
     assert run_command("guide", ["check", "2"]) == 0
     assert capsys.readouterr().out == "2. A publisher and a subscriber: done. Next: pyros1 guide 3\n"
     last = str(len(steps()))

@@ -22,16 +22,16 @@ def test_an_exercise_is_checked_in_the_folder_and_at_the_master_of_the_server(
 
     def check(number: int, environ: Mapping[str, str], folder: Path) -> str:
         seen.append((number, environ["ROS_MASTER_URI"], folder))
-        return "nobody publishes /topic2"
+        return "no node publishes /topic2"
 
     monkeypatch.setattr(checks, "check", check)
     answer = calls.run(robot, "guide.check", {"step": 2})
-    assert answer == {"missing": "nobody publishes /topic2", "folder": str(tmp_path)}
+    assert answer == {"missing": "no node publishes /topic2", "folder": str(tmp_path)}
     assert seen == [(2, robot.master_uri, tmp_path)]
 
 
 def test_a_real_check(robot: Robot) -> None:
-    assert calls.run(robot, "guide.check", {"step": 2})["missing"] == "nobody publishes /topic2"
+    assert calls.run(robot, "guide.check", {"step": 2})["missing"] == "no node publishes /topic2"
 
 
 @pytest.mark.parametrize("step", [0, 15, "1", True, None])

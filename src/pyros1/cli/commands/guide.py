@@ -27,10 +27,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         return _howto(args[1:])
     known = steps()
     if not args:
-        print("The guide: ROS 1 in steps that you type. pyros1 guide 1 shows the first.\n")
+        print("The guide: ROS 1 in hands-on steps. pyros1 guide 1 shows the first.\n")
         print("\n".join(f"{step.number:3}. {step.title}" for step in known))
-        print("\nEach ends with an exercise; pyros1 guide check 1 looks whether it is done.")
-        print("For what you want to do now, there are pages: pyros1 guide howto")
+        print("\nEach step ends with an exercise; pyros1 guide check 1 checks the first.")
+        print("How-to pages for particular tasks: pyros1 guide howto")
         return 0
     checking = args[0] == "check"
     words = args[1:] if checking else args
@@ -42,7 +42,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if not checking:
         _show(step)
         if step.files:
-            print(f"\npyros1 guide -w {step.number} writes the files of this step into the folder where you are.")
+            print(f"\npyros1 guide -w {step.number} writes the files of this step into the current folder.")
         return 0
     from pyros1.guide.checks import check  # noqa: PLC0415 - only checks need nodes
 
@@ -61,13 +61,13 @@ def _howto(names: list[str]) -> int:
 
     known = pages()
     if not names:
-        print("How to do one thing: pyros1 guide howto NAME shows a page.\n")
+        print("How-to pages: pyros1 guide howto NAME shows one.\n")
         longest = max(map(len, known))
         print("\n".join(f"  {page.name:{longest}}  {page.heading}" for page in known.values()))
         return 0
     if len(names) > 1 or names[0] not in known:
         hint = did_you_mean(names[0], known) if len(names) == 1 else ""
-        raise UsageError(f"there is no page {' '.join(names)}{hint}; they are {', '.join(known)}")
+        raise UsageError(f"there is no page {' '.join(names)}{hint}; the pages are {', '.join(known)}")
     _show(known[names[0]])
     return 0
 
@@ -81,11 +81,11 @@ def _show(page: GuideStep | GuidePage) -> None:
 
 
 def _write(step: GuideStep) -> int:
-    """Write the step's files into this folder. Return 1 if one of them is there with other content."""
+    """Write the step's files into this folder. Return 1 if one of them exists with different contents."""
     for name, content in step.files.items():
         path = Path(name)
         if path.exists() and path.read_text(encoding="utf-8") != content:
-            print(f"{name} is there already, with other content: rename it, and type this again", file=sys.stderr)
+            print(f"{name} already exists with different contents: rename it, and try again", file=sys.stderr)
             return 1
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(content, encoding="utf-8")
@@ -103,17 +103,21 @@ COMMAND = Command(
     Verb(
         "",
         "",
-        Flag("-w", "--write", help="write the files of a step into this folder, so that you need not type them"),
+        Flag(
+            "-w",
+            "--write",
+            help="write the files of a step into the current folder, to save you typing",
+        ),
         Argument("step", "guide", many=True, optional=True),
         usage="[STEP | -w STEP | check STEP | howto [NAME]]\n\n"
-        "An introduction that you type along, and pages on how to do one thing. Without arguments: the steps.",
+        "A hands-on introduction to ROS 1, and how-to pages. Without arguments: list the steps.",
         examples=[
-            ("", "the steps"),
-            ("3", "the third step"),
+            ("", "list the steps"),
+            ("3", "show the third step"),
             ("-w 2", "write its files"),
-            ("check 3", "whether its exercise is done, and what is missing"),
-            ("howto", "the pages"),
-            ("howto actions", "how to offer and ask for goals that take time"),
+            ("check 3", "check its exercise, and say what is missing"),
+            ("howto", "list the how-to pages"),
+            ("howto actions", "how to write action servers and clients"),
         ],
         run=run,
     ),
