@@ -312,6 +312,30 @@ def test_all_steps(tmp_path: Path, free_ports: Callable[[int], list[int]]) -> No
         assert sum(readers.map(read_chapter, CHAPTERS, homes, pairs, itertools.repeat(forks))) > 75
 
 
+@pytest.mark.parametrize("shell", ["bash", "zsh"])
+def test_one_command_ends_all_jobs_of_a_terminal(shell: str, tmp_path: Path, free_port: int) -> None:
+    if shutil.which(shell) is None:
+        pytest.skip(f"{shell} is not here")
+    commands = dict(zip(("bash", "zsh"), re.findall(r"`(kill \$[^`]+)`", steps()[0].text), strict=True))
+    script = tmp_path / "typed"
+    started = "pyros1 core &\npyros1 run minimal_nodes minimal_publisher &\n"
+    script.write_text(f"{started}read line\n{commands[shell]}\nwait\necho all ended\n")
+    environ = environment(tmp_path / "home", free_port)
+    terminal = subprocess.Popen(
+        [shell, str(script)], cwd=tmp_path, env=environ, text=True, start_new_session=True,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    )  # fmt: skip
+    try:
+        wait_for(lambda: "/minimal_publisher" in busy_nodes(environ), "pyros1 run")
+        output, _ = terminal.communicate("\n", timeout=DEADLINE)
+        assert output.endswith("all ended\n") and "illegal" not in output
+        assert busy_nodes(environ) == set()
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(terminal.pid, signal.SIGKILL)
+        terminal.wait(DEADLINE)
+
+
 def test_a_command_of_the_guide_that_prints_something_else_is_found(tmp_path: Path, free_port: int) -> None:
     with Reader(tmp_path / "home", (free_port, 0)) as reader, pytest.raises(AssertionError, match=r"wanted:\n +b"):
         reader.type(Typed("echo a", ["b"]))
