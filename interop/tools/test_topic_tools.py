@@ -357,3 +357,50 @@ def test_wrong_usage(launcher: Master, name: str, arguments: list[str]) -> None:
         codes.append(process.wait())
         assert process.lines, "it says what is wrong"
     assert codes[0] == codes[1] != 0
+
+
+REMAPPINGS = [
+    "a:=b",
+    "b:=c",
+    "in:=/i",
+    "/i:=/j",
+    "out:=oo",
+    "/oo:=/ooo",
+    "mux:=mm",
+    "mm/list:=ml",
+    "mux/select:=ms",
+    "demux:=dd",
+]
+"""Some have a target that is remapped, too: a name is remapped once where it is given."""
+
+
+@pytest.mark.parametrize(
+    ("tool", "arguments"),
+    [
+        ("relay", ["a"]),
+        ("relay", ["in", "out"]),
+        ("throttle", ["messages", "in", "5", "out"]),
+        ("drop", ["a", "1", "2"]),
+        ("mux", ["out", "a", "b", "in"]),
+        ("demux", ["in", "out", "a"]),
+    ],
+)
+def test_names_are_remapped_as_stocks(launcher: Master, tool: str, arguments: list[str]) -> None:
+    count = {"mux": 11, "demux": 9}.get(tool, 4)  # with /rosout and the logger services
+
+    found = []
+    for whose in ("stock", "ours"):
+        name = f"{whose}_{tool}_{len(arguments)}"
+        words = [*arguments, *REMAPPINGS, f"__name:={name}"]
+        process = launcher.run(command(whose, tool, words), python=whose, label=f"{whose} {tool}")
+        until(lambda: len(registrations(launcher, name)) >= count, f"{name} is there")  # noqa: B023
+        found.append({each.replace(name, "tool") for each in registrations(launcher, name)})
+        process.close()  # a service has one provider
+    assert found[0] == found[1]
+
+
+def registrations(master: Master, node: str) -> set[str]:
+    """Return what a node has at the master."""
+    state = master.call("getSystemState")[2]
+    words = zip(("pub", "sub", "srv"), state, strict=True)
+    return {f"{word} {name}" for word, part in words for name, nodes in part if f"/{node}" in nodes}

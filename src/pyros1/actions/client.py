@@ -57,12 +57,12 @@ class Client:
         self._server = ""  # the node that has sent it
         self._alone_since: float | None = None
         self._closed = False
-        self._goals = node.advertise(f"{name}/goal", self.types.action_goal, queue_size=_QUEUE)
-        self._cancels = node.advertise(f"{name}/cancel", self._goal_id, queue_size=_QUEUE)
-        self._results = listen(node, f"{name}/result", self.types.action_result, self._on_result, _INCOMING)
-        self._feedback = listen(node, f"{name}/feedback", self.types.action_feedback, self._on_feedback, _INCOMING)
+        self._goals = node.advertise(f"{self.name}/goal", self.types.action_goal, queue_size=_QUEUE)
+        self._cancels = node.advertise(f"{self.name}/cancel", self._goal_id, queue_size=_QUEUE)
+        self._results = listen(node, f"{self.name}/result", self.types.action_result, self._on_result, _INCOMING)
+        self._feedback = listen(node, f"{self.name}/feedback", self.types.action_feedback, self._on_feedback, _INCOMING)
         statuses = load_message("actionlib_msgs/GoalStatusArray")
-        self._statuses = listen(node, f"{name}/status", statuses, self._on_statuses, _INCOMING)
+        self._statuses = listen(node, f"{self.name}/status", statuses, self._on_statuses, _INCOMING)
         node.on_shutdown(self._wake)
 
     @property

@@ -64,12 +64,12 @@ class Server:
         self._goals: dict[str, ServerGoal] = {}
         self._array: Any = load_message("actionlib_msgs/GoalStatusArray")
         self._closed = False
-        self._statuses = node.advertise(f"{name}/status", self._array, queue_size=_QUEUE, latch=True)
-        self._results = node.advertise(f"{name}/result", self.types.action_result, queue_size=_QUEUE)
-        self._feedback = node.advertise(f"{name}/feedback", self.types.action_feedback, queue_size=_QUEUE)
+        self._statuses = node.advertise(f"{self.name}/status", self._array, queue_size=_QUEUE, latch=True)
+        self._results = node.advertise(f"{self.name}/result", self.types.action_result, queue_size=_QUEUE)
+        self._feedback = node.advertise(f"{self.name}/feedback", self.types.action_feedback, queue_size=_QUEUE)
         goal_id = load_message("actionlib_msgs/GoalID")
-        self._cancels = listen(node, f"{name}/cancel", goal_id, self._cancel_came, _INCOMING)
-        self._incoming = listen(node, f"{name}/goal", self.types.action_goal, self._goal_came, _INCOMING)
+        self._cancels = listen(node, f"{self.name}/cancel", goal_id, self._cancel_came, _INCOMING)
+        self._incoming = listen(node, f"{self.name}/goal", self.types.action_goal, self._goal_came, _INCOMING)
         self.publish_status()
         self._timer = node.timer(1.0 / frequency, lambda _: self.publish_status())
 

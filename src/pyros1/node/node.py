@@ -195,14 +195,21 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         """URI of the node's slave API."""
         return self._context.uri
 
-    def resolve(self, name: str) -> str:
-        """Return the full name that ``name`` stands for in this node, remappings applied.
+    def resolve(self, name: str, *, remap: bool = True) -> str:
+        """Return the full name that ``name`` stands for in this node.
+
+        Libraries that put several topics below one name resolve that name first, with this function, and then add to
+        it: so a remapping of the name moves them all, and one of a single topic's full name moves that topic.
+
+        Args:
+            name: relative, global or private (``~x``).
+            remap: whether to apply remappings.
 
         Raises:
             InvalidNameError: ``name`` is not a legal name.
         """
         checks.check_text(name, "the name")
-        return names.resolve_name(name, self.name, self._remappings, self._strict)
+        return names.resolve_name(name, self.name, self._remappings if remap else None, self._strict)
 
     # Other nodes ------------------------------------------------------------------------------------------------------
 

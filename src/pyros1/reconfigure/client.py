@@ -30,6 +30,7 @@ class Client:
         on_config: called with each new configuration.
         on_description: called with the list of parameters, see `description`.
         make: makes dictionaries.
+        remap: whether remappings of ``name`` apply, besides those of its topics and service.
 
     Raises:
         WaitTimeoutError: it does not answer in time.
@@ -44,8 +45,9 @@ class Client:
         on_config: Callable[[Any], object] | None = None,
         on_description: Callable[[Any], object] | None = None,
         make: Make = Config,
+        remap: bool = True,
     ) -> None:
-        self.name = node.resolve(name)
+        self.name = node.resolve(name, remap=remap)
         self.on_config, self.on_description = on_config, on_description
         self._node, self._make = node, make
         self._bell = Bell()

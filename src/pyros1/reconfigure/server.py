@@ -35,6 +35,7 @@ class Server:
             configuration, which it may alter. Under ``groups`` is the tree of groups with their states.
         namespace: of the parameters, topics and service: within the node's private one, unless it begins with ``/``.
         make: makes the configuration's dictionaries.
+        remap: whether remappings of the namespace apply, besides those of its topics, service and parameters.
 
     Attributes:
         config: the current configuration. namespace: with a ``/`` at its end. message: the description as a message.
@@ -52,8 +53,11 @@ class Server:
         callback: Callable[[Any, int], Any],
         namespace: str = "",
         make: Make = Config,
+        remap: bool = True,
     ) -> None:
         private = namespace if namespace.startswith(("~", "/")) else f"~{namespace}"
+        if remap:
+            private = node.resolve(private)
         self.namespace = private if private.endswith(("~", "/")) else f"{private}/"
         self.description = description
         self.callback = callback

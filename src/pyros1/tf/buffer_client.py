@@ -50,10 +50,11 @@ class BufferClient:
         node: the node whose topics and time are used.
         name: name of the server's action.
         timeout_padding: seconds that an answer may take in addition to the timeout of the lookup in the server.
+        remap: whether remappings of ``name`` apply, besides those of its topics.
     """
 
-    def __init__(self, node: Node, name: str = ACTION, timeout_padding: Span = 2.0) -> None:
-        self.name = node.resolve(name)
+    def __init__(self, node: Node, name: str = ACTION, timeout_padding: Span = 2.0, *, remap: bool = True) -> None:
+        self.name = node.resolve(name, remap=remap)
         self._node = node
         self._padding = _seconds(timeout_padding)
         self._numbers = itertools.count(1)
@@ -62,10 +63,11 @@ class BufferClient:
         self._action_goal: Any = load_message("tf2_msgs/LookupTransformActionGoal")
         self._goal: Any = load_message("tf2_msgs/LookupTransformGoal")
         self._goal_id: Any = load_message("actionlib_msgs/GoalID")
-        self._goals = node.advertise(f"{name}/goal", self._action_goal, queue_size=_QUEUE)
-        self._cancels = node.advertise(f"{name}/cancel", self._goal_id, queue_size=_QUEUE)
-        self._results = self._subscribe(f"{name}/result", "tf2_msgs/LookupTransformActionResult", self._result_came)
-        self._statuses = self._subscribe(f"{name}/status", "actionlib_msgs/GoalStatusArray", self._status_came)
+        self._goals = node.advertise(f"{self.name}/goal", self._action_goal, queue_size=_QUEUE)
+        self._cancels = node.advertise(f"{self.name}/cancel", self._goal_id, queue_size=_QUEUE)
+        result = "tf2_msgs/LookupTransformActionResult"
+        self._results = self._subscribe(f"{self.name}/result", result, self._result_came)
+        self._statuses = self._subscribe(f"{self.name}/status", "actionlib_msgs/GoalStatusArray", self._status_came)
         node.on_shutdown(self._wake)
 
     def _subscribe(self, topic: str, kind: str, callback: Callable[[Any], None]) -> Subscriber[Any]:

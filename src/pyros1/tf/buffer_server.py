@@ -69,6 +69,7 @@ class BufferServer:
     """
 
     def __init__(self, node: Node, buffer: Buffer, name: str = ACTION) -> None:
+        name = node.resolve(name)
         self._node = node
         self._buffer = buffer
         self._lock = threading.Lock()

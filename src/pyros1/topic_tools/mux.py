@@ -49,7 +49,8 @@ class Mux:
         self._selection.changed = self._arrange
         self._arrange()
         self._selection.serve()
-        node.advertise_service(f"{self._output.topic}_select", "topic_tools/MuxSelect", self._select_deprecated)
+        self._deprecated = f"{target}_select"
+        node.advertise_service(self._deprecated, "topic_tools/MuxSelect", self._select_deprecated)
 
     def run(self) -> None:
         """Forward until the node shuts down."""
@@ -63,7 +64,7 @@ class Mux:
             self._arrange()
 
     def _select_deprecated(self, request: Any) -> Mapping[str, str]:
-        self._node.log.warn("the service %s_select is deprecated: use mux/select", self._output.topic)
+        self._node.log.warn("the service %s is deprecated: use mux/select", self._deprecated)
         return self._selection.select(request)
 
     def _arrange(self, *_: object) -> None:

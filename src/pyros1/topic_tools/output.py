@@ -33,6 +33,7 @@ class Output:
 
     def __init__(self, node: Node, topic: str, latch: bool | None = None) -> None:
         self.topic = node.resolve(topic)
+        self._given = topic  # a resolved name would be remapped twice
         self.header: dict[str, str] | None = None
         self._node = node
         self._latch = latch
@@ -70,7 +71,7 @@ class Output:
 
     def _advertise(self, found: TopicType, latching: bool, queue_size: int) -> None:
         latch = latching if self._latch is None else self._latch
-        self._publisher = self._node.advertise(self.topic, AnyMsg, queue_size=queue_size, latch=latch, raw_type=found)
+        self._publisher = self._node.advertise(self._given, AnyMsg, queue_size=queue_size, latch=latch, raw_type=found)
         self._type = found
         self._node.log.info("advertised %s, %s%s", self.topic, one_line(found.name), ", latched" if latch else "")
 

@@ -37,9 +37,9 @@ class Relay:
         gate: Gate | None = None,
         transports: Sequence[str] = ("tcp",),
     ) -> None:
-        self.source = node.resolve(source)
-        if self.source == output.topic:
-            raise NodeError(f"{self.source} would be forwarded to itself")
+        if node.resolve(source) == output.topic:
+            raise NodeError(f"{output.topic} would be forwarded to itself")
+        self._source = source  # as given: a resolved name would be remapped twice
         self._node = node
         self._output = output
         self._gate = gate
@@ -53,7 +53,7 @@ class Relay:
         self._node.spin()
 
     def _subscribe(self, callback: Callable[[AnyMsg], None]) -> Subscriber[AnyMsg]:
-        return self._node.subscribe(self.source, AnyMsg, callback, queue_size=QUEUE_SIZE, transports=self._transports)
+        return self._node.subscribe(self._source, AnyMsg, callback, queue_size=QUEUE_SIZE, transports=self._transports)
 
     def run_lazy(self) -> None:
         """Forward until the node shuts down. Stay subscribed only while the output has subscribers."""

@@ -164,12 +164,13 @@ class _Face:
         self._name = name
         self._world = world
         self._lock = lock
+        base = node.resolve(name)
         with ExitStack() as undo:
-            self._pose = node.advertise(f"{name}/pose", Pose, queue_size=1)
+            self._pose = node.advertise(f"{base}/pose", Pose, queue_size=1)
             undo.callback(self._pose.unregister)
-            self._colour = node.advertise(f"{name}/color_sensor", Color, queue_size=1)
+            self._colour = node.advertise(f"{base}/color_sensor", Color, queue_size=1)
             undo.callback(self._colour.unregister)
-            commands = node.subscribe(f"{name}/cmd_vel", Twist, self._command, queue_size=1)
+            commands = node.subscribe(f"{base}/cmd_vel", Twist, self._command, queue_size=1)
             undo.callback(commands.unregister)
             services: tuple[tuple[str, Any, Callable[[Any], None]], ...] = (
                 ("set_pen", SetPen, self._set_pen),
@@ -177,7 +178,7 @@ class _Face:
                 ("teleport_relative", TeleportRelative, self._hop),
             )
             for service, kind, handle in services:
-                undo.callback(node.advertise_service(f"{name}/{service}", kind, self._answer(kind, handle)).shutdown)
+                undo.callback(node.advertise_service(f"{base}/{service}", kind, self._answer(kind, handle)).shutdown)
             self._undo = undo.pop_all()
 
     def close(self) -> None:

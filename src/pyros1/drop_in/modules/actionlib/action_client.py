@@ -158,6 +158,7 @@ class ActionClient:
         self.last_status_msg: Any = None
         self.ActionSpec = ActionSpec
         self.ActionGoal, self.ActionResult, self.ActionFeedback = message_classes(ActionSpec)
+        ns = rospy.remap_name(ns)
         size = rospy.get_param("actionlib_client_pub_queue_size", 10)
         self.pub_queue_size = 10 if size < 0 else size
         self.pub_goal = rospy.Publisher(f"{ns}/goal", self.ActionGoal, queue_size=self.pub_queue_size)

@@ -144,7 +144,7 @@ class ActionServer:
         self.pub_queue_size = size = rospy.get_param("actionlib_server_pub_queue_size", 50)
         if size < 0:
             self.pub_queue_size = size = 50
-        ns = self.ns
+        ns = rospy.remap_name(self.ns)
         self.status_pub = rospy.Publisher(f"{ns}/status", GoalStatusArray, latch=True, queue_size=size)
         self.result_pub = rospy.Publisher(f"{ns}/result", self.ActionResult, queue_size=size)
         self.feedback_pub = rospy.Publisher(f"{ns}/feedback", self.ActionFeedback, queue_size=size)

@@ -50,7 +50,7 @@ class Client:
         self.name = name
         try:
             self._client = pyros1.reconfigure.Client(
-                PROCESS.node, name, timeout, config_callback, description_callback, make=Config
+                PROCESS.node, name, timeout, config_callback, description_callback, make=Config, remap=False
             )
         except WaitTimeoutError as error:
             raise ROSException(str(error)) from None

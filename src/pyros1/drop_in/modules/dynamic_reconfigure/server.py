@@ -84,7 +84,9 @@ class Server:
         self.type = type
         self.callback = callback
         try:
-            self._server = pyros1.reconfigure.Server(PROCESS.node, type, self._changed, namespace, make=Config)
+            self._server = pyros1.reconfigure.Server(
+                PROCESS.node, type, self._changed, namespace, make=Config, remap=False
+            )
         except pyros1.reconfigure.CallbackError as error:
             raise DynamicReconfigureCallbackException(str(error)) from None
         except NodeError as error:

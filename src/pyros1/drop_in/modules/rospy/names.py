@@ -171,16 +171,18 @@ def resolve_name_without_node_name(name: str) -> str:
 
 
 def remap_name(name: str, caller_id: str | None = None, resolved: bool = True) -> str:
-    """Return what a name is remapped to, or the name itself.
+    """Return the full name that a name is remapped to, or the name itself.
+
+    Only a remapping that is written exactly as the name counts: ``a:=b`` does not apply to ``/a``. `resolve_name`
+    compares full names.
 
     Args:
         name: any name.
-        caller_id: full name of the node; None: the program's own.
-        resolved: compare full names.
+        caller_id: full name of the node in which the new name is resolved; None: the program's own.
+        resolved: not used, as in stock's function.
     """
-    if not resolved:
-        return get_mappings().get(name, name)
-    return _resolved(get_caller_id()).get(_full(name, caller_id or get_caller_id()), name)
+    found = get_mappings().get(name)
+    return name if found is None else _full(found, caller_id or get_caller_id())
 
 
 def scoped_name(caller_id: str, name: str) -> str:

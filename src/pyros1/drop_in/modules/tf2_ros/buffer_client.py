@@ -35,7 +35,7 @@ class BufferClient(tf2_ros.buffer_interface.BufferInterface):
         if PROCESS.node is None:
             raise rospy.ROSInitException("client code must call rospy.init_node() first")
         self.timeout_padding = timeout_padding
-        self.client = pyros1.tf.BufferClient(PROCESS.node, ns, timeout_padding)
+        self.client = pyros1.tf.BufferClient(PROCESS.node, rospy.remap_name(ns), timeout_padding, remap=False)
 
     def wait_for_server(self, timeout: Any = _NOW) -> bool:
         """Wait for the server: a Duration, 0 until the node ends; return whether it is there."""
