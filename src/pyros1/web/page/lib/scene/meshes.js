@@ -2,6 +2,8 @@
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 
+import { soundNormals } from "./normals.js";
+
 const MOST_TEXT = 48 << 20; // bytes of a mesh that is text: reading it stops the page for a while
 const MOST_FILES = 300; // kept, as long as they are not larger together than
 const MOST_BYTES = 256 << 20;
@@ -112,15 +114,23 @@ export function beside(uri, name) {
 function stl(loader, bytes) {
   const begin = new TextDecoder().decode(bytes.slice(0, 1024));
   const text = /^\s*solid\b/.test(begin) && /\bfacet\b|\bendsolid\b/.test(begin);
-  if (text) decode(bytes);
+  let content = bytes;
+  if (text) content = withNumbers(decode(bytes));
   else if (bytes.byteLength < 84) throw new Error("it is too short");
   else {
     const faces = new DataView(bytes).getUint32(80, true);
     if (84 + 50 * faces > bytes.byteLength) throw new Error(`it says that it has ${faces} triangles, but has ${bytes.byteLength} bytes`);
   }
-  const geometry = quietly(() => loader.parse(bytes));
+  const geometry = quietly(() => loader.parse(content));
   const colours = geometry.hasColors;
   return new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ roughness: 0.8, vertexColors: Boolean(colours), side: THREE.DoubleSide }));
+}
+
+// The loader takes a normal that is no number for that of the triangle before.
+function withNumbers(text) {
+  return text.replace(/\bnormal\s+(\S+)\s+(\S+)\s+(\S+)/g, (whole, ...parts) => (
+    parts.slice(0, 3).every((part) => Number.isFinite(Number(part))) ? whole : "normal 0 0 0"
+  ));
 }
 
 async function obj(loader, bytes, uri, token, manager) {
@@ -180,7 +190,8 @@ function tidy(object, uri) {
     const places = each.geometry.getAttribute("position");
     corners += places?.count || 0;
     if (places && !places.array.every(Number.isFinite)) throw new Error(`${short(uri)} has places that are no numbers`);
-    if (!each.geometry.getAttribute("normal")) each.geometry.computeVertexNormals();
+    const normals = places && soundNormals(places.array, each.geometry.getAttribute("normal")?.array, each.geometry.index?.array);
+    if (normals) each.geometry.setAttribute("normal", new THREE.BufferAttribute(normals, 3));
     for (const material of [each.material].flat()) {
       if (material.map && !material.map.image) material.map = null; // it did not come: its colour is better than black
     }
