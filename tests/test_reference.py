@@ -186,7 +186,7 @@ def test_tests(tmp_path: Path) -> None:
     (package / "scripts" / "controller.py").chmod(0o755)
     (tmp_path / "test_it.py").write_text(BLOCKS["pyros1.testing"])
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--disable-plugin-autoload"]
-    command += ["-p", "pyros1.testing.plugin", "test_it.py"]
+    command += ["-p", "pyros1_pytest", "test_it.py"]
     around = {**os.environ, "ROS_PACKAGE_PATH": str(tmp_path), "PYTHONPATH": str(ROOT / "src")}
     done = subprocess.run(command, cwd=tmp_path, env=around, capture_output=True, text=True, timeout=90, check=False)
     assert done.returncode == 0, done.stdout + done.stderr

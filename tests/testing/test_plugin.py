@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import subprocess
 import sys
 import textwrap
 from collections.abc import Callable
@@ -13,6 +14,7 @@ from typing import Any
 import pytest
 
 import pyros1
+from pyros1.finding.python_modules import START
 from pyros1.guide.text import pages
 from pyros1.master.server import Master
 from pyros1.testing import Heard, Program
@@ -20,6 +22,7 @@ from pyros1.testing import Heard, Program
 pytest_plugins = ["pytester"]
 Listen = Callable[[str, Any], Heard[Any]]
 FLOAT = "std_msgs/Float64"
+SOURCE = str(Path(pyros1.__file__).parents[1])
 
 
 def test_the_environment_leads_to_the_master(ros_master: Master, tmp_path: Path) -> None:
@@ -141,3 +144,30 @@ def test_the_tests_of_the_page_and_how_one_that_fails_is_shown(pytester: pytest.
     result = pytester.runpytest_subprocess("-p", "no:cacheprovider", timeout=120)
     result.assert_outcomes(passed=2, failed=1)
     result.stdout.fnmatch_lines(["*AssertionError: 0 of 1 messages came*/nobody: nobody publishes this topic*"])
+
+
+def test_pytest_loads_the_entry_point_without_importing_pyros1() -> None:
+    code = "import sys, pyros1_pytest; assert not [each for each in sys.modules if each.partition('.')[0] == 'pyros1']"
+    around = {**os.environ, "PYTHONPATH": SOURCE, "PYROS1_ROSPY": "stock"}
+    subprocess.run([sys.executable, "-c", code], env=around, check=True, timeout=60)
+
+
+@pytest.mark.parametrize("rospy", ["", "pyros1"])
+def test_projects_that_make_warnings_errors_are_tested_with_our_modules_on_the_path(tmp_path: Path, rospy: str) -> None:
+    """The finder imports pyros1 before pytest looks for asserts to rewrite in all packages that have plugins."""
+    installed = tmp_path / "installed"
+    metadata = installed / "ours-1.0.dist-info"
+    metadata.mkdir(parents=True)
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: ours\nVersion: 1.0\n")
+    (metadata / "RECORD").write_text("pyros1/__init__.py,,\npyros1/testing/heard.py,,\npyros1_pytest.py,,\n")
+    (metadata / "entry_points.txt").write_text("[pytest11]\npyros1 = pyros1_pytest\n")
+    project = tmp_path / "project"
+    project.mkdir()
+    (project / "pytest.ini").write_text("[pytest]\nfilterwarnings = error\n")
+    (project / "test_it.py").write_text(
+        "import rospy\n\ndef test_it(ros_master):\n    assert rospy.Duration(1).secs == 1\n"
+    )
+    around = {**os.environ, "PYTHONPATH": os.pathsep.join([START, str(installed), SOURCE]), "PYROS1_ROSPY": rospy}
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:hypothesispytest"]
+    done = subprocess.run(command, cwd=project, env=around, capture_output=True, text=True, timeout=90, check=False)
+    assert done.returncode == 0 and "1 passed" in done.stdout, done.stdout + done.stderr

@@ -1,6 +1,6 @@
 """For those who test their own nodes with pytest.
 
-``pip install pyros1 pytest`` is enough: pytest finds the fixtures (`pyros1.testing.plugin`) by itself. ::
+``pip install pyros1 pytest`` is enough: pytest finds the fixtures (the module ``pyros1_pytest``) by itself. ::
 
     def test_the_controller_brakes(ros_run, ros_node, ros_listen):
         forces = ros_listen("/force_cmd", "std_msgs/Float64")
