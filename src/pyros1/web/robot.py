@@ -61,7 +61,7 @@ class Robot:
         self.console = Console()
         self.world = World(self.listen)
         self.files = PackageFiles()
-        self.bags = Library(Shelf(access.bags), access.may_see)
+        self.bags = Library(Shelf(access.bags, access.granted), access.may_see)
         self.movers: dict[str, object] = {}
         self.trouble = "looking for the master"
         self.when_killed: Callable[[], object] = lambda: None

@@ -22,6 +22,7 @@ import pytest
 from websockets.sync.client import connect
 
 import pyros1
+from pyros1.bag import BagWriter
 from pyros1.cli.registry import stock_names
 from pyros1.graph import Graph
 from pyros1.master.server import Master
@@ -140,6 +141,29 @@ def test_a_panel_of_a_server_that_runs(start: Start, environ: dict[str, str]) ->
     assert not note.exists()
 
 
+def test_a_bag_of_any_folder_is_opened_by_a_server_that_runs(
+    start: Start, environ: dict[str, str], tmp_path: Path
+) -> None:
+    bag, other = tmp_path / "a.bag", tmp_path / "b.bag"
+    for path in (bag, other):
+        BagWriter(path).close()
+    (tmp_path / "empty").mkdir()
+    link = link_in(first_line(start("--port", "0", "--bags", str(tmp_path / "empty"))))
+    opened = start("rqt_bag", str(bag))
+    assert settings_in(link_in(first_line(opened))) == {"panel": "bag", "settings": {"files": [str(bag)]}}
+    assert opened.wait(20) == 0
+    for file in Path(environ["ROS_HOME"], "pyros1").iterdir():
+        assert stat.S_IMODE(file.stat().st_mode) == 0o600
+    with connect(link.replace("http", "ws", 1).replace("/?", "/ws?"), open_timeout=20) as page:
+        said = []
+        for number, path in enumerate((bag, other)):
+            page.send(json.dumps({"open": "bag_file", "stream": number, "args": {"path": str(path)}}))
+            said.append(str(page.recv(timeout=20)))
+    assert "outside" not in said[0] and "outside of the folders" in said[1]
+    misspelt = start("bag", str(tmp_path / "aa.bag"))
+    assert f"(did you mean '{bag}'?)" in misspelt.communicate(timeout=30)[0] and misspelt.returncode == 1
+
+
 def test_a_note_of_a_server_that_is_gone_does_no_harm(start: Start, environ: dict[str, str]) -> None:
     server = start("--port", "0")
     first_line(server)
@@ -204,6 +228,8 @@ def test_rviz_alone_shows_its_usual_file(start: Start, tmp_path: Path) -> None:
         (["--layout", "Tutorial", "plot"], "--layout opens a whole layout: name no panel as well"),
         (["-s", "rqt_shell"], "there is no plugin 'rqt_shell'; there are rqt_bag, "),
         (["--port", "70000"], "the port must be from 0 to 65535"),
+        (["bag", "/nowhere/at/all.bag"], "ERROR: there is no file /nowhere/at/all.bag\n"),
+        (["rqt_bag", "/usr"], "ERROR: /usr is a folder, not a bag; --bags /usr shows its bags\n"),
         (["--most-pages", "0"], "--most-pages must be from 1 to 10000"),
     ],
 )

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from pyros1.web.bags.granted import Granted
 from pyros1.web.bags.shelf import Shelf
 from pyros1.web.server.wire import RequestError
 
@@ -107,3 +108,35 @@ def test_only_files_are_opened(bags: Path) -> None:
         with pytest.raises(RequestError, match=words):
             shelf.file(str(bags / name))
     assert "pipe.bag" not in [each["name"] for each in shelf.listing("")["files"]]
+
+
+def test_files_that_the_user_names_later(bags: Path, tmp_path: Path) -> None:
+    granted = Granted(tmp_path / "new" / "list")
+    shelf = Shelf([str(bags)], granted)
+    secret, other = tmp_path / "secret.bag", tmp_path / "other\n.bag"
+    other.write_bytes(b"x")
+    for path in (secret, other):
+        with pytest.raises(RequestError, match="outside"):
+            shelf.file(str(path))
+    granted.add([str(secret)])
+    granted.add([str(other)])
+    assert [shelf.file(str(path)) for path in (secret, other)] == [secret, other]
+    with pytest.raises(RequestError, match="outside"):
+        shelf.folder(str(tmp_path))  # nothing is recorded there
+    granted.clear()
+    with pytest.raises(RequestError, match="outside"):
+        shelf.file(str(secret))
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="users of Unix")
+def test_a_list_that_others_may_write_does_not_count(bags: Path, tmp_path: Path) -> None:
+    file = tmp_path / "list"
+    granted = Granted(file)
+    granted.add([str(tmp_path / "secret.bag")])
+    file.chmod(0o666)
+    with pytest.raises(RequestError, match="outside"):
+        Shelf([str(bags)], granted).file(str(tmp_path / "secret.bag"))
+    linked = tmp_path / "linked"
+    file.chmod(0o600)
+    linked.symlink_to(file)
+    assert tmp_path / "secret.bag" in granted and tmp_path / "secret.bag" not in Granted(linked)

@@ -21,6 +21,7 @@ from pyros1.ground.shown import one_line
 
 if TYPE_CHECKING:
     from pyros1.node import Node
+    from pyros1.web.bags.granted import Granted
 
 PORT = 9090
 _LARGEST_LIMIT = 10_000
@@ -58,16 +59,23 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     from pyros1.launch.running.logs import ros_home  # noqa: PLC0415 - after the command line proved right
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
     from pyros1.net.reach import is_loopback  # noqa: PLC0415
+    from pyros1.web.bags.granted import Granted  # noqa: PLC0415
     from pyros1.web.links import note_file, noted, panel_link, running_link, turn  # noqa: PLC0415
 
     uri = master_uri(os.environ, invocation.special)
     note = note_file(ros_home(os.environ), uri)
+    granted = Granted(note.with_suffix(".bags"))
     joins = bool(panel or options.program)
     with contextlib.ExitStack() as stack:
         end_turn = stack.enter_context(turn(note))
-        if joins and (known := running_link(note)):
+        known = running_link(note)
+        if joins and known:
             end_turn()
+            if options.files:
+                granted.add(options.files)
             return _join(invocation, panel_link(known, panel, settings), uri)
+        if not known:
+            granted.clear()
 
         def started(link: str) -> None:
             stack.enter_context(noted(note, link))
@@ -80,11 +88,13 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
                 _show(shown)
 
         try:
-            _serve(invocation, options, uri, started, PORT if options.port is None else options.port)
+            _serve(invocation, options, uri, granted, started, PORT if options.port is None else options.port)
         except _PortTakenError:
             if options.port is not None or not joins:
                 raise
-            _serve(invocation, options, uri, started, 0)  # another master's page has the usual port, or another program
+            _serve(
+                invocation, options, uri, granted, started, 0
+            )  # another master's page has the usual port, or another program
     return 0
 
 
@@ -111,7 +121,9 @@ def _join(invocation: Invocation, link: str, uri: str) -> int:
     return 0
 
 
-def _serve(invocation: Invocation, options: Any, uri: str, started: Callable[[str], object], port: int) -> None:
+def _serve(
+    invocation: Invocation, options: Any, uri: str, granted: Granted, started: Callable[[str], object], port: int
+) -> None:
     from pyros1.net.guests import guests_of  # noqa: PLC0415
     from pyros1.net.hosts import host_from_environment  # noqa: PLC0415
     from pyros1.web.robot import Robot  # noqa: PLC0415
@@ -129,6 +141,7 @@ def _serve(invocation: Invocation, options: Any, uri: str, started: Callable[[st
         guests=guests_of(address.allowed),
         origins=frozenset(origin.lower().rstrip("/") for origin in options.origins),
         bags=(*(options.bags or [os.getcwd()]), *options.files),
+        granted=granted,
         **{name: value for name, value in more.items() if value is not None},
     )
     robot = Robot(uri, access, _node_maker(invocation, uri, environ))
@@ -203,9 +216,26 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
 
 
 def _bag(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:
+    for word in words:
+        _check_bag(word)
     options.files = [os.path.abspath(word) for word in words]
     clock = {"clock": True} if options.clock else {}
     return {"files": options.files, **clock} if words else clock
+
+
+def _check_bag(word: str) -> None:
+    if os.path.isfile(word):
+        return
+    if os.path.isdir(word):
+        raise CommandError(f"{one_line(word)} is a folder, not a bag; --bags {one_line(word)} shows its bags")
+    folder = os.path.dirname(word)
+    try:
+        others = [
+            os.path.join(folder, name) for name in os.listdir(folder or ".") if name.endswith((".bag", ".active"))
+        ]
+    except OSError:
+        others = []
+    raise CommandError(f"there is no file {one_line(word)}{did_you_mean(word, others)}")
 
 
 def _plot(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:

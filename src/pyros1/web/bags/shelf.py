@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -23,9 +23,11 @@ class Shelf:
 
     Args:
         places: folders, and single files; those that are not there are left out.
+        more: files that may be added while the shelf is in use.
     """
 
-    def __init__(self, places: Iterable[str]) -> None:
+    def __init__(self, places: Iterable[str], more: Container[Path] = ()) -> None:
+        self._more = more
         found = [Path(os.path.realpath(place)) for place in places]
         self.folders = list(dict.fromkeys(path for path in found if path.is_dir()))
         self._files = {path for path in found if path.is_file()}
@@ -37,8 +39,10 @@ class Shelf:
             RequestError: there is no such file, or pages may not see it.
         """
         path = self._followed(text)
-        if path not in self._files and not self._inside(path):
-            raise RequestError(f"{_shown(text)} is outside of the folders that this server shows (--bags)")
+        if path not in self._files and not self._inside(path) and path not in self._more:
+            raise RequestError(
+                f"{_shown(text)} is outside of the folders that this server shows (--bags); open it with pyros1 web bag"
+            )
         try:
             mode = path.stat().st_mode
         except OSError as error:

@@ -10,9 +10,10 @@ import hmac
 import ipaddress
 import re
 import secrets
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Container, Iterable
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import parse_qs, urlsplit
 
@@ -38,6 +39,7 @@ class Access:
         guests: decides from which machines one may connect at all; None: from all that reach the interface.
         most_pages: how many pages, programs and viewers may be connected at the same time.
         bags: folders whose bags pages may see, and into which they may record; and single bags.
+        granted: bags that are added later; see `pyros1.web.bags.granted`.
     """
 
     token: str = field(default_factory=lambda: secrets.token_urlsafe(16), repr=False)
@@ -49,6 +51,7 @@ class Access:
     guests: Guests | None = None
     most_pages: int = MOST_PAGES
     bags: tuple[str, ...] = ()
+    granted: Container[Path] = ()
 
     def is_our_name(self, host: str | None) -> bool:
         """Return whether a Host header names this server."""
