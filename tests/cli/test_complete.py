@@ -106,6 +106,10 @@ def offered(capsys: pytest.CaptureFixture[str], line: str, shell: str = "bash", 
         ("rosrun no_such_package ", []),
         ("roslaunch no_such_package ", []),
         ("pyros1 guide ho", ["howto"]),
+        ("pyros1 web pl", ["plot"]),
+        ("pyros1 web --port 0 re", ["reconfigure"]),
+        ("pyros1 web rqt_p", ["rqt_plot", "rqt_publisher"]),
+        ("rqt_image_view /no", []),
         ("pyros1 guide check 3", ["3"]),
         ("pyros1 guide howto ac", ["access", "actions"]),
         ("nonsense ", None),
@@ -125,6 +129,9 @@ def test_without_a_master(capsys: pytest.CaptureFixture[str], line: str, expecte
         ("rostopic list /", ["/chatter"]),
         ("rostopic pub /chatter/one ", ["std_msgs/String"]),
         ("rosnode info ", ["/talker"]),
+        ("pyros1 web nodes ", ["/talker"]),
+        ("pyros1 web plot /chat", ["/chatter/one"]),
+        ("pyros1 rqt_topic ", ["/chatter/one"]),
         ("rosnode ping /ta", ["/talker"]),
         ("rosparam get /g", ["/gain"]),
         ("rosservice info /talker/get", ["/talker/get_loggers"]),
@@ -140,6 +147,7 @@ def test_files(capsys: pytest.CaptureFixture[str]) -> None:
         Path(name).touch()
     Path("folder with space").mkdir()
     assert offered(capsys, "rosbag info ") == ["a.bag", "b.bag.active", '"folder with space/"']
+    assert offered(capsys, "pyros1 web bag a") == offered(capsys, "pyros1 rqt_bag a") == ["a.bag"]
     assert offered(capsys, "rosbag info .h") == [".hidden.bag"]
     assert "x.launch" in offered(capsys, "roslaunch x")
 

@@ -18,6 +18,22 @@ def test_the_nearest_word() -> None:
 @pytest.mark.parametrize(
     ("word", "known", "meant"),
     [
+        ("rec", ["record", "reindex"], "record"),
+        ("re", ["record", "reindex"], ""),
+        ("r", ["record"], ""),
+        ("/rob", ["/robot/speed"], "/robot/speed"),
+        ("std_msgs/", ["std_msgs/Time"], ""),
+        ("rename", ["rename-topic", "retime"], "rename-topic"),
+        ("ech", ["echo", "echoes"], "echo"),
+    ],
+)
+def test_the_beginning_of_a_word(word: str, known: list[str], meant: str) -> None:
+    assert did_you_mean(word, known) == (f" (did you mean '{meant}'?)" if meant else "")
+
+
+@pytest.mark.parametrize(
+    ("word", "known", "meant"),
+    [
         ("std_msgs/Nope", "std_msgs/Time", None),
         ("std_msgs/string", "std_msgs/String", "std_msgs/String"),
         ("/robot/left/nope", "/robot/left/mode", None),

@@ -256,6 +256,26 @@ def _throttles(_: Line) -> list[str]:
     return ["messages", "bytes"]
 
 
+def _panels(line: Line) -> list[str]:
+    from pyros1.cli.shared.windows import PARTS, PROGRAMS  # noqa: PLC0415
+    from pyros1.web.server.assets import Assets  # noqa: PLC0415
+
+    return sorted([*Assets().panels, *PARTS]) + [*PROGRAMS] * bool(line.token)
+
+
+def _panel_arguments(line: Line) -> list[str]:
+    """Return what a panel of the page can show."""
+    from pyros1.cli.shared.windows import PROGRAMS  # noqa: PLC0415
+
+    panel = line.given[0]
+    panel = PROGRAMS[panel].words[0] if panel in PROGRAMS else panel
+    makers = {
+        "bag": _bags, "image": _topics, "launches": _nodes, "nodes": _nodes, "plot": _topics, "publisher": _topics,
+        "reconfigure": _configurable, "scene": _files, "services": _services, "topics": _topics, "turtles": _nodes,
+    }  # fmt: skip
+    return makers[panel](line) if panel in makers else []
+
+
 KINDS: dict[str, Callable[[Line], list[str]]] = {
     "bag": _bags,
     "configurable": _configurable,
@@ -276,6 +296,8 @@ KINDS: dict[str, Callable[[Line], list[str]]] = {
     "package": _packages,
     "package_file": _package_files,
     "package_launch_file": _package_launch_files,
+    "panel": _panels,
+    "panel_argument": _panel_arguments,
     "param": _params,
     "place": _places,
     "request_text": _request_text,

@@ -479,7 +479,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
         '',
         {'rqt': ('rqt',), 'rqt_bag': ('rqt_bag',), 'rqt_console': ('rqt_console',), 'rqt_graph': ('rqt_graph',), 'rqt_image_view': ('rqt_image_view',), 'rqt_launch': ('rqt_launch',), 'rqt_logger_level': ('rqt_logger_level',), 'rqt_plot': ('rqt_plot',), 'rqt_publisher': ('rqt_publisher',), 'rqt_reconfigure': ('rqt_reconfigure',), 'rqt_service_caller': ('rqt_service_caller',), 'rqt_tf_tree': ('rqt_tf_tree',), 'rqt_top': ('rqt_top',), 'rqt_topic': ('rqt_topic',), 'rviz': ('rviz',), 'rxbag': ('rxbag',), 'rxconsole': ('rxconsole',), 'rxgraph': ('rxgraph',), 'rxplot': ('rxplot',)},
         (),
-        ('', '+'),
+        ('panel', 'panel_argument+'),
         {
         },
     ),

@@ -105,10 +105,13 @@ def _entry(words: list[str]) -> int:
 
         return complete(words[2:])
     name = registry.command_name(word)
+    if name is None and word in (stock := registry.stock_names()):  # as rviz, which is `web rviz`
+        name, *more = stock[word]
+        words[2:2] = more
     if name is None:
         from pyros1.cli.failures import did_you_mean, elsewhere  # noqa: PLC0415 - only what fails needs it
 
-        hint = elsewhere(word) or did_you_mean(word, registry.commands())
+        hint = elsewhere(word) or did_you_mean(word, [*registry.commands(), *registry.stock_names()])
         print(f"pyros1: unknown command {word!r}{hint}; see: pyros1 help", file=sys.stderr)
         return 64
     return _run(name, words[2:])

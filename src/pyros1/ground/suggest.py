@@ -12,6 +12,7 @@ _DASHED = rf"([-{_DASHES}]{{1,2}})([A-Za-z][\w-]*)((?:=.*)?)"
 _ASSIGNMENT = r"([~/]?\w[\w/]*)(=:|:(?![:/\\=\s])|=(?![=:\s]))(.+)"
 _LEAST_PORT = 1024
 _NEAR_BEHIND = 0.6
+_LEAST_BEGINNING = 2
 SYNONYMS = {"ls": "list", "rm": "delete", "cat": "echo", "show": "info"}
 """Words from other tools, and what they are called here."""
 
@@ -29,8 +30,15 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     close = [SYNONYMS[word]] if SYNONYMS.get(word) in words else []
     close = close or [other for other in words if other.casefold() == word.casefold()]
     close = close or get_close_matches(word, words, 5, 0.7)
-    meant = next((other for other in close if word in SYNONYMS or _is_near(word, other)), word)
+    meant = next((other for other in close if word in SYNONYMS or _is_near(word, other)), "")
+    meant = meant or _begun(word, words) or word
     return f" (did you mean '{one_line(meant)}'?)" if meant != word else ""
+
+
+def _begun(word: str, words: list[str]) -> str:
+    """Return the only word that begins so; empty if there is none, or several."""
+    longer = {other for other in words if other.casefold().startswith(word.casefold())}
+    return longer.pop() if len(longer) == 1 and len(word.strip("/")) >= _LEAST_BEGINNING and word[-1:] != "/" else ""
 
 
 def _is_near(word: str, other: str) -> bool:

@@ -98,6 +98,26 @@ def test_where_else_to_look_is_said(
     assert capsys.readouterr().err == said
 
 
+def test_without_an_aggregator_the_diagnostics_of_all_nodes_are_shown(
+    run: Run, make_node: Callable[..., Any], environ: dict[str, str]
+) -> None:
+    for number, name in enumerate(("motor", "lidar", "quiet")):
+        publisher = make_node(name).advertise("diagnostics", DiagnosticArray, latch=True)
+        publisher.publish(DiagnosticArray(status=[DiagnosticStatus(number, name, "text", "", [])]))
+    code, out, err = run("-l", "0")
+    assert code == 0 and [line for line in out.splitlines() if line.startswith("[")] == [
+        "[ ERROR ] quiet - text",
+        "[ WARN  ] lidar - text",
+        "[  OK   ] motor - text",
+    ]
+    assert err == "nothing publishes /diagnostics_agg, so this shows /diagnostics, as single nodes send them\n"
+    make_node("aggregator").advertise("diagnostics_agg", DiagnosticArray, latch=True).publish(
+        DiagnosticArray(status=[DiagnosticStatus(1, "/all", "summed up", "", [])])
+    )
+    code, out, err = run()
+    assert (code, err) == (0, "") and "/all - summed up" in out
+
+
 def test_following_prints_lines_only(
     run: Run, robot: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -23,6 +23,8 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     script.write_text('#!/bin/sh\necho "hello $*"\nexit 7\n')
     script.chmod(0o755)
     (folder / "scripts" / "data").write_text("no program")
+    (tmp_path / "empty_pkg").mkdir()
+    (tmp_path / "empty_pkg" / "package.xml").write_text("<package><name>empty_pkg</name></package>")
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
     return folder
 
@@ -52,7 +54,10 @@ def test_own_nodes_run_without_executable_bit_in_this_interpreter(package: Path)
     ("words", "code", "text"),
     [
         ([], 0, "Usage: pyros1 run"),
-        (["some_pkg"], 0, "Usage: pyros1 run"),
+        (["some_pkg"], 0, "hello\n"),
+        (["empty_pkg"], 3, "[rosrun] the package empty_pkg in "),
+        (["sme_pkg"], 2, "[rosrun] (did you mean 'some_pkg'?)"),
+        (["--nope", "some_pkg"], 0, "Usage: pyros1 run"),
         (["--help"], 0, "Usage: pyros1 run"),
         (["some_pkg", "hello/"], 1, "[rosrun] Couldn't find executable named hello/"),
         (["no_such_pkg", "hello"], 2, "[rospack] Error: package 'no_such_pkg' not found"),

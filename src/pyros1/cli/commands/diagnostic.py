@@ -7,6 +7,7 @@ import re
 import sys
 from collections.abc import Iterator, Sequence
 from datetime import datetime, timezone
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from pyros1.cli.failures import CommandError, did_you_mean
@@ -26,6 +27,9 @@ _COLOURS = ["\x1b[92m", "\x1b[93m", "\x1b[91m", "\x1b[94m"]
 _RESET = "\x1b[0m"
 _WIDTH = 69
 _LOOK_FOR_END = 0.2
+_AGGREGATED, _RAW = "/diagnostics_agg", "/diagnostics"
+_PATIENCE = 2.0
+"""Seconds to wait for all nodes: most send once a second."""
 _TYPE = "diagnostic_msgs/DiagnosticArray"
 
 
@@ -35,7 +39,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         pattern = re.compile(options.filter)
     except re.error as error:
         raise CommandError(f"{options.filter!r} is not a regular expression: {error}", 2) from None
-    topic = invocation.resolve(options.topic)
+    topic, sources = _topic(invocation, options.topic)
     colour = not options.nocolor and use_colour(sys.stdout)
     arrived: queue.SimpleQueue[Message] = queue.SimpleQueue()
     with invocation.open_node() as node, node.subscribe(topic, _TYPE, arrived.put):
@@ -45,6 +49,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                 message: Any = arrived.get(timeout=_LOOK_FOR_END)
             except queue.Empty:
                 continue
+            if sources > 1 and not options.follow:
+                _gather(message, arrived, sources)
             chosen = selected(message.status, options.level, pattern)
             if options.json:
                 print_json(as_json(message, chosen))
@@ -90,7 +96,7 @@ COMMAND = Command(
             metavar="LEVEL",
             help=f"lowest level to print: {_NUMBERED} (default: 1)",
         ),
-        Option("--topic", default="/diagnostics_agg", help="topic to read (default: %(default)s)"),
+        Option("--topic", default="", help=f"topic to read (default: {_AGGREGATED}; without an aggregator {_RAW})"),
         Option("--filter", default=".*", metavar="REGEX", help="only names that match this regular expression"),
         Flag("--nocolor", help="no color, even on a terminal"),
         Flag("-d", "--detail", help="also print time, hardware and all values"),
@@ -100,7 +106,7 @@ COMMAND = Command(
             ("", "warnings and errors"),
             ("-l ok -d", "everything, with all values"),
             ("-f --filter battery", "follow the state of the battery"),
-            ("--topic /diagnostics", "if no aggregator is running"),
+            ("--topic /diagnostics", "as single nodes send them"),
         ],
         parse=_parse,
         run=run,
@@ -108,6 +114,37 @@ COMMAND = Command(
     group="look",
     stock="rosdiagnostic",
 )
+
+
+def _topic(invocation: Invocation, named: str) -> tuple[str, int]:
+    """Return the topic to read and how many nodes send parts of one picture there.
+
+    If none is named and nothing aggregates diagnostics, as on many robots, they are read where they come from.
+    """
+    topic = invocation.resolve(named or _AGGREGATED)
+    raw = invocation.resolve(_RAW)
+    if named or invocation.as_stock:
+        return topic, 1
+    published = invocation.graph.state().publishers
+    if published.get(topic) or not published.get(raw):
+        return topic, 1
+    print(f"nothing publishes {topic}, so this shows {raw}, as single nodes send them", file=sys.stderr, flush=True)
+    return raw, len(published[raw])
+
+
+def _gather(message: Any, arrived: queue.SimpleQueue[Message], sources: int) -> None:
+    """Add what other nodes send to the first message, until all were heard; who is silent is not waited for long."""
+    statuses = {status.name: status for status in message.status}
+    heard = {message._connection_header.get("callerid")}
+    until = monotonic() + _PATIENCE
+    while len(heard) < sources and (left := until - monotonic()) > 0:
+        try:
+            other: Any = arrived.get(timeout=left)
+        except queue.Empty:
+            break
+        heard.add(other._connection_header.get("callerid"))
+        statuses.update({status.name: status for status in other.status})
+    message.status = [*statuses.values()]
 
 
 def _say_if_unpublished(invocation: Invocation, topic: str) -> None:

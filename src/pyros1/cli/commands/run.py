@@ -18,13 +18,13 @@ from pyros1.launch.running.shebang import script_trouble
 
 
 class _Options:
-    """The parsed command line. ``usage`` asks for the usage text instead."""
+    """The parsed command line. ``usage`` asks for the usage text: an option is ``wrong``, or a word is missing."""
 
     def __init__(self, argv: list[str]) -> None:
         words = list(argv)
         self.prefix: list[str] = []
         self.debug = False
-        self.usage = False
+        self.wrong = False
         while words and words[0].startswith("-"):
             option = words.pop(0)
             if option in ("-d", "--debug"):
@@ -34,21 +34,21 @@ class _Options:
             elif option.startswith("--prefix="):
                 self.prefix = shlex.split(option.partition("=")[2])
             else:
-                self.usage = True
+                self.wrong = True
         self.words = words
-        self.usage = self.usage or len(words) < 2
+        self.usage = self.wrong or len(words) < 2
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Let the program replace this process (L22-L24).
 
     Returns:
-        Only if nothing was run: 0 after the usage text, 1 for a name ending with a slash, 2 for an unknown package,
-        3 for an unknown executable.
+        Only if nothing was run: 0 after the usage text or a list, 1 for a name ending with a slash, 2 for an unknown
+        package, 3 for an unknown executable.
     """
     if options.usage:
-        _print_usage(invocation)
-        return 0
+        names_package = len(args) == 1 and not options.wrong and not invocation.as_stock
+        return _list(args[0]) if names_package else _print_usage(invocation)
     package, name, *arguments = args
     if name.endswith("/"):
         print(f"[rosrun] Couldn't find executable named {name}", file=sys.stderr)
@@ -57,8 +57,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     try:
         found = index.find_executable(package, name)
     except PackageNotFoundError as error:
-        print(f"[rospack] Error: package '{package}' not found", file=sys.stderr)
-        _suggest(package, index.list())
+        _say_unknown(index, package)
         if options.debug:
             print(f"[rosrun] {error}", file=sys.stderr)
         return 2
@@ -90,6 +89,26 @@ def _execute(command: list[str], executable: Path) -> int:
     except OSError as error:
         print(f"[rosrun] cannot run {command[0]}: {error.strerror}", file=sys.stderr)
         return 126
+
+
+def _list(package: str) -> int:
+    """Print the names of a package's programs."""
+    index = PackageIndex(os.environ)
+    try:
+        names = index.executables(package)
+    except PackageNotFoundError:
+        _say_unknown(index, package)
+        return 2
+    if not names:
+        print(f"[rosrun] the package {package} in {index.find(package)} has no executables", file=sys.stderr)
+        return 3
+    print(*names, sep="\n")
+    return 0
+
+
+def _say_unknown(index: PackageIndex, package: str) -> None:
+    print(f"[rospack] Error: package '{package}' not found", file=sys.stderr)
+    _suggest(package, index.list())
 
 
 def _say_missing(index: PackageIndex, package: str, name: str, folder: Path) -> None:
@@ -131,11 +150,12 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     return options, options.words
 
 
-def _print_usage(invocation: Invocation) -> None:
+def _print_usage(invocation: Invocation) -> int:
     from pyros1.cli.help import Parser  # noqa: PLC0415 - only who asks needs it
 
     parser = Parser(_VERB, invocation)
     print(parser.get_usage() + parser.format_epilog(parser.formatter), end="")
+    return 0
 
 
 _VERB = Verb(
@@ -152,6 +172,7 @@ _VERB = Verb(
   If it finds it, it will run it with ARGS.""",
     examples=[
         ("minimal_nodes minimal_publisher", "start a node"),
+        ("minimal_nodes", "list the programs of a package"),
         ("my_robot driver __name:=left _port:=/dev/ttyUSB0", "with a name and a private parameter"),
         ('--prefix "gdb --args" my_robot driver', "under a debugger"),
     ],

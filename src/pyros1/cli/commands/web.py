@@ -15,7 +15,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_these
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.cli.shared.listening import ALLOW, with_options
-from pyros1.cli.shared.windows import PROGRAMS, USUAL_FILE, call_of, first_argument, has_display, picture_topic
+from pyros1.cli.shared.windows import PARTS, PROGRAMS, USUAL_FILE, call_of, first_argument, has_display, picture_topic
 from pyros1.ground.names import parse_arguments
 from pyros1.ground.shown import one_line
 
@@ -37,8 +37,6 @@ _ONE = {
 """Panels that take one name: the setting that gets it, and what it is."""
 _PICTURE = "image"
 """The topic that image_view shows, before it is remapped."""
-_PARTS = {"reconfigure": ("params", "reconfigure"), "publisher": ("topics", "publish")}
-"""Parts of panels, as rqt has them alone: the panel, and the setting that gets the name of a node or topic, or ""."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -200,11 +198,11 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
 
     panel, *words = args
     panels = Assets().panels
-    if panel in _PARTS and len(words) < 2:
-        name, setting = _PARTS[panel]
+    if panel in PARTS and len(words) < 2:
+        name, setting = PARTS[panel]
         return name, {setting: invocation.resolve(words[0]) if words else ""}
     if panel not in panels:
-        hint = did_you_mean(panel, [*panels, *PROGRAMS, *_PARTS])
+        hint = did_you_mean(panel, [*panels, *PROGRAMS, *PARTS])
         raise UsageError(f"there is no panel {panel!r}{hint}; there are {', '.join(panels)}")
     if panel in _SETTINGS:
         return panel, _SETTINGS[panel](invocation, options, words)
@@ -363,9 +361,13 @@ COMMAND = Command(
         Flag("--force-discover", dest="force_discover", hidden=True),
         Option("--output", hidden=True),  # rxgraph's
         Flag("--list-plugins", dest="list_plugins", hidden=True),
-        Argument("panel", optional=True, help="the panel to open: graph, console, plot ..."),
+        Argument("panel", "panel", optional=True, help="the panel to open: graph, console, plot ..."),
         Argument(
-            "argument", optional=True, many=True, help="what it shows: curves, the topic of an image, a node, bags"
+            "argument",
+            "panel_argument",
+            optional=True,
+            many=True,
+            help="what it shows: curves, the topic of an image, a node, bags",
         ),
         usage="[options] [PANEL [ARGUMENT ...]]",
         description="Graph, console, plots, messages, parameters and services, live.",

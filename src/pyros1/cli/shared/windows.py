@@ -124,6 +124,9 @@ PROGRAMS: Mapping[str, Program] = {
 }
 """Stock's names of programs with windows. ``pyros1 setup`` gives them all, and `PACKAGED` are in packages of ours."""
 
+PARTS: Mapping[str, tuple[str, str]] = {"reconfigure": ("params", "reconfigure"), "publisher": ("topics", "publish")}
+"""Parts of panels, as rqt has them alone: the panel, and the setting that gets the name of a node or topic, or ""."""
+
 PACKAGED: Mapping[str, tuple[str, ...]] = {
     **{name: (name,) for name in PROGRAMS if name.startswith("rqt_")},
     "image_view": ("image_view",),

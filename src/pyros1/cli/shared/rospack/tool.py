@@ -173,7 +173,8 @@ def _act(request: Request, invocation: Invocation, command: str) -> None:
             return
         request.words, name = [], "help"  # rospack prints its list, whatever the other words are
     if name is None or name not in known:
-        hint = did_you_mean(request.verb, [each for each in known if each != "help"])
+        others = known if invocation.as_stock else registry.verbs(command)
+        hint = did_you_mean(request.verb, [each for each in others if each != "help"])
         raise PkgError(f"command {request.verb} not implemented{hint}")
     verb = registry.load_verb(command, name)
     if request.words and not verb.arguments:
