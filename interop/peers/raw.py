@@ -6,7 +6,9 @@ import contextlib
 import socket
 import struct
 import threading
-from collections.abc import Iterator
+import xmlrpc.client
+from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any
 from xmlrpc.server import SimpleXMLRPCServer
 
@@ -110,3 +112,90 @@ def fake_publisher(master: Master, topic: str, type_name: str) -> Iterator[FakeP
         yield fake
     finally:
         fake.close()
+
+
+class ForeignNode:
+    """A node of another client library: its publishers send any header and any bytes, and check nothing.
+
+    Args:
+        master: where it registers.
+        name: its name.
+    """
+
+    def __init__(self, master: Master, name: str) -> None:
+        self.master, self.name = master, name
+        self._sent: dict[str, bytes] = {}
+        self._types: dict[str, str] = {}
+        self._ended: set[tuple[str, str]] = set()
+        self._connections: list[socket.socket] = []
+        self._listener = socket.create_server(("127.0.0.1", 0), backlog=200)
+        self._server = SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False)
+        address = self._listener.getsockname()
+        self._server.register_function(lambda *_: [1, "ready", ["TCPROS", "localhost", address[1]]], "requestTopic")
+        self.uri = f"http://localhost:{self._server.server_address[1]}/"
+        serve = partial(self._server.serve_forever, poll_interval=0.02)
+        self._threads = [threading.Thread(target=function) for function in (serve, self._accept)]
+        for thread in self._threads:
+            thread.start()
+
+    def publish(self, topic: str, type_name: str, fields: Sequence[bytes], bodies: Sequence[bytes]) -> None:
+        """Publish a topic.
+
+        Args:
+            topic: its name.
+            type_name: the type that the master is told.
+            fields: of the connection header, as bytes of any kind.
+            bodies: the messages that each subscriber gets.
+        """
+        header = b"".join(struct.pack("<I", len(field)) + field for field in fields)
+        parts = (header, *bodies)
+        self._sent[topic] = b"".join(struct.pack("<I", len(part)) + part for part in parts)
+        self._types[topic] = type_name
+        with xmlrpc.client.ServerProxy(self.master.uri) as proxy:
+            proxy.registerPublisher(self.name, topic, type_name, self.uri)
+
+    def has_ended(self, topic: str, subscriber: str) -> bool:
+        """Whether a subscriber has closed its connection: it refuses what it was sent."""
+        return (topic, subscriber) in self._ended
+
+    def _accept(self) -> None:
+        while True:
+            try:
+                connection, _ = self._listener.accept()
+            except OSError:
+                return
+            self._connections.append(connection)
+            self._threads.append(threading.Thread(target=self._serve, args=(connection,)))
+            self._threads[-1].start()
+
+    def _serve(self, connection: socket.socket) -> None:
+        with contextlib.suppress(OSError, EOFError):
+            header = read_header(connection)
+            with contextlib.suppress(OSError):
+                connection.sendall(self._sent[header["topic"]])
+                while connection.recv(100):
+                    pass
+            self._ended.add((header["topic"], header["callerid"]))
+
+    def close(self) -> None:
+        with xmlrpc.client.ServerProxy(self.master.uri) as proxy:
+            for topic in self._types:
+                proxy.unregisterPublisher(self.name, topic, self.uri)
+        self._server.shutdown()
+        self._server.server_close()
+        for sock in (self._listener, *self._connections):
+            with contextlib.suppress(OSError):
+                sock.shutdown(socket.SHUT_RDWR)
+            sock.close()
+        for thread in self._threads:
+            thread.join(DEADLINE)
+
+
+@contextlib.contextmanager
+def foreign_node(master: Master, name: str) -> Iterator[ForeignNode]:
+    """A `ForeignNode` for a with statement."""
+    node = ForeignNode(master, name)
+    try:
+        yield node
+    finally:
+        node.close()

@@ -32,14 +32,14 @@ def copy(message: Any) -> Any:
     return _made(make_copy, type(message))(message)
 
 
-def decode(cls: Any, buffer: Any, start: int, end: int) -> Any:
+def decode(cls: Any, buffer: Any, start: int, end: int, *, exact: bool = False) -> Any:
     """Return the message that the bytes from start to end are."""
-    return _made(make_decode, cls)(buffer, start, end)
+    return _made(make_decode, cls)(buffer, start, end, exact)
 
 
-def decode_arrays(cls: Any, buffer: Any, start: int, end: int, view: View) -> Any:
+def decode_arrays(cls: Any, buffer: Any, start: int, end: int, view: View, *, exact: bool = False) -> Any:
     """Return the same with arrays of numbers as a view makes them."""
-    return _made(make_decode_arrays, cls)(buffer, start, end, view)
+    return _made(make_decode_arrays, cls)(buffer, start, end, view, exact)
 
 
 def read(cls: Any, buffer: Any, start: int, end: int) -> tuple[Any, int]:

@@ -28,7 +28,7 @@ from random_definitions import (
     random_message,
 )
 
-from pyros1.ground.errors import DefinitionError, DeserializationError, SerializationError
+from pyros1.ground.errors import DefinitionError, DeserializationError, LengthError, SerializationError
 from pyros1.ground.timing import TVal
 from pyros1.msgs import Message, from_definition
 from pyros1.msgs.array_views import memoryview_view, numpy_view
@@ -173,8 +173,9 @@ def check_wrong_bytes(cls: Any, body: bytes, rng: random.Random, cuts: int) -> N
     lengths = range(len(body)) if len(body) <= cuts else sorted(rng.sample(range(len(body)), cuts))
     for cut in lengths:
         for buffer in (body[:cut], body):  # the bytes may lie in the buffer: what counts is the end given
-            assert not accepted(cls, buffer, cut), f"cut at {cut}"
-    assert not accepted(cls, body + b"x", len(body) + 1), "too long"
+            assert not accepted(cls, buffer, cut, exact=True), f"cut at {cut}"
+    assert not accepted(cls, body + b"x", len(body) + 1, exact=True), "too long"
+    assert accepted(cls, body + b"x", len(body) + 1), "bytes behind"
     for _ in range(min(len(body), 4)):
         changed = bytearray(body)
         changed[rng.randrange(len(body))] = rng.choice([0, 1, 255, rng.randrange(256)])
@@ -190,15 +191,17 @@ def check_wrong_bytes(cls: Any, body: bytes, rng: random.Random, cuts: int) -> N
             assert_same(codec.decode(cls, again, 0, len(again)), decoded, nan=True)
 
 
-def accepted(cls: Any, buffer: bytes, end: int) -> bool:
-    """Whether the decoders take the bytes; they must agree."""
+def accepted(cls: Any, buffer: bytes, end: int, *, exact: bool = False) -> bool:
+    """Whether the decoders take the bytes; they must agree. If exact, the bytes must be those of the message only."""
     results = []
     for view in (None, *VIEWS.values()):
         try:
             if view is None:
-                codec.decode(cls, buffer, 0, end)
+                codec.decode(cls, buffer, 0, end, exact=exact)
             else:
-                codec.decode_arrays(cls, buffer, 0, end, view)
+                codec.decode_arrays(cls, buffer, 0, end, view, exact=exact)
+        except LengthError:
+            results.append(False)
         except DeserializationError as error:
             assert error.type_name == cls._type and 0 <= error.offset <= end, "error"
             results.append(False)

@@ -271,11 +271,16 @@ class Bag:
     def message_class(self, connection: Connection) -> type[Message]:
         """Return the class of a connection's messages.
 
+        If its definition is not usable, another connection of the bag, or an installed type, with the same name and md5
+        takes its place.
+
         Raises:
             DefinitionError: the definition is wrong.
             UnknownTypeError: the connection has no definition.
         """
-        return self._classes.get(connection.type, connection.md5sum, connection.definition)
+        kind = connection.type, connection.md5sum
+        others = (each.definition for each in self.reader.connections.values() if (each.type, each.md5sum) == kind)
+        return self._classes.get(*kind, connection.definition, others)
 
     def close(self) -> None:
         """Close the file."""

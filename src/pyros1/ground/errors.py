@@ -8,7 +8,8 @@
     │   ├── DefinitionError                 a .msg/.srv/.action text is wrong; names file and line
     │   ├── UnknownTypeError                no definition of that message or service type was found
     │   ├── SerializationError              a value does not fit its field
-    │   └── DeserializationError            received bytes cannot be decoded; names type and offset
+    │   ├── DeserializationError            received bytes cannot be decoded; names type and offset
+    │   └── LengthError                     received bytes are a message, but more, or fewer, than it needs
     ├── TransportError
     │   ├── ProtocolError                   the peer broke the protocol (header, framing, HTTP, XML)
     │   ├── ConnectionRefusedByPeerError    the peer answered with an ``error=`` header
@@ -94,6 +95,23 @@ class DeserializationError(MessageError):
         self.offset = offset
         self.reason = reason
         super().__init__(type_name if offset is None else f"cannot decode {type_name} at byte {offset}: {reason}")
+
+
+class LengthError(MessageError):
+    """Received bytes are a message of the expected type, but they do not end where it does.
+
+    Only decoders that are asked to be ``exact`` raise this; others ignore it, as stock does.
+
+    Args:
+        type_name: for example ``std_msgs/String``.
+        surplus: number of bytes behind the message; negative: so many are missing from its last string or byte array.
+    """
+
+    def __init__(self, type_name: str, surplus: int) -> None:
+        self.surplus = surplus
+        many = f"{abs(surplus)} byte{'s' * (abs(surplus) != 1)}"
+        odd = f"{many} behind its end" if surplus > 0 else f"{many} missing at its end"
+        super().__init__(f"a {type_name} with {odd}")
 
 
 class TransportError(Error):

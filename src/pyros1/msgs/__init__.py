@@ -14,7 +14,8 @@ from __future__ import annotations
 
 from pyros1.ground import generated
 from pyros1.msgs.base import AnyMsg, Message, Service
-from pyros1.msgs.dynamic import DefinitionCache, from_definition
+from pyros1.msgs.definition_cache import DefinitionCache
+from pyros1.msgs.dynamic import from_definition
 
 
 def load_message(type_name: str) -> type[Message]:

@@ -7,10 +7,12 @@ are first asked for, so that making a class costs little and an unused direction
 * ``cls._encode_frame(msg)``: the TCPROS frame, u32 little-endian length and body, as one bytes object, or as a list of
   buffers when it holds large arrays, which are then not copied;
 * ``cls._encode(msg)``: the body only;
-* ``cls._decode(buffer, start, end)``: a message from exactly ``buffer[start:end]``, which must be bytes;
+* ``cls._decode(buffer, start, end, exact=False)``: a message from ``buffer[start:end]``, which must be bytes; if
+  ``exact`` is true, bytes behind the message, or a last string that is cut off, raise LengthError: else, as in stock,
+  they do not matter;
 * ``cls._read(buffer, start, end)``: a message from the beginning of ``buffer[start:end]`` and the offset behind it;
-* ``cls._decode_arrays(buffer, start, end, view)``, ``cls._read_arrays(...)``: the same, but numeric arrays are made by
-  ``view(buffer, position, count, struct_code)``, see ``array_views.py``;
+* ``cls._decode_arrays(buffer, start, end, view, exact=False)``, ``cls._read_arrays(...)``: the same, but numeric arrays
+  are made by ``view(buffer, position, count, struct_code)``, see ``array_views.py``;
 * ``cls._copy(msg)``: the message that encoding and decoding would give, without either of them.
 """
 
@@ -20,7 +22,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 from pyros1.ground import lazy
-from pyros1.ground.errors import DefinitionError, DeserializationError, MessageError
+from pyros1.ground.errors import DefinitionError, MessageError
 
 if TYPE_CHECKING:
     from pyros1.msgs.digest import Digests
@@ -140,9 +142,9 @@ class Message(metaclass=MessageType):
     _classes: ClassVar[dict[str, type[Message]]]
     _encode_frame: ClassVar[Callable[[Any], Frame]]
     _encode: ClassVar[Callable[[Any], bytes]]
-    _decode: ClassVar[Callable[[bytes, int, int], Any]]
+    _decode: ClassVar[Callable[..., Any]]
     _read: ClassVar[Callable[[bytes, int, int], tuple[Any, int]]]
-    _decode_arrays: ClassVar[Callable[[bytes, int, int, View], Any]]
+    _decode_arrays: ClassVar[Callable[..., Any]]
     _read_arrays: ClassVar[Callable[[bytes, int, int, View], tuple[Any, int]]]
     _copy: ClassVar[Callable[[Any], Any]]
 
@@ -165,26 +167,14 @@ class Message(metaclass=MessageType):
         """Set the fields from the beginning of ``data`` and return self; bytes behind the message are ignored.
 
         Raises:
-            DeserializationError: ``data`` is too short or not such a message. In programs that use genpy, the last
-                string or bytes may be cut off, as in stock.
+            DeserializationError: ``data`` is too short or not such a message. The last string or byte array may be cut
+                off: it is shorter then, as in stock.
         """
-        return self._deserialize(bytes(data), lambda cls, body: cls._read(body, 0, len(body)))  # without the rest (G23)
+        return self._take(message_class(type(self))._decode(bytes(data), 0, len(data)))
 
-    def _deserialize(self: _M, data: bytes, read: Callable[[type[Message], bytes], tuple[Any, int]]) -> _M:
-        cls = message_class(type(self))
-        try:
-            try:
-                message, _ = read(cls, data)
-            except UnicodeDecodeError:
-                message, _ = read(cls, _module("repair").repaired(cls, data))
-        except Exception as error:
-            whole = _module("repair").completed(cls, data)
-            if whole is not None:
-                return self._deserialize(whole, read)
-            if isinstance(error, DeserializationError):
-                raise
-            raise _module("check").explain(cls, data, 0, len(data), exact=False) from error
-        for name in cls.__slots__:
+    def _take(self: _M, message: Message) -> _M:
+        """Take the fields of a message of the same type, and return self."""
+        for name in message_class(type(self)).__slots__:
             setattr(self, name, getattr(message, name))
         return self
 
@@ -195,7 +185,7 @@ class Message(metaclass=MessageType):
     def deserialize_numpy(self: _M, data: Buffer, numpy: Any) -> _M:
         """Set the fields like :meth:`deserialize`, with numpy arrays of shape (n,) in place of tuples of numbers."""
         view = _module("array_views").genpy_view(numpy)
-        return self._deserialize(bytes(data), lambda cls, body: cls._read_arrays(body, 0, len(body), view))
+        return self._take(message_class(type(self))._decode_arrays(bytes(data), 0, len(data), view))
 
     def _check_types(self, exc: Exception | None = None) -> None:
         """Raise SerializationError if a value does not fit its field."""
@@ -299,7 +289,7 @@ class AnyMsg(_FromConnection):
         self._connection_header = connection_header
 
     @staticmethod
-    def _decode(buffer: bytes, start: int, end: int) -> AnyMsg:
+    def _decode(buffer: bytes, start: int, end: int, exact: bool = False) -> AnyMsg:
         return AnyMsg(buffer[start:end])
 
     @staticmethod
@@ -332,14 +322,16 @@ class AnyMsg(_FromConnection):
                 take one class from a :class:`pyros1.msgs.DefinitionCache`.
 
         Raises:
-            DefinitionError: the header lacks type or definition, or the definition is wrong.
+            DefinitionError, UnknownTypeError: the header lacks type or definition, or the definition is wrong, and the
+                type that is installed here cannot take its place.
             DeserializationError: the bytes are not a message of this type.
         """
         if cls is None:
             header = self._connection_header or {}
-            if "type" not in header or "message_definition" not in header:
-                raise DefinitionError("the connection header carries no type and message_definition")
-            cls = _module("dynamic").from_definition(header["type"], header["message_definition"])
+            if "type" not in header:
+                raise DefinitionError("the connection header carries no type")
+            text = header.get("message_definition", "")
+            cls = _module("odd_definitions").find_class(header["type"], header.get("md5sum", ""), text, by_name=True)
         message: Message = cls._decode(self._buff, 0, len(self._buff))
         message._connection_header = self._connection_header
         return message

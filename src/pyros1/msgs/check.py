@@ -160,7 +160,7 @@ def _show(value: object) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def explain(cls: type[Message], buffer: Buffer, start: int, end: int, *, exact: bool = True) -> DeserializationError:
+def explain(cls: type[Message], buffer: Buffer, start: int, end: int) -> DeserializationError:
     """Return the error for bytes that could not be decoded.
 
     Args:
@@ -168,15 +168,12 @@ def explain(cls: type[Message], buffer: Buffer, start: int, end: int, *, exact: 
         buffer: the bytes.
         start: where the message begins in ``buffer``; the error's offset counts from here.
         end: where it should end.
-        exact: whether additional bytes at the end are an error.
     """
     walk = Walk(memoryview(buffer)[start:end])
     try:
         walk.message(cls, "")
     except MessageError as error:
         return DeserializationError(cls._type, walk.position, str(error))
-    if exact and walk.left:
-        return DeserializationError(cls._type, walk.position, f"{walk.left} bytes are left over")
     return DeserializationError(cls._type, walk.position, "the buffer ends here")
 
 

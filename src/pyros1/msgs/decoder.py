@@ -1,10 +1,11 @@
 """Generates the decoders of message classes.
 
 A decoder does not look for the cause of a failure: it catches all errors that wrong bytes cause, and ``check.py`` then
-goes through the bytes slowly to find place and reason. If a string is not UTF-8, ``repair.py`` makes it so, and the
-decoder begins again. The decoder itself checks only what limits memory and time (the
-number of elements against the remaining bytes), and that it ends exactly at the end of the message. To read beyond
-``end`` in a larger buffer does no harm: the final position is then wrong.
+goes through the bytes slowly to find place and reason. Before that, ``repair.py`` mends what stock accepts, such as a
+string that is not UTF-8, and the decoder begins again. The decoder itself checks only what limits memory and time (the
+number of elements against the remaining bytes), and whether it ends at the end of the message. To read beyond
+``end`` in a larger buffer does no harm: the final position is then wrong. Bytes behind the message are ignored, as in
+stock, unless ``exact`` is true.
 
 The objects of an array of messages are made many at a time, by ``map``, which takes half the time of separate calls.
 """
@@ -19,10 +20,9 @@ from typing import Any, NamedTuple
 from pyros1.ground.errors import DeserializationError
 from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
-from pyros1.msgs.check import explain
 from pyros1.msgs.factory import MAX_EMPTY
 from pyros1.msgs.generator import TIME_CLASSES, TIME_CODES, Fields, Source, fields_of, parts_of, split_type
-from pyros1.msgs.repair import decode_repaired
+from pyros1.msgs.repair import accept_end, decode_mended
 from pyros1.msgs.spec import STRUCT_CODES
 
 _WRONG = (struct.error, DeserializationError, ValueError, OverflowError, TypeError)
@@ -35,6 +35,7 @@ class _Arguments(NamedTuple):
     start: str
     end: str
     view: str
+    exact: str
 
 
 class Decoder(Source):
@@ -326,18 +327,19 @@ def make_read_arrays(cls: type[Message]) -> Callable[..., tuple[Any, int]]:
 
 def _make_decode(source: Decoder) -> Callable[..., Any]:
     cls = source.cls
-    buffer, start, end, view = source.arguments
+    buffer, start, end, view, exact = source.arguments
+    cls_name = source.ref(cls, "cls")
     if cls._fixed_size is not None:
-        source.emit(f"if {end} - {start} != {cls._fixed_size}: raise ValueError('size')")
         _make_message(source, last=True)
+        left = f"{end} - {start} - {cls._fixed_size}"
+        source.emit(f"if {end} - {start} != {cls._fixed_size}: {source.ref(accept_end)}({cls_name}, {left}, {exact})")
     else:
         _make_message(source)
-        source.emit(f"if {source.at} != {end}: raise ValueError('size')")
+        source.emit(f"if {source.at} != {end}: {source.ref(accept_end)}({cls_name}, {end} - {source.at}, {exact})")
     source.emit(f"return {source.root}")
-    reason = f"{source.ref(explain)}({source.ref(cls, 'cls')}, {buffer}, {start}, {end})"
-    again = f"{source.ref(decode_repaired)}({source.ref(cls, 'cls')}, {buffer}, {start}, {end}"
-    again += f", {view})" if source.views else ")"
-    return source.function("decode", _parameters(source), _WRONG, lambda error: reason, again)
+    mended = f"{source.ref(decode_mended)}({cls_name}, {buffer}, {start}, {end}, {exact}"
+    mended += f", {view})" if source.views else ")"
+    return source.function("decode", [*_parameters(source), f"{exact}=False"], _WRONG, mended)
 
 
 def _make_read(source: Decoder) -> Callable[..., tuple[Any, int]]:
@@ -372,4 +374,4 @@ def _make_part(cls: type[Message], fields: Fields, views: bool) -> Callable[...,
 
 
 def _parameters(source: Decoder) -> tuple[str, ...]:
-    return source.arguments if source.views else source.arguments[:3]
+    return source.arguments[: 4 if source.views else 3]

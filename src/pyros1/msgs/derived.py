@@ -28,10 +28,10 @@ def derive(cls: Any) -> None:
         cls._copy = staticmethod(make_copy(cls))
 
 
-def make_decode(cls: Any) -> Callable[[bytes, int, int], Any]:
+def make_decode(cls: Any) -> Callable[..., Any]:
     """Return a decoder that asks objects of the class to read."""
 
-    def decode(buffer: bytes, start: int, end: int) -> Any:
+    def decode(buffer: bytes, start: int, end: int, exact: bool = False) -> Any:
         try:
             return cls().deserialize(buffer[start:end])
         except DeserializationError:

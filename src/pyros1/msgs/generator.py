@@ -170,8 +170,7 @@ class Source:
         name: str,
         parameters: Sequence[str],
         wrong: tuple[type[Exception], ...] = (),
-        reason: Callable[[str], str] | None = None,
-        not_text: str = "",
+        otherwise: Callable[[str], str] | str | None = None,
     ) -> Callable[..., Any]:
         """Return the compiled function.
 
@@ -179,18 +178,19 @@ class Source:
             name: the beginning of its name.
             parameters: its parameters.
             wrong: the exceptions that its body raises for wrong input.
-            reason: returns the expression of the error to raise instead, given the name of the first exception.
-            not_text: the expression to return if a string is not UTF-8; empty: this is wrong input, too.
+            otherwise: the expression to return then; or a function that returns the expression of the error to raise,
+                given the name of the first exception.
         """
         body = Source(self.cls, self.scope)
-        if reason is None:
+        if otherwise is None:
             body.lines = self.lines
+        elif isinstance(otherwise, str):
+            body.block("try:", self.lines)
+            body.block(f"except {self.ref(wrong, 'wrong')}:", [f"return {otherwise}"])
         else:
             error = self.fresh("error")
             body.block("try:", self.lines)
-            if not_text:
-                body.block("except UnicodeDecodeError:", [f"return {not_text}"])
-            body.block(f"except {self.ref(wrong, 'wrong')} as {error}:", [f"raise {reason(error)} from {error}"])
+            body.block(f"except {self.ref(wrong, 'wrong')} as {error}:", [f"raise {otherwise(error)} from {error}"])
         whole = Source(self.cls, self.scope)
         name = self.fresh(name)
         whole.block(f"def {name}({', '.join(parameters)}):", body.lines)

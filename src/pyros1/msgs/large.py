@@ -8,7 +8,7 @@ from __future__ import annotations
 import struct
 from typing import Any, NamedTuple
 
-from pyros1.ground.errors import DeserializationError, MessageError
+from pyros1.ground.errors import DeserializationError, LengthError, MessageError
 from pyros1.msgs.base import AnyMsg, Message, View, message_class
 from pyros1.msgs.generator import split_type
 from pyros1.msgs.spec import STRUCT_CODES
@@ -96,7 +96,9 @@ def _fixed_size(cls: type[Message], slot_type: str) -> int | None:
     return None if size is None else count * size
 
 
-def decode_split(cls: type[Any], where: Layout | None, body: SplitBody, view: View | None = None) -> Any:
+def decode_split(
+    cls: type[Any], where: Layout | None, body: SplitBody, view: View | None = None, exact: bool = False
+) -> Any:
     """Decode a message from its pieces.
 
     Args:
@@ -104,8 +106,10 @@ def decode_split(cls: type[Any], where: Layout | None, body: SplitBody, view: Vi
         where: its layout, or None, as also for a class that wants whole messages.
         body: the pieces.
         view: makes numeric arrays, see ``array_views.py``; None for bytes and tuples.
+        exact: whether the message must end with the body.
 
     Raises:
+        LengthError: the message ends before or behind the end of the body, and ``exact`` is true.
         DeserializationError: the bytes are not a message of this class.
     """
     if where is not None and where.counted == body.counted:
@@ -113,22 +117,22 @@ def decode_split(cls: type[Any], where: Layout | None, body: SplitBody, view: Vi
             return AnyMsg(body.data)
         rest = b"".join((body.head, _EMPTY, body.tail))  # the same message with an empty array
         try:
-            message = decode(cls, rest, view)
-        except DeserializationError:
+            message = decode(cls, rest, view, exact=True)
+        except (DeserializationError, LengthError):
             message = None
         # If the array is not empty, the pieces were not cut at the array's borders.
         if message is not None and not len(getattr(message, where.field)):
             array = body.array(in_place=view is not None)
             setattr(message, where.field, array if view is None else view(array, 0, len(array), "B"))
             return message
-    return decode(cls, body.join(), view)
+    return decode(cls, body.join(), view, exact)
 
 
-def decode(cls: type[Any], body: bytes, view: View | None) -> Any:
+def decode(cls: type[Any], body: bytes, view: View | None, exact: bool = False) -> Any:
     """Decode a whole body; arguments and errors as for `decode_split`."""
     if view is None or issubclass(cls, AnyMsg):
-        return cls._decode(body, 0, len(body))
-    return cls._decode_arrays(body, 0, len(body), view)
+        return cls._decode(body, 0, len(body), exact)
+    return cls._decode_arrays(body, 0, len(body), view, exact)
 
 
 def split_frame(frame: list[Any], tail: int) -> SplitBody | None:

@@ -1,10 +1,10 @@
-"""Messages with strings that are not UTF-8, such as Latin-1 from old programs: replacement characters make them so.
+"""Encoded messages with faults that stock accepts: strings that are not UTF-8, and a wrong end.
 
 A message is not lost because of a letter in one of its strings. What is not UTF-8 becomes U+FFFD, as in stock (G20),
 and this is told once for each type: by the handler ``rosmsg`` of `codecs.register_error`, if a program has one (our
 genpy has stock's), else as a UnicodeWarning. Programs that make errors of warnings refuse such messages.
 
-In programs that use genpy, `deserialize` also takes data that end within the last string or bytes; they become shorter.
+Bytes behind a message are ignored. If bytes are missing at the end of the last string or byte array, it is shorter.
 """
 
 from __future__ import annotations
@@ -14,22 +14,52 @@ import contextlib
 import warnings
 from typing import Any
 
-from pyros1.ground.errors import DeserializationError, MessageError
+from pyros1.ground.errors import DeserializationError, LengthError, MessageError
 from pyros1.msgs.base import Buffer, Message, View
-from pyros1.msgs.check import Walk
+from pyros1.msgs.check import Walk, explain
 
 HANDLER = "rosmsg"
 """Name of the error handler that genpy registers with `codecs`."""
 
 
-def decode_repaired(cls: type[Message], buffer: Buffer, start: int, end: int, view: View | None = None) -> Any:
-    """Decode a message with strings that are not UTF-8; arguments as for the decoders of message classes.
+def accept_end(cls: type[Message], surplus: int, exact: bool) -> None:
+    """Check how many bytes are behind a message.
+
+    Args:
+        cls: its class.
+        surplus: number of bytes; negative: so many are missing.
+        exact: whether a surplus is an error.
 
     Raises:
+        LengthError: there is a surplus, and it is an error.
+        ValueError: bytes are missing.
+    """
+    if surplus < 0:
+        raise ValueError("size")
+    if exact:
+        raise LengthError(cls._type, surplus)
+
+
+def decode_mended(
+    cls: type[Message], buffer: Buffer, start: int, end: int, exact: bool, view: View | None = None
+) -> Any:
+    """Decode a message that could not be decoded as it is; arguments as for the decoders of message classes.
+
+    Raises:
+        LengthError: its last string or byte array is cut off, and ``exact`` is true.
         DeserializationError: there are other faults.
     """
-    body = repaired(cls, memoryview(buffer)[start:end])
-    return cls._decode(body, 0, len(body)) if view is None else cls._decode_arrays(body, 0, len(body), view)
+    body = bytes(memoryview(buffer)[start:end])
+    mended, missing = completed(cls, body)
+    if missing and exact:
+        raise LengthError(cls._type, -missing)
+    if not missing:
+        mended = repaired(cls, body)
+        if mended == body:
+            raise explain(cls, body, 0, len(body))
+    if view is None:
+        return cls._decode(mended, 0, len(mended), exact)
+    return cls._decode_arrays(mended, 0, len(mended), view, exact)
 
 
 def repaired(cls: type[Message], data: Buffer) -> bytes:
@@ -50,31 +80,31 @@ def repaired(cls: type[Message], data: Buffer) -> bytes:
     return walk.result()
 
 
-def completed(cls: type[Message], data: Buffer) -> bytes | None:
-    """Return an encoded message of which only the end of its last string or bytes is missing, with the true length.
+def completed(cls: type[Message], data: bytes) -> tuple[bytes, int]:
+    """Correct the length of a message's last string or byte array, if only its end is missing.
 
     Args:
-        cls: its class.
+        cls: the message's class.
         data: the encoded message.
 
     Returns:
-        None if something else is wrong, or the program does not use genpy.
+        The message, and the number of bytes that are missing; the same bytes and 0 if something else is wrong.
     """
     walk = _Cut(memoryview(data))
     try:
-        codecs.lookup_error(HANDLER)
         walk.message(cls, "")
-    except (LookupError, MessageError):
-        return None
-    if walk.cut is None:
-        return None
-    return b"".join((data[: walk.cut], (len(data) - walk.cut - 4).to_bytes(4, "little"), data[walk.cut + 4 :]))
+    except MessageError:
+        return data, 0
+    if not walk.missing:
+        return data, 0
+    length = (len(data) - walk.cut - 4).to_bytes(4, "little")
+    return b"".join((data[: walk.cut], length, data[walk.cut + 4 :])), walk.missing
 
 
 class _Cut(Walk):
     """A walk that finds the length of the last string or bytes, if these are cut off."""
 
-    cut: int | None = None
+    cut = missing = 0
 
     def field(self, cls: type[Message], slot_type: str, name: str) -> None:
         if slot_type in ("string", "uint8[]", "char[]"):
@@ -90,7 +120,7 @@ class _Cut(Walk):
 
     def _take(self, size: int) -> None:
         if size > self.left:
-            self.cut = self.position - 4
+            self.cut, self.missing = self.position - 4, size - self.left
         self.position += min(size, self.left)
 
 

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from pyros1.ground.errors import UnknownTypeError
-from pyros1.msgs import AnyMsg, DefinitionCache, Message, load_message
+from pyros1.ground.errors import MessageError
+from pyros1.msgs import AnyMsg, DefinitionCache, Message
 
 
 class Decoder:
-    """Decodes messages of any type, with the definition in their connection's header."""
+    """Decodes messages of any type, with the definition in their connection's header, or the one installed here.
 
-    def __init__(self) -> None:
-        self._cache = DefinitionCache()
+    Args:
+        type_name: the type that the master has for the topic, if all messages are of one: it counts more than what a
+            publisher says, as for stock's tools.
+    """
+
+    def __init__(self, type_name: str = "") -> None:
+        self._cache = DefinitionCache(by_name=True)
+        self._type_name = type_name
 
     def message_class(self, raw: AnyMsg) -> type[Message]:
         """Return the class of a raw message.
@@ -19,14 +25,13 @@ class Decoder:
             DefinitionError, UnknownTypeError: the publisher sent no usable definition, and none is installed here.
         """
         header = raw._connection_header or {}
-        type_name, md5sum = header.get("type", ""), header.get("md5sum", "")
-        try:
-            return self._cache.get(type_name, md5sum, header.get("message_definition", ""))
-        except UnknownTypeError:
-            cls = load_message(type_name)
-            if md5sum not in ("*", cls._md5sum):
-                raise
-            return cls
+        name, md5sum, text = header.get("type", ""), header.get("md5sum", ""), header.get("message_definition", "")
+        if self._type_name and self._type_name != name:
+            try:
+                return self._cache.get(self._type_name, md5sum, text)
+            except MessageError:
+                pass
+        return self._cache.get(name, md5sum, text)
 
     def decode(self, raw: AnyMsg) -> Message:
         """Return the decoded message.

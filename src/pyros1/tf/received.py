@@ -48,15 +48,15 @@ def received_class(tf_message: type[Any]) -> type[Message]:
     return cast(type[Message], MessageType(tf_message.__name__, (tf_message,), members))
 
 
-def decoder(decode_message: Callable[[bytes, int, int], Any]) -> Callable[[bytes, int, int], Any]:
-    """Return a decoder of messages, called with a buffer and where in it one begins and ends.
+def decoder(decode_message: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a decoder of messages, which takes the same arguments as those of message classes.
 
     Args:
         decode_message: the usual decoder; what is not a whole message with names in UTF-8 is for it, which says why.
     """
     names: dict[bytes, str] = {}
 
-    def decode(buffer: bytes, start: int, end: int) -> Any:
+    def decode(buffer: bytes, start: int, end: int, exact: bool = False) -> Any:
         rows: list[Row] = []
         try:
             (count,) = _COUNT(buffer, start)
@@ -84,7 +84,7 @@ def decoder(decode_message: Callable[[bytes, int, int], Any]) -> Callable[[bytes
                     names[child] = below = child.decode()
                     rows.append((above, below, secs * _NS + nsecs, numbers))
         except (StructError, UnicodeDecodeError):
-            return decode_message(buffer, start, end)
-        return Received(rows) if at == end else decode_message(buffer, start, end)
+            return decode_message(buffer, start, end, exact)
+        return Received(rows) if at == end or (at < end and not exact) else decode_message(buffer, start, end, exact)
 
     return decode

@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 from pyros1.ground.errors import (
-    DeserializationError,
     MessageError,
     NodeError,
     NodeShutdownError,
@@ -241,12 +240,25 @@ def test_malformed_requests_are_answered_with_an_error(server: Any, raw_peer: An
     server.advertise_service("s", SetBool, lambda request: (True, ""))
     peer = raw_peer(server).greet(service="/s", md5sum="*", callerid="/raw", persistent="1")
     peer.answer()
-    for body in (b"", b"\x01\x02\x03"):
-        peer.sock.sendall(len(body).to_bytes(4, "little") + body)
-        assert peer.take(1) == b"\0"
-        assert b"std_srvs/SetBoolRequest" in peer.frame()
+    peer.sock.sendall(b"\0\0\0\0")
+    assert peer.take(1) == b"\0"
+    assert b"std_srvs/SetBoolRequest" in peer.frame()
     peer.sock.sendall(b"\x01\0\0\0\x01")
     assert peer.take(1) == b"\x01"
+
+
+def test_bytes_behind_a_request(server: Any, raw_peer: Any, watch_log: Any) -> None:
+    """They are ignored, as in stock, with one warning."""
+    log = watch_log(server)
+    server.advertise_service("s", SetBool, lambda request: (request.data, ""))
+    peer = raw_peer(server).greet(service="/s", md5sum="*", callerid="/raw", persistent="1")
+    peer.answer()
+    for body in (b"\x01\x02", b"\x00\x02\x03", b"\x01\x02\x03"):
+        peer.sock.sendall(len(body).to_bytes(4, "little") + body)
+        assert peer.take(1) == b"\x01"
+        assert peer.frame()[:1] == body[:1]
+    log.saw("/s", "/raw", "1 byte behind its end")
+    assert len([line for line in log.texts if "behind its end" in line]) == 1
 
 
 def test_a_hostile_request_length_ends_the_connection(server: Any, raw_peer: Any, watch_log: Any) -> None:
@@ -300,20 +312,15 @@ def test_a_response_over_the_limit(caller: Any, fake_node: Any, in_thread: Any) 
         call.join()
 
 
-@pytest.mark.parametrize("lenient", [False, True])
-def test_bytes_behind_a_response(caller: Any, fake_node: Any, in_thread: Any, lenient: bool) -> None:
-    fake = fake_node("/fake")
+def test_bytes_behind_a_response(caller: Any, fake_node: Any, in_thread: Any, watch_log: Any) -> None:
+    """They are ignored, as in stock, with a warning."""
+    log, fake = watch_log(caller), fake_node("/fake")
     fake.master.register_service("/s", f"rosrpc://localhost:{fake.port}", fake.uri)
-    client = caller.service("s", Empty)
-    client.lenient = lenient
-    call = in_thread(client)
+    call = in_thread(caller.service("s", Empty))
     sock, _ = fake.accept()
     sock.sendall(encode_header({"md5sum": Empty._md5sum}) + b"\x01\x02\0\0\0zz")
-    if lenient:
-        assert call.join() == Empty._response_class()
-        return
-    with pytest.raises(DeserializationError, match="2 bytes are left over"):
-        call.join()
+    assert call.join() == Empty._response_class()
+    log.saw("/s", "2 bytes behind its end")
 
 
 def test_what_comes_behind_a_response_is_not_the_next_one(caller: Any, fake_node: Any, in_thread: Any) -> None:

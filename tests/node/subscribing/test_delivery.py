@@ -225,7 +225,7 @@ def test_a_malformed_message_is_logged_and_dropped_while_the_link_lives(
     fake.publish("/t")
     subscriber = listener.subscribe("t", Float64, got)
     sock = fake.accept_subscriber()
-    sock.sendall(frame(1) + b"\x03\0\0\0abc" + b"\x09\0\0\0" + bytes(9) + b"\0\0\0\0" + frame(2))
+    sock.sendall(frame(1) + b"\x03\0\0\0abc" + b"\x07\0\0\0" + bytes(7) + b"\0\0\0\0" + frame(2))
     got.wait(2)
     assert got.data == [1, 2]
     text = log.saw("/t from /fake", "std_msgs/Float64", "dropped")

@@ -150,7 +150,7 @@ def test_one_who_sends_back_our_header_is_refused() -> None:
     assert talk.state is State.REFUSED
 
 
-@pytest.mark.parametrize("answer", [{"error": "no"}, {**GOOD, "md5sum": "x", "type": "a/B"}, {"type": "a/B"}])
+@pytest.mark.parametrize("answer", [{"error": "no"}, {"md5sum": "x"}, {"type": "a/B"}])
 def test_a_refusal_is_told_once_until_the_master_announces(answer: dict[str, str]) -> None:
     talk = make()
     for _ in range(2):
@@ -160,6 +160,16 @@ def test_a_refusal_is_told_once_until_the_master_announces(answer: dict[str, str
         told, dropped = talk.received(encode_header(answer))
         assert isinstance(told, do.Tell) and told.is_error and dropped == do.Drop()
         assert talk.state is State.REFUSED
+
+
+def test_t15_a_publisher_of_another_type_is_linked_with_a_warning() -> None:
+    talk = make()
+    talk.announced()
+    talk.answered([1, "", ["TCPROS", "talker", 5000]])
+    talk.connected(SENT)
+    told, linked = talk.received(encode_header({**GOOD, "md5sum": "x", "type": "a/B"}))
+    assert isinstance(told, do.Tell) and not told.is_error and "as a/B [x]" in told.args[0]
+    assert isinstance(linked, do.Link)
 
 
 @pytest.mark.parametrize("data", [b"\xff\xff\xff\xff", b"\x04\0\0\0\xff\0\0\0", b"\x05\0\0\0\x01\0\0\0x"])

@@ -14,7 +14,7 @@ from pyros1.bag.export.mcap import ROS1_ENCODING, ROS1_SCHEMA, Channel
 from pyros1.bag.export.mcap_reader import McapReader
 from pyros1.bag.format.writer import BagWriter
 from pyros1.ground.errors import MessageError
-from pyros1.msgs import from_definition
+from pyros1.msgs import DefinitionCache
 from pyros1.msgs.spec import is_type_name
 
 _MD5SUM = re.compile(r"[0-9a-f]{32}|\*")
@@ -87,7 +87,8 @@ class _Import:
         md5sum = channel.metadata.get("md5sum", "")
         if not _MD5SUM.fullmatch(md5sum):
             try:
-                md5sum = from_definition(schema.name, schema.data.decode("utf-8", "surrogateescape"))._md5sum
+                text = schema.data.decode("utf-8", "surrogateescape")
+                md5sum = DefinitionCache().get(schema.name, "*", text)._md5sum
             except MessageError as error:
                 raise _NotRos1(f"the definition of its type is wrong: {error}") from None
         texts = {"type": schema.name, "md5sum": md5sum}

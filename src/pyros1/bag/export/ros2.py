@@ -17,9 +17,11 @@ from rosbags.typesys import Stores, TypesysError, get_typestore
 
 from pyros1.bag.errors import BagError
 from pyros1.bag.export.legal_names import LegalNames
+from pyros1.bag.export.readable import Readable
 from pyros1.bag.export.schemas import Convert, adopt, converter, empty_store, parsed, ros2_name
 from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import Connection
+from pyros1.ground.errors import MessageError
 
 STORAGES = {"sqlite3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}
 """Kinds of storage in a ROS 2 bag."""
@@ -50,6 +52,7 @@ class Ros2Writer:
         self.path = Path(path)
         self._target = get_typestore(Stores(f"ros2_{distribution}"))
         self.names = LegalNames(frozenset(self._target.fielddefs))
+        self._readable = Readable()
         self._converters: dict[tuple[str, str], Convert] = {}
         self._connections: dict[int, tuple[Ros2Connection, Convert]] = {}
         self._known: dict[tuple[str, str, bool], Ros2Connection] = {}
@@ -70,7 +73,7 @@ class Ros2Writer:
             if entry is None:
                 entry = self._connections[id(connection)] = self._add(connection)
                 self._sources.append(connection)
-            self._writer.write(entry[0], stored.time, entry[1](stored.data))
+            self._writer.write(entry[0], stored.time, self._converted(entry[1], stored))
         except (TypesysError, SerdeError, WriterError, KeyError, UnicodeDecodeError) as error:
             where = f"message on {connection.topic} at {stored.time / 1e9:.6f} ({connection.type})"
             raise BagError(str(self.path), f"{where} cannot be converted: {error}") from error
@@ -106,11 +109,23 @@ class Ros2Writer:
             )
         return found, convert
 
+    def _converted(self, convert: Convert, stored: RawMessage) -> memoryview:
+        try:
+            return convert(stored.data)
+        except SerdeError:
+            try:
+                body = self._readable.body(stored.connection, stored.data)
+            except MessageError:
+                body = stored.data
+            if len(body) == len(stored.data):
+                raise
+            return convert(body)
+
     def _converter(self, connection: Connection) -> Convert:
         key = (connection.type, connection.md5sum)
         if key not in self._converters:
             source = empty_store()
-            source.register(self.names.types(parsed(connection.type, connection.definition)))
+            source.register(self.names.types(parsed(connection.type, self._readable.definition(connection))))
             name = self.names.type(ros2_name(connection.type))
             adopt(self._target, source, name)
             self._converters[key] = converter(source, self._target, name, name, to_ros2=True)

@@ -14,11 +14,11 @@ from pyros1.msgs import AnyMsg
 _LOOK_AGAIN = 0.2
 
 
-def find_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str] | None:
+def find_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str, str] | None:
     """Split ``name`` into topic and field path as soon as the topic is known. Warn once if it is not (L61).
 
     Returns:
-        (topic, field path), or None if the node ended before.
+        (topic, field path, type), or None if the node ended before.
     """
     graph = invocation.graph
     found = graph.find_topic(name)
@@ -34,7 +34,7 @@ def find_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str] 
             found = graph.find_topic(name)
         except MasterError:
             continue  # the master may come back
-    return found[0], found[2]
+    return found[0], found[2], found[1]
 
 
 def subscribe(node: Any, topic: str, callback: Callable[[AnyMsg], object]) -> Any:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Callable, MutableMapping
+from collections.abc import Callable, Hashable, MutableMapping
 from types import CodeType, FrameType
 
 from pyros1.ground import shown
@@ -94,7 +94,7 @@ class Log:
             trace += self._sink.explain(error)
         self._log(ERROR, shown.lines(_filled(text, args) + trace), (), None, False)
 
-    def peer(self, level: int, text: str, *args: object, most: int = MOST_TEXTS) -> None:
+    def peer(self, level: int, text: str, *args: object, most: int = MOST_TEXTS, link: Hashable = None) -> None:
         """Log what another process did. Repeated texts are counted: ``... (repeated 37 times)``.
 
         Args:
@@ -102,6 +102,7 @@ class Log:
             text: the message, with %s in place of the arguments.
             args: arguments, each shown in one line without control characters.
             most: most different texts from this place in the program in one period.
+            link: what the texts are about, if that limit holds for each such link.
         """
         sink = self._sink
         if level < sink.levels[self.name]:
@@ -114,7 +115,7 @@ class Log:
 
         sink.settle()
         shown_text = text % tuple(map(shown.one_line, args)) if args else text
-        sink.repeats.say((code.co_filename, line), shown_text, emit, most)
+        sink.repeats.say((code.co_filename, line, link), shown_text, emit, most)
 
     def internal(self, error: BaseException) -> None:
         """Log an error of pyros1 itself, which should not be."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pyros1.ground.errors import (
     ConnectionRefusedByPeerError,
+    LengthError,
     MasterError,
     MasterMethodError,
     MasterUnreachableError,
@@ -24,6 +25,7 @@ from pyros1.ground.shown import one_line
 from pyros1.msgs import Message, Service
 from pyros1.net.eager import Eager
 from pyros1.node.checks import check_timeout
+from pyros1.node.log.levels import WARN
 from pyros1.node.services.call import Call
 from pyros1.node.services.server import service_type
 from pyros1.wire.handshake import check_service_answer, service_client_header
@@ -48,7 +50,6 @@ class ServiceClient:
     Attributes:
         name: the service's full name.
         type: the service class.
-        lenient: whether bytes behind a response are ignored; False: they are an error.
     """
 
     def __init__(
@@ -62,7 +63,6 @@ class ServiceClient:
     ) -> None:
         self.name = name
         self.type = service_class
-        self.lenient = False
         self._context = context
         self._master = master
         self._persistent = persistent
@@ -223,13 +223,12 @@ class ServiceClient:
             raise ServiceError(
                 f"service [{self.name}] responded with an error: {one_line(body.decode('utf-8', 'replace'))}", body
             )
-        response_class = self.type._response_class
+        decode = self.type._response_class._decode
         try:
-            return response_class._decode(body, 0, len(body))
-        except MessageError:
-            if not self.lenient:
-                raise
-            return response_class().deserialize(body)
+            return decode(body, 0, len(body), True)
+        except LengthError as error:
+            self._context.log.peer(WARN, "the response of %s: %s", self.name, error, most=1, link=self.name)
+            return decode(body, 0, len(body))
 
     def _greet(self, call: Call, request: bytes = b"") -> None:
         header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from pyros1.ground.errors import MessageError, NodeError, ServiceRefusal
+from pyros1.ground.errors import LengthError, MessageError, NodeError, ServiceRefusal
 from pyros1.msgs import Message, Service
 from pyros1.net.keepalive import keep_prompt
 from pyros1.node.log.levels import WARN
@@ -141,8 +141,13 @@ class ServiceServer:
 
     def _answer(self, data: bytes, start: int, end: int, header: dict[str, str]) -> bytes:
         """Return the bytes that answer one request."""
+        decode = self.type._request_class._decode
         try:
-            request = self.type._request_class._decode(data, start, end)
+            request = decode(data, start, end, True)
+        except LengthError as error:
+            who = header.get("callerid", "?")
+            self._context.log.peer(WARN, "a call of %s by %s: %s", self.name, who, error, most=1, link=(self.name, who))
+            request = decode(data, start, end)
         except MessageError as error:
             return encode_failure(f"service [{self.name}]: {error}")
         request._connection_header = header

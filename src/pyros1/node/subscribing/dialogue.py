@@ -287,11 +287,11 @@ class Dialogue:
         if header is None:
             return []
         try:
-            check_publisher_answer(header, self._topic, self._wanted(), self._uri, self._sent)
+            odd = check_publisher_answer(header, self._topic, self._wanted(), self._uri, self._sent)
         except (ConnectionRefusedByPeerError, ProtocolError) as refusal:
             return self.refused(str(refusal))
         self._succeed()
-        return [Link(header, self._header.rest)]
+        return [*_warning(odd), Link(header, self._header.rest)]
 
     def failed(self, error: Exception | None = None) -> list[Action]:
         """Take the event that the publisher could not be reached, or did not answer in time: that may change."""
@@ -353,11 +353,11 @@ class Dialogue:
             found = read_answer(answer)
             if found is None:
                 return self._retry()
-            check_publisher_answer(found[0], self._topic, self._wanted(), self._uri)
+            odd = check_publisher_answer(found[0], self._topic, self._wanted(), self._uri)
         except (ConnectionRefusedByPeerError, ProtocolError) as refusal:
             return self.refused(str(refusal))
         self._succeed(datagrams=True)
-        return [LinkDatagrams(*found)]
+        return [*_warning(odd), LinkDatagrams(*found)]
 
     def _succeed(self, *, datagrams: bool = False) -> None:
         self.state = State.LINKED
@@ -383,3 +383,7 @@ class Dialogue:
         self.state = State.RESTING
         seconds, self._rest = self._rest, min(2 * self._rest, LONGEST_REST)
         return [Drop(), Rest(seconds)]
+
+
+def _warning(text: str) -> list[Action]:
+    return [Tell(False, "%s", (text,))] if text else []

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.tcp_source import TcpSource
 
 _M = TypeVar("_M")
-Decode = Callable[[bytes, int, int], Any]
+Decode = Callable[..., Any]
 
 
 def array_view(arrays: str | None) -> View | None:
@@ -48,8 +48,8 @@ def _viewing(cls: Any, view: View) -> Decode:
     if cls is AnyMsg:
         return AnyMsg._decode
 
-    def decode(buffer: bytes, start: int, end: int) -> Any:
-        return cls._decode_arrays(buffer, start, end, view)
+    def decode(buffer: bytes, start: int, end: int, exact: bool = False) -> Any:
+        return cls._decode_arrays(buffer, start, end, view, exact)
 
     return decode
 
@@ -97,21 +97,26 @@ class Subscriber(Generic[_M]):
         whole = getattr(self.type, "_wants_whole", False)  # AnyMsg has none
         return None if whole else layout(self.type)
 
-    def take(self, item: Item) -> Any:
+    def take(self, item: Item, exact: bool = False) -> Any:
         """Return the message of an item.
 
+        Args:
+            item: a message, encoded or not.
+            exact: whether an encoded one must end with its bytes.
+
         Raises:
+            LengthError: it does not, and ``exact`` is true.
             MessageError: it cannot be decoded.
         """
         if item.__class__ is self.made:
             return item
         if isinstance(item, SplitBody):
-            return decode_split(self.type, self._layout, item, self._view)
+            return decode_split(self.type, self._layout, item, self._view, exact)
         if not isinstance(item, bytes):  # of the same type, but from another definition; or with another kind of arrays
             cls: Any = item.__class__
             item = cls._encode(item)
         body: bytes = item  # type: ignore[assignment]
-        return self.decode(body, 0, len(body))
+        return self.decode(body, 0, len(body), exact)
 
     def call(self, message: _M) -> None:
         """Run the callback."""

@@ -10,9 +10,9 @@ import threading
 from collections.abc import Callable, Sized
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pyros1.ground.errors import MessageError, NodeError
+from pyros1.ground.errors import LengthError, MessageError, NodeError
 from pyros1.msgs.large import layout
-from pyros1.node.log.levels import ERROR
+from pyros1.node.log.levels import ERROR, WARN
 from pyros1.node.subscribing.connector import Connector
 from pyros1.node.subscribing.delivery import Delivery
 from pyros1.node.subscribing.drivers import Holding
@@ -51,10 +51,10 @@ class Taker(Protocol):
     direct: bool
     in_publisher: bool
     stream: Stream | None
-    decode: Callable[[Any, int, int], Any]
+    decode: Callable[..., Any]
 
-    def take(self, item: Item) -> Any:
-        """Return the message of an item."""
+    def take(self, item: Item, exact: bool = False) -> Any:
+        """Return the message of an item; see `subscriber.Subscriber.take`."""
 
     def call(self, message: Any) -> None:
         """Run the callback."""
@@ -338,6 +338,9 @@ class Subscription:
         for subscriber in subscribers:
             if subscriber.decode is not made_by or message is None:
                 try:
+                    message = subscriber.decode(data, start, end, True) if end >= 0 else subscriber.take(data, True)
+                except LengthError as error:
+                    self._warn(source, error)
                     message = subscriber.decode(data, start, end) if end >= 0 else subscriber.take(data)
                 except MessageError as error:
                     self._refuse(source, error)
@@ -353,6 +356,9 @@ class Subscription:
     def message(self, subscriber: Taker, source: Source, item: Item) -> Any:
         """Return the message that a stream was given; None, after a word in the log, if it cannot be decoded."""
         try:
+            message = subscriber.take(item, exact=True)
+        except LengthError as error:
+            self._warn(source, error)
             message = subscriber.take(item)
         except MessageError as error:
             self._refuse(source, error)
@@ -365,6 +371,12 @@ class Subscription:
     def _refuse(self, source: Source, error: MessageError) -> None:
         who = source.header.get("callerid", "?")
         self.context.log.peer(ERROR, "%s from %s: %s (message dropped)", self.topic, who, error)
+
+    def _warn(self, source: Source, error: LengthError) -> None:
+        """Say that messages of a link do not end where they should. They are received nevertheless, as in stock."""
+        who = source.header.get("callerid", "?")
+        text = "%s from %s: received %s: does the publisher have another definition, or a checksum there?"
+        self.context.log.peer(WARN, text, self.topic, who, error, most=1, link=(self.topic, id(source)))
 
     def _replay(self, subscriber: Taker, latched: list[tuple[Source, Item]]) -> None:
         for source, item in latched:

@@ -19,7 +19,7 @@ from pyros1.doctor.together import together
 from pyros1.graph import Graph, SystemState, probe_service
 from pyros1.ground.errors import Error, MessageError
 from pyros1.ground.shown import foreign
-from pyros1.msgs import from_definition, load_message, load_service
+from pyros1.msgs import DefinitionCache, load_message, load_service
 from pyros1.web.foxglove.offers import ANY, Channel, Nodes, Offers, Service, Table
 from pyros1.web.server.wire import RequestError
 
@@ -265,4 +265,4 @@ def _checked(kind: str, md5sum: str, text: str) -> _Definition:
             return _Definition(kind, md5sum, cls._full_text)
     except Error:
         pass  # it is not installed here
-    return _Definition(kind, md5sum, from_definition(kind, text)._full_text)
+    return _Definition(kind, md5sum, DefinitionCache(by_name=True).get(kind, md5sum, text)._full_text)

@@ -7,7 +7,7 @@ from typing import Any
 
 from pyros1.ground.errors import MessageError, UnknownTypeError
 from pyros1.ground.timing import Time
-from pyros1.msgs import Message, from_definition, load_message
+from pyros1.msgs import DefinitionCache, Message, load_message
 from pyros1.msgs.json_form import from_json, to_json
 from pyros1.web.foxglove.frames import ENCODINGS
 from pyros1.web.foxglove.requests import ClientChannel, FrameError
@@ -31,7 +31,7 @@ def message_class(channel: ClientChannel) -> type[Message]:
     except UnknownTypeError:
         if not channel.schema:
             raise
-        return from_definition(name, channel.schema)
+        return DefinitionCache().get(name, "*", channel.schema)
 
 
 def check_encoding(encoding: str) -> None:

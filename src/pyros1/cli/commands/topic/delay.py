@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 from pyros1.cli.commands.topic._window import PERIOD, TCPNODELAY, WINDOW, window
@@ -9,6 +10,7 @@ from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
 from pyros1.cli.shared.subscribing import find_topic, subscribe
+from pyros1.ground.errors import MessageError
 from pyros1.msgs import AnyMsg
 from pyros1.observe.decoder import Decoder
 from pyros1.observe.statistics import DelayMeter
@@ -27,14 +29,21 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         found = find_topic(invocation, node, name)
         if found is None:
             return
-        decoder = Decoder()
+        decoder = Decoder(found[2])
+        said: set[str] = set()
 
         def arrived(raw: AnyMsg) -> None:
             now = node.now()
-            if not decoder.message_class(raw)._has_header:
-                failures.append("msg does not have header")
+            try:
+                if not decoder.message_class(raw)._has_header:
+                    failures.append("msg does not have header")
+                    return
+                message: Any = decoder.decode(raw)
+            except MessageError as error:
+                if str(error) not in said:
+                    said.add(str(error))
+                    print(error, file=sys.stderr, flush=True)
                 return
-            message: Any = decoder.decode(raw)
             meter.arrived((now - message.header.stamp).to_sec())
 
         with subscribe(node, found[0], arrived):

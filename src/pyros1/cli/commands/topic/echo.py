@@ -14,7 +14,7 @@ from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.forms import Json, Plot, Show, Text
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.subscribing import find_topic, subscribe
-from pyros1.ground.errors import MessageError
+from pyros1.ground.errors import DeserializationError, MessageError
 from pyros1.ground.shown import one_line
 from pyros1.ground.timing import Time
 from pyros1.msgs import AnyMsg, Message
@@ -24,6 +24,7 @@ from pyros1.observe.fields import FieldPath, FieldPathError
 
 _CLOCK_PATIENCE = 2.0
 _LEAST_WIDTH = 2
+_MOST_WARNINGS = 100
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -38,9 +39,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         found = find_topic(invocation, node, name)
         if found is None:
             return
-        topic, path = found
+        topic, path, kind = found
         show = _show(options, node.now)
-        printer = Printer(topic, FieldPath(path), show, expression, options.msg_count)
+        printer = Printer(topic, FieldPath(path), show, expression, options.msg_count, kind)
         with subscribe(node, topic, printer.arrived):
             _wait(invocation, node, printer)
     if printer.error is not None:
@@ -175,6 +176,7 @@ class Printer:
         show: Show,
         expression: Expression | None,
         limit: int | None,
+        kind: str = "",
     ) -> None:
         self.count = 0
         self.done = threading.Event()
@@ -184,7 +186,7 @@ class Printer:
         self._show = show
         self._expression = expression
         self._limit = limit
-        self._decoder = Decoder()
+        self._decoder = Decoder(kind)
         self._said: set[str] = set()
         self._out = data_stream()  # text from messages is clean already, and --clear works for files, too, as stock's
 
@@ -214,6 +216,9 @@ class Printer:
         """Return the message, the value and its type, None if it is not to be printed."""
         try:
             message = self._decoder.decode(raw)
+        except DeserializationError as error:  # other messages, or those of another publisher, may be right
+            self._warn(f"a message on {self._topic} cannot be shown: {error}")
+            return None
         except MessageError as error:
             type_name = (raw._connection_header or {}).get("type", "unknown type")
             raise CommandError(
@@ -224,9 +229,12 @@ class Printer:
                 return None
             value, kind = self._path.get(message)
         except (ExpressionError, FieldPathError) as error:
-            # Only this message may be wrong, for example with a short array. One warning is enough.
-            if str(error) not in self._said:
-                self._said.add(str(error))
-                print(error, file=sys.stderr, flush=True)
+            self._warn(str(error))  # only this message may be wrong, for example with a short array
             return None
         return message, value, kind
+
+    def _warn(self, text: str) -> None:
+        """Print a warning once."""
+        if text not in self._said and len(self._said) < _MOST_WARNINGS:
+            self._said.add(text)
+            print(text, file=sys.stderr, flush=True)

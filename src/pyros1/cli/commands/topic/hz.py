@@ -13,6 +13,7 @@ from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.subscribing import find_topic, subscribe
+from pyros1.ground.errors import MessageError
 from pyros1.msgs import AnyMsg
 from pyros1.observe.decoder import Decoder
 from pyros1.observe.expression import Expression, ExpressionError
@@ -34,7 +35,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
             if found is None:
                 return
             meter = meters[name] = RateMeter(size)
-            callback = _counting(meter, now, expression, found[0])
+            callback = _counting(meter, now, expression, found[0], found[2])
             subscriptions.enter_context(subscribe(node, found[0], callback))
             print(f"subscribed to [{name}]", flush=True)
         while invocation.pause(PERIOD):
@@ -72,12 +73,12 @@ VERB = Verb(
 
 
 def _counting(
-    meter: RateMeter, now: Callable[[], float], expression: Expression | None, topic: str
+    meter: RateMeter, now: Callable[[], float], expression: Expression | None, topic: str, kind: str
 ) -> Callable[[AnyMsg], None]:
     if expression is None:
         arrived = meter.arrived
         return lambda raw: arrived(now())
-    decoder = Decoder()
+    decoder = Decoder(kind)
     said: set[str] = set()
 
     def filtered(raw: AnyMsg) -> None:
@@ -85,7 +86,7 @@ def _counting(
         try:
             if expression({"m": decoder.decode(raw), "topic": topic}):
                 meter.arrived(moment)
-        except ExpressionError as error:
+        except (ExpressionError, MessageError) as error:
             if str(error) not in said:
                 said.add(str(error))
                 print(error, file=sys.stderr, flush=True)

@@ -24,9 +24,9 @@ def numpy_msg(msg_type: Any) -> Any:
     fields take numpy arrays with any class.
     """
 
-    def decode(buffer: bytes, start: int, end: int) -> Any:
+    def decode(buffer: bytes, start: int, end: int, exact: bool = False) -> Any:
         message: Any = made.__new__(made)
-        decoded: Any = msg_type._decode_arrays(buffer, start, end, _view)
+        decoded: Any = msg_type._decode_arrays(buffer, start, end, _view, exact)
         for name in msg_type.__slots__:
             setattr(message, name, getattr(decoded, name))
         return message

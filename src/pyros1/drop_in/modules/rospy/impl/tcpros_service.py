@@ -217,6 +217,10 @@ class _Visitor:
         """Log a warning."""
         logwarn(text, *args)
 
+    def peer(self, level: int, text: str, *args: object, **limits: object) -> None:
+        """Log a warning about another process."""
+        logwarn(text, *args)
+
     def check_running(self) -> None:
         """It always runs."""
 
@@ -321,7 +325,6 @@ class ServiceProxy(_Service):
             client = self._client = node.service(
                 self._given, self.service_class, persistent=self.persistent, headers=self._headers
             )
-        client.lenient = True
         return client
 
     def close(self) -> None:

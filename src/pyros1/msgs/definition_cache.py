@@ -1,0 +1,45 @@
+"""A cache of message classes for the connections of a program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from pyros1.msgs.base import Message
+
+
+class DefinitionCache:
+    """Cache of classes made from definitions, for programs with many connections.
+
+    Args:
+        limit: most classes to keep; the oldest are removed first.
+        by_name: see `pyros1.msgs.odd_definitions.find_class`.
+    """
+
+    def __init__(self, limit: int = 1000, *, by_name: bool = False) -> None:
+        self._limit = limit
+        self._by_name = by_name
+        self._classes: dict[tuple[str, str, str], type[Message]] = {}
+
+    def get(self, type_name: str, md5sum: str, full_text: str, others: Iterable[str] = ()) -> type[Message]:
+        """Return the class for a connection header's ``type``, ``md5sum`` and ``message_definition``.
+
+        If the text is not usable, or its md5 is not ``md5sum``, an installed type of the same name and md5 takes its
+        place. It is no error that nothing has that md5: some publishers announce ``*`` or their own sums.
+
+        Args:
+            others: definition texts of other connections with that type, perhaps usable ones.
+
+        Raises:
+            DefinitionError: the text is wrong, and nothing can take its place.
+            UnknownTypeError: the peer sent no definition, and nothing can take its place.
+        """
+        key = (type_name, md5sum, full_text)
+        cls = self._classes.get(key)
+        if cls is None:
+            from pyros1.msgs.odd_definitions import find_class  # noqa: PLC0415 - most programs need no cache's class
+
+            cls = find_class(type_name, md5sum, full_text, others, by_name=self._by_name)
+            for oldest in list(self._classes)[: max(0, len(self._classes) - self._limit + 1)]:
+                self._classes.pop(oldest, None)
+            self._classes[key] = cls
+        return cls
