@@ -35,7 +35,7 @@ def points(rows: list[tuple[Any, ...]], kinds: str, extra: list[PointField], **m
 def test_places_are_passed_on_and_coloured_by_height() -> None:
     facts, blob = clouds.point_cloud2(cloud(5))
     assert (facts["count"], facts["every"], facts["fields"]) == (5, 1, ["x", "y", "z"])
-    assert (facts["colour"], facts["by"], facts["least"], facts["most"]) == ("z", "z", 2.0, 14.0)
+    assert (facts["colour"], facts["by"]) == ("z", "z")
     assert blob == cloud(5).data
 
 
@@ -47,8 +47,19 @@ def test_a_field_of_ones_choice_colours_with_a_byte_for_each_point() -> None:
     assert (facts["colour"], facts["by"], facts["least"], facts["most"]) == ("value", "intensity", 10.0, 30.0)
     assert blob[36:] == bytes([0, 127, 255])
     facts, blob = clouds.point_cloud2(message, "x")
-    assert (facts["by"], facts["colour"], blob[36:]) == ("x", "value", bytes(3))
+    assert (facts["by"], facts["colour"], blob[36:]) == ("x", "x", b"")  # the page knows where they are
     assert clouds.point_cloud2(message, "nothing")[0]["by"] == "intensity"
+
+
+def test_values_are_between_bounds_of_ones_choice() -> None:
+    rows = [(0, 0, 0, value) for value in (-5, 10, 20, 30, float("nan"))]
+    message = points(rows, "<f4,<f4,<f4,<f4", [PointField("heat", 12, 7, 1)])
+    facts, blob = clouds.point_cloud2(message, "heat", bounds=(0.0, 20.0))
+    assert (facts["least"], facts["most"]) == (0.0, 20.0)
+    assert blob[60:] == bytes([0, 127, 255, 255, 0])
+    channel = ChannelFloat32("heat", [-5.0, 10.0, 20.0])
+    other = PointCloud(points=[Point32()] * 3, channels=[channel])
+    assert clouds.point_cloud(other, "heat", bounds=(0.0, 20.0))[1][36:] == bytes([0, 127, 255])
 
 
 @pytest.mark.parametrize("order", "<>")
@@ -131,7 +142,7 @@ def test_any_numbers(rows: list[tuple[float, ...]]) -> None:
     for by in ("", "i", "x"):
         facts, blob = clouds.point_cloud2(message, by)
         json.dumps(facts, allow_nan=False)
-        assert len(blob) == facts["count"] * (12 if facts["colour"] == "z" else 13)
+        assert len(blob) == facts["count"] * (12 if facts["colour"] in "xyz" else 13)
 
 
 def test_the_older_type() -> None:

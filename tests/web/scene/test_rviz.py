@@ -82,11 +82,11 @@ def test_what_the_panel_shows() -> None:
     ]  # fmt: skip
     assert settings["hidden"] == ["/map", "/plan", "frames"]
     assert settings["options"] == {
-        "grid": {"count": 10, "cell": 0.5, "flat": True, "tint": "#0080ff"},
+        "grid": {"count": 10, "cell": 0.5, "flat": True, "tint": "#0080ff", "plane": "xy"},
         "robot:/robot_description": {"visual": False, "collision": True, "alpha": 0.5},
-        "frames": {"names": False, "lines": True, "size": 0.6},
-        "/scan": {"size": 5, "alpha": 0.75, "flat": True, "tint": "#ff0010"},
-        "/points": {"by": "z"},
+        "frames": {"names": False, "lines": True, "size": 0.4},
+        "/scan": {"style": "pixels", "size": 5, "alpha": 0.75, "flat": True, "tint": "#ff0010", "decay": 3},
+        "/points": {"style": "squares", "size": 5, "by": "z"},
         "/map": {"alpha": 0.7, "scheme": "costmap"},
         "/plan": {"tint": "#19ff00"},
         "camera:/camera/image": {"behind": False, "alpha": 0.5, "zoom": 2},
@@ -96,7 +96,6 @@ def test_what_the_panel_shows() -> None:
         "depth:/depth/image": {"colour": "/camera/image"},
     }
     assert notes == [
-        "LaserScan 'Scan': not here: Decay Time",
         "PlanningScene 'Planning': there is no display moveit_rviz_plugin/PlanningScene",
         "there is no tool my_tools/Plant",
         "there is no panel my_panels/Buttons",

@@ -15,10 +15,14 @@ _KINDS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"
 """numpy's names of the types of sensor_msgs/PointField."""
 _PACKED = ("rgb", "rgba")
 _PLACE = ("x", "y", "z")
+Bounds = tuple[float, float]
+"""The least and the greatest value that have colours of their own."""
 _Floats = NDArray[np.float32]
 
 
-def point_cloud2(cloud: Any, by: str = "", most: int = MOST_POINTS, numbers: bool = False) -> Shape:
+def point_cloud2(
+    cloud: Any, by: str = "", most: int = MOST_POINTS, numbers: bool = False, bounds: Bounds | None = None
+) -> Shape:
     """Return a sensor_msgs/PointCloud2.
 
     Args:
@@ -26,13 +30,14 @@ def point_cloud2(cloud: Any, by: str = "", most: int = MOST_POINTS, numbers: boo
         by: the field that colours the points; empty for "rgb", "intensity" or "z", the first that there is.
         most: the number of points that are sent at most; of larger clouds every second, third ... point.
         numbers: whether to send the points' places in the message and their values, too.
+        bounds: of the values; None for the least and the greatest that there are.
 
     Returns:
         "count", "every" (one of how many points is sent), "fields" (those that can colour), "by", and "colour":
 
         - "rgb": for each point four bytes blue, green, red and one to ignore
         - "value": for each point one byte, from the field's "least" (0) to its "most" (255)
-        - "z": nothing; the height is between "least" and "most"
+        - "x", "y", "z": nothing; the page knows where the points are
 
         with the places as float32 x, y, z, and then the colours. Points without a place are left out. If "numbers" are
         sent, the index of each point in the message as uint32, and for "value" its float32, are before the colours.
@@ -59,10 +64,12 @@ def point_cloud2(cloud: Any, by: str = "", most: int = MOST_POINTS, numbers: boo
         places, colours = places[there], colours[there]
         indices = None if indices is None else indices[there]
     facts = {"kind": "cloud", "count": len(places), "every": every, "fields": fields}
-    return _coloured(facts, places, colours, by, bool(cloud.is_bigendian), indices)
+    return _coloured(facts, places, colours, by, bool(cloud.is_bigendian), indices, bounds)
 
 
-def point_cloud(cloud: Any, by: str = "", most: int = MOST_POINTS, numbers: bool = False) -> Shape:
+def point_cloud(
+    cloud: Any, by: str = "", most: int = MOST_POINTS, numbers: bool = False, bounds: Bounds | None = None
+) -> Shape:
     """Return a sensor_msgs/PointCloud; as `point_cloud2`. Its channels are fields."""
     every = -(-len(cloud.points) // most) or 1
     channels = {
@@ -79,7 +86,7 @@ def point_cloud(cloud: Any, by: str = "", most: int = MOST_POINTS, numbers: bool
     there = np.isfinite(places).all(axis=1)
     facts = {"kind": "cloud", "count": int(there.sum()), "every": every, "fields": fields}
     indices = (np.flatnonzero(there) * every).astype(np.uint32) if numbers else None
-    return _coloured(facts, places[there], values[there], by, False, indices)
+    return _coloured(facts, places[there], values[there], by, False, indices, bounds)
 
 
 def _points(cloud: Any) -> NDArray[Any]:
@@ -122,6 +129,7 @@ def _coloured(
     by: str,
     swapped: bool,
     indices: NDArray[np.uint32] | None,
+    bounds: Bounds | None,
 ) -> Shape:
     facts["by"] = by
     blob = places.tobytes()
@@ -131,13 +139,13 @@ def _coloured(
     if by in _PACKED and values.dtype.itemsize == 4:
         packed = np.ascontiguousarray(values)
         return {**facts, "colour": "rgb"}, blob + (packed.byteswap() if swapped else packed).tobytes()
+    if by in _PLACE:
+        return {**facts, "colour": by}, blob
     with np.errstate(all="ignore"):
         floats = values.astype(np.float32)
-        finite = floats if by in _PLACE else floats[np.isfinite(floats)]
-        least, most = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
+        finite = floats[np.isfinite(floats)]
+        least, most = bounds or ((float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0))
         facts |= {"least": least, "most": most}
-        if by == "z":
-            return {**facts, "colour": "z"}, blob
         share = (floats - least) * np.float32(255 / (most - least) if most > least else 0)
         if len(finite) < len(floats):
             share = np.nan_to_num(share, nan=0.0, posinf=255.0, neginf=0.0)

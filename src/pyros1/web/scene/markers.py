@@ -122,8 +122,21 @@ def as_json(marker: Any) -> dict[str, Any]:
         "colors": [_colour(colour) for colour in marker.colors[:MOST_POINTS]],
         "text": marker.text[:1000],
         "mesh": marker.mesh_resource[:1000],
+        "finite": _is_finite(marker),
         "materials": bool(marker.mesh_use_embedded_materials),
     }
+
+
+def _is_finite(marker: Any) -> bool:
+    """Return whether all numbers are numbers; rviz draws no others."""
+    places = [marker.pose.position, marker.scale, *marker.points[:MOST_POINTS]]
+    if not all(math.isfinite(place.x + place.y + place.z) for place in places):
+        return False
+    turn = marker.pose.orientation
+    colours = [marker.color, *marker.colors[:MOST_POINTS]]
+    return math.isfinite(turn.x + turn.y + turn.z + turn.w) and all(
+        math.isfinite(each.r + each.g + each.b + each.a) for each in colours
+    )
 
 
 def _frame(marker: Any) -> str:

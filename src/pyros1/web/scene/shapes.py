@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pyros1.web.scene.clouds import point_cloud, point_cloud2
+from pyros1.web.scene.clouds import Bounds, point_cloud, point_cloud2
 from pyros1.web.scene.shape import GREATEST, Shape, ShapeError
 
 MOST_POSES = 20_000
@@ -154,12 +154,15 @@ def _screw(straight: Any, around: Any, unit: str, unit_around: str) -> Shape:
     return facts, b""
 
 
-def _measured(field: str, unit: str, least: float, most: float) -> Callable[[Any], Shape]:
-    """Return a function for messages with one number, which colours a point between rviz's bounds."""
+def _measured(field: str, unit: str, least: float, most: float, warm: bool = False) -> Callable[[Any], Shape]:
+    """Return a function for messages with one number, which colours a point between rviz's bounds.
+
+    In rviz the least is red; if the number is of warmth, the greatest.
+    """
 
     def shape(message: Any) -> Shape:
         value = _finite(getattr(message, field))
-        return {"kind": "measured", "value": value, "unit": unit, "least": least, "most": most}, b""
+        return {"kind": "measured", "value": value, "unit": unit, "least": least, "most": most, "warm": warm}, b""
 
     return shape
 
@@ -186,12 +189,12 @@ SHAPES: dict[str, Callable[[Any], Shape]] = {
     "sensor_msgs/PointCloud2": point_cloud2,
     "sensor_msgs/Range": range_,
     "sensor_msgs/RelativeHumidity": _measured("relative_humidity", "", 0.0, 1.0),
-    "sensor_msgs/Temperature": _measured("temperature", "\u00b0C", 0.0, 100.0),
+    "sensor_msgs/Temperature": _measured("temperature", "\u00b0C", 0.0, 100.0, warm=True),
 }
 """Types that can be drawn from their newest message alone."""
 PLACELESS = frozenset({"sensor_msgs/JointState"})
 """Those of them that have no place in the scene: their headers mostly name no frame."""
-CLOUDS: dict[str, Callable[[Any, str, int, bool], Shape]] = {
+CLOUDS: dict[str, Callable[[Any, str, int, bool, Bounds | None], Shape]] = {
     "sensor_msgs/PointCloud": point_cloud,
     "sensor_msgs/PointCloud2": point_cloud2,
 }

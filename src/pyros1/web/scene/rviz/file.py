@@ -13,7 +13,20 @@ from pyros1.ground.errors import Error
 from pyros1.ground.shown import one_line
 from pyros1.values import YamlError, load_yaml
 from pyros1.web.scene.rviz.kinds import KINDS, Options
-from pyros1.web.scene.rviz.values import class_of, colour, flag, given, listed, mapping, number, point, text
+from pyros1.web.scene.rviz.usual import changes_something
+from pyros1.web.scene.rviz.values import (
+    Properties,
+    chosen,
+    class_of,
+    colour,
+    flag,
+    given,
+    listed,
+    mapping,
+    number,
+    point,
+    text,
+)
 from pyros1.web.scene.rviz.view import FIXED, view_settings
 
 MOST_BYTES = 2_000_000
@@ -23,7 +36,7 @@ _DEEPEST = 10
 _MOST_NOTES = 40
 _WINDOW = 800.0
 """Pixels of rviz's window from top to bottom, if the file has no number."""
-_AXES_LENGTH = 0.3
+_AXES_LENGTH = 0.2
 """Metres of TF's axes at rviz's marker scale 1."""
 _GREY = "#a0a0a4"
 """rviz's usual colour of grids; the page's own is for its light and dark."""
@@ -69,19 +82,6 @@ def read_rviz(content: str, resolve: Callable[[str], str]) -> RvizFile:
     return _Reader(resolve).read(data, manager)
 
 
-_USUAL: Mapping[str, Any] = {
-    "Autocompute Intensity Bounds": True,
-    "Autocompute Value Bounds": True,
-    "Buffer Length": 1,
-    "Decay Time": 0,
-    "Draw Behind": False,
-    "Filter blacklist": "",
-    "Filter whitelist": "",
-    "Invert Rainbow": False,
-    "Offset": {"X": 0, "Y": 0, "Z": 0},
-    "Update Interval": 0,
-}
-"""What changes a picture and is not here, with the value that changes nothing."""
 _PANELS = frozenset({"Displays", "Help", "Selection", "Time", "Tool Properties", "Views"})
 _TOOLS = frozenset(
     {"FocusCamera", "Interact", "Measure", "MoveCamera", "PublishPoint", "Select", "SetGoal", "SetInitialPose"}
@@ -107,7 +107,8 @@ class _Reader:
         self._notes: list[str] = []
 
     def read(self, data: Mapping[Any, Any], manager: Mapping[Any, Any]) -> RvizFile:
-        fixed = text(mapping(manager.get("Global Options")), "Fixed Frame").lstrip("/")
+        whole = Properties(mapping(manager.get("Global Options")))
+        fixed = text(whole, "Fixed Frame").lstrip("/")
         shown = {_FRAMES: False, _GRID: False}
         for count, (display, enabled) in enumerate(self._displays(manager.get("Displays"))):
             if count == _MOST_DISPLAYS:
@@ -116,8 +117,12 @@ class _Reader:
             self._display(display, enabled, shown)
         self._hidden += [key for key, seen in shown.items() if not seen]
         height = number(mapping(data.get("Window Geometry")), "Height", 100, 10_000) or _WINDOW
-        view, note = view_settings(mapping(mapping(manager.get("Views")).get("Current")), height)
+        current = Properties(mapping(mapping(manager.get("Views")).get("Current")))
+        view, note = view_settings(current, height)
         self._note(note)
+        if not note:
+            self._tell_lacking(current, f"view {class_of(current)}")
+        self._tell_lacking(whole, "Global Options")
         settings = {
             "fixed": "" if fixed == FIXED else fixed,
             "topics": self._topics,
@@ -133,18 +138,17 @@ class _Reader:
             self._notes[_MOST_NOTES:] = [f"and {len(self._notes) - _MOST_NOTES} more that are not here"]
         return RvizFile(settings, self._notes)
 
-    def _displays(
-        self, displays: Any, enabled: bool = True, depth: int = 0
-    ) -> Iterator[tuple[Mapping[Any, Any], bool]]:
+    def _displays(self, displays: Any, enabled: bool = True, depth: int = 0) -> Iterator[tuple[Properties, bool]]:
         """Yield the displays, also of groups, each with whether it is shown."""
-        for display in map(mapping, listed(displays)):
+        for values in map(mapping, listed(displays)):
+            display = Properties(values)
             seen = enabled and flag(display, "Enabled") is not False
             if class_of(display) != "Group":
                 yield display, seen
             elif depth < _DEEPEST:
                 yield from self._displays(display.get("Displays"), seen, depth + 1)
 
-    def _display(self, display: Mapping[Any, Any], enabled: bool, shown: dict[str, bool]) -> None:
+    def _display(self, display: Properties, enabled: bool, shown: dict[str, bool]) -> None:
         kind = class_of(display)
         if kind == "TF":
             shown[_FRAMES] = shown[_FRAMES] or enabled
@@ -162,7 +166,7 @@ class _Reader:
         else:
             self._note(f"{_name(display)}: there is no display {one_line(text(display, 'Class')) or 'without a class'}")
 
-    def _topic(self, display: Mapping[Any, Any], enabled: bool, kind: str) -> None:
+    def _topic(self, display: Properties, enabled: bool, kind: str) -> None:
         options, keys, made, transport = KINDS[kind]
         topic = text(display, *keys)
         if not topic:
@@ -184,18 +188,20 @@ class _Reader:
             self._options[key]["description"] = self._resolve(description)
         if not enabled:
             self._hidden.append(key)
-        self._tell_lacking(display, kind)
+        self._tell_lacking(display)
 
-    def _tell_lacking(self, display: Mapping[Any, Any], kind: str) -> None:
-        """Say which of its properties, if they are not as usual, have no counterpart."""
-        said = {key: mapping(value).get("Value", value) for key, value in display.items() if key in _USUAL}
-        lacking = [key for key, usual in _USUAL.items() if said.get(key) not in (usual, None)]
-        if kind == "PointCloud2" and text(display, "Color Transformer") == "AxisColor":
-            lacking = [key for key in lacking if key != "Autocompute Intensity Bounds"]
+    def _tell_lacking(self, values: Properties, name: str = "", but: tuple[str, ...] = ()) -> None:
+        """Name the properties that have no counterpart, unless they are as rviz has them when one changes nothing."""
+        kind = class_of(values)
+        lacking = [
+            f"{key} {value}" if isinstance(value, str) and value else key
+            for key, value in values.unread()
+            if key.partition("/")[0] not in but and changes_something(kind, key, value)
+        ]
         if lacking:
-            self._note(f"{_name(display)}: not here: {', '.join(lacking)}")
+            self._note(one_line(f"{name or _name(values)}: not here: {', '.join(lacking)}"))
 
-    def _robot(self, display: Mapping[Any, Any], enabled: bool) -> None:
+    def _robot(self, display: Properties, enabled: bool) -> None:
         name = self._resolve(text(display, "Robot Description") or "robot_description")
         key = f"robot:{name}"
         if name in self._robots:
@@ -213,9 +219,14 @@ class _Reader:
         links = [mapping(link) for link in mapping(display.get("Links")).values()]
         if any(flag(link, "Value") is False for link in links):
             self._note(f"{_name(display)}: links cannot be hidden one by one")
-        self._tell_lacking(display, "RobotModel")
+        if any(
+            flag(link, "Show Axes") or flag(link, "Show Trail") or number(link, "Alpha", 0, 1) not in (None, 1)
+            for link in links
+        ):
+            self._note(f"{_name(display)}: axes, trails and the opacity of single links are not here")
+        self._tell_lacking(display, but=("Links",))
 
-    def _frames(self, display: Mapping[Any, Any]) -> None:
+    def _frames(self, display: Properties) -> None:
         scale = number(display, "Marker Scale", 0.05, 300)
         self._options[_FRAMES] = given(
             names=flag(display, "Show Names"),
@@ -226,37 +237,41 @@ class _Reader:
         frames = mapping(display.get("Frames"))
         if any(flag(mapping(frame), "Value") is False for frame in frames.values()):
             self._note(f"{_name(display)}: frames cannot be hidden one by one")
+        self._tell_lacking(display, but=("Frames", "Tree"))
 
-    def _grid(self, display: Mapping[Any, Any]) -> None:
+    def _grid(self, display: Properties) -> None:
         if _GRID in self._options:
             self._note(f"{_name(display)}: there is one grid")
             return
         tint = colour(display)
         count = number(display, "Plane Cell Count", 1, 200)
+        line = mapping(display.get("Line Style"))
+        offset = display.get("Offset")
+        chosen(display, {FIXED: FIXED}, "Reference Frame")
         self._options[_GRID] = given(
             count=None if count is None else int(count),
             cell=number(display, "Cell Size", 0.01, 1000),
             flat=tint not in (None, _GREY) or None,
             tint=tint,
-        )
-        frame = text(display, "Reference Frame")
-        lacking = [f"Reference Frame {one_line(frame)}"] * (frame not in ("", FIXED))
-        lacking += [f"Plane {one_line(plane)}" for plane in [text(display, "Plane")] if plane not in ("", "XY")]
-        lacking += ["Normal Cell Count"] * bool(number(display, "Normal Cell Count", 0, 1))
-        lacking += ["Offset"] * any(point(display.get("Offset")))
-        if lacking:
-            self._note(f"{_name(display)}: not here: {', '.join(lacking)}")
+            alpha=number(display, "Alpha", 0, 1),
+            line=chosen(line, {"Lines": "pixel", "Billboards": "metres"}, "Value"),
+            width=number(line, "Line Width", 0.001, 100),
+            plane=chosen(display, {"XY": "xy", "XZ": "xz", "YZ": "yz"}, "Plane"),
+        ) | (dict(zip("xyz", point(offset), strict=True)) if any(point(offset)) else {})
+        self._tell_lacking(display)
 
     def _others(self, data: Mapping[Any, Any], manager: Mapping[Any, Any]) -> None:
-        for tool in map(mapping, listed(manager.get("Tools"))):
+        for tool in map(Properties, map(mapping, listed(manager.get("Tools")))):
             kind = class_of(tool)
             topic = text(tool, "Topic")
             if kind not in _TOOLS:
                 self._note(f"there is no tool {one_line(text(tool, 'Class')) or 'without a class'}")
-            elif kind in _PUBLISHING and topic:
+                continue
+            if kind in _PUBLISHING and topic:
                 name, usual = _PUBLISHING[kind]
                 if (full := self._resolve(topic)) != usual:
                     self._tools[name] = full
+            self._tell_lacking(tool, f"tool {kind}")
         for panel in map(mapping, listed(data.get("Panels"))):
             if class_of(panel) not in _PANELS:
                 self._note(f"there is no panel {one_line(text(panel, 'Class')) or 'without a class'}")

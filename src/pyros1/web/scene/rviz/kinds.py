@@ -5,75 +5,179 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from pyros1.web.scene.rviz.values import colour, flag, given, mapping, number, text
+from pyros1.web.scene.rviz.values import chosen, colour, flag, given, mapping, number, point, text
 
 Options = dict[str, Any]
 _MOST_NAMESPACES = 200
+_MOST_KEPT = 1000
 
 
-def _points(values: Mapping[Any, Any]) -> Options:
-    how = text(values, "Color Transformer")
-    by = {"RGB8": "rgb", "RGBF32": "rgb", "AxisColor": text(values, "Axis").lower() or "z"}.get(how, "")
-    if how == "Intensity":
-        by = text(values, "Channel Name") or "intensity"
-    style = text(values, "Style")
+_STYLES = {"Points": "pixels", "Squares": "squares", "Flat Squares": "squares", "Spheres": "spheres", "Boxes": "boxes"}
+_COLOURS = {"Intensity": "intensity", "AxisColor": "axis", "FlatColor": "flat", "RGB8": "rgb"}
+_FAR = 1e9
+
+
+def _looks(values: Mapping[Any, Any]) -> Options:
+    """How points are drawn."""
+    how = chosen(values, _COLOURS, "Color Transformer")
+    axes = mapping(values.get("Autocompute Value Bounds"))
+    by_axis = (flag(axes, "Value"), *(number(axes, key, -_FAR, _FAR) for key in ("Min Value", "Max Value")))
+    by_value = (
+        flag(values, "Autocompute Intensity Bounds"),
+        *(number(values, key, -_FAR, _FAR) for key in ("Min Intensity", "Max Intensity")),
+    )
+    auto, low, high = by_axis if how == "axis" else by_value
+    fixed = auto is False
+    axis = chosen(values, {"X": "x", "Y": "y", "Z": "z"}, "Axis")
+    channel = text(values, "Channel Name")
+    tint = colour(values)
+    in_fixed_frame = flag(values, "Use Fixed Frame")
     return given(
-        size=number(values, "Size (Pixels)", 1, 30) if style == "Points" else None,
+        style=chosen(values, _STYLES, "Style"),
+        size=number(values, "Size (Pixels)", 1, 30),
+        metres=number(values, "Size (m)", 0.0001, 100),
         alpha=number(values, "Alpha", 0, 1),
-        by=by or None,
-        flat=True if how == "FlatColor" else None,
-        tint=colour(values) if how == "FlatColor" else None,
+        by={"axis": axis or "z", "rgb": "rgb", "intensity": channel or "intensity"}.get(how),
+        flat=True if how == "flat" else None,
+        tint=tint if how == "flat" else None,
+        auto=False if fixed else None,
+        low=low if fixed else None,
+        high=high if fixed else None,
+        rainbow=flag(values, "Use rainbow"),
+        inverted=flag(values, "Invert Rainbow"),
+        first=colour(values, "Min Color"),
+        last=colour(values, "Max Color"),
+        local=None if in_fixed_frame is None else not in_fixed_frame,
+        decay=number(values, "Decay Time", 0, 3600),
     )
 
 
-def _scan(values: Mapping[Any, Any]) -> Options:
-    options = _points(values)
-    options.pop("by", None)  # scans have their intensities, or the distance
-    return options
+_SHAPES = {"Arrow": "arrow", "Axes": "axes", "Arrow (3D)": "arrow", "Arrow (Flat)": "lines"}
 
 
 def _arrows(values: Mapping[Any, Any]) -> Options:
-    shape = values.get("Shape")
-    inside = mapping(shape)
-    name = text(inside, "Value") if inside else text(values, "Shape")
-    return given(axes=name == "Axes" if name else None, tint=colour(values) or colour(inside))
+    inside = mapping(values.get("Shape"))
+    shape = chosen(inside, _SHAPES, "Value") if inside else chosen(values, _SHAPES, "Shape")
+    where = inside or values
+    return given(
+        axes=None if shape is None else shape == "axes",
+        tint=colour(where),
+        alpha=number(where, "Alpha", 0, 1),
+        shaft=number(where, "Shaft Length", 0, 1000),
+        shaftWidth=number(where, "Shaft Radius", 0, 1000),
+        head=number(where, "Head Length", 0, 1000),
+        headWidth=number(where, "Head Radius", 0, 1000),
+        axesLength=number(where, "Axes Length", 0, 1000),
+        axesWidth=number(where, "Axes Radius", 0, 1000),
+    )
+
+
+def _many_arrows(values: Mapping[Any, Any]) -> Options:
+    shape = chosen(values, _SHAPES, "Shape")
+    lines = None if shape is None else shape == "lines"
+    return {**_arrows(values), **given(lines=lines, arrow=number(values, "Arrow Length", 0, 1000))}
 
 
 def _uncertain(values: Mapping[Any, Any]) -> Options:
-    return {**_arrows(values), **given(covariance=flag(mapping(values.get("Covariance")), "Value"))}
+    known = mapping(values.get("Covariance"))
+    place, turn = mapping(known.get("Position")), mapping(known.get("Orientation"))
+    return {
+        **_arrows(values),
+        **given(
+            covariance=flag(known, "Value"),
+            place=flag(place, "Value"),
+            placeTint=colour(place),
+            placeAlpha=number(place, "Alpha", 0, 1),
+            placeScale=number(place, "Scale", 0, 1000),
+            turn=flag(turn, "Value"),
+            turnTint=colour(turn),
+            turnAlpha=number(turn, "Alpha", 0, 1),
+        ),
+    }
 
 
 def _odometry(values: Mapping[Any, Any]) -> Options:
-    return {**_uncertain(values), **given(keep=number(values, "Keep", 1, 1000))}
+    keep = number(values, "Keep", 0, _MOST_KEPT)
+    return {
+        **_uncertain(values),
+        **given(
+            keep=_MOST_KEPT if keep == 0 else keep,  # 0: all
+            step=number(values, "Position Tolerance", 0, 1000),
+            angle=number(values, "Angle Tolerance", 0, 7),
+        ),
+    }
+
+
+def _path(values: Mapping[Any, Any]) -> Options:
+    offset = values.get("Offset")
+    return {
+        **_kept(values),
+        **given(
+            line=chosen(values, {"Lines": "pixel", "Billboards": "metres"}, "Line Style"),
+            width=number(values, "Line Width", 0, 1000),
+            poses=chosen(values, {"None": "none", "Axes": "axes", "Arrows": "arrows"}, "Pose Style"),
+            poseTint=colour(values, "Pose Color"),
+            shaft=number(values, "Shaft Length", 0, 1000),
+            shaftWidth=number(values, "Shaft Diameter", 0, 1000),
+            head=number(values, "Head Length", 0, 1000),
+            headWidth=number(values, "Head Diameter", 0, 1000),
+            axesLength=number(values, "Length", 0, 1000),
+            axesWidth=number(values, "Radius", 0, 1000),
+        ),
+        **(dict(zip("xyz", point(offset), strict=True)) if offset else {}),
+    }
 
 
 def _map(values: Mapping[Any, Any]) -> Options:
-    scheme = text(values, "Color Scheme")
-    return given(alpha=number(values, "Alpha", 0, 1), scheme=scheme if scheme in ("map", "costmap", "raw") else None)
+    return given(
+        alpha=number(values, "Alpha", 0, 1),
+        scheme=chosen(values, {name: name for name in ("map", "costmap", "raw")}, "Color Scheme"),
+        behind=flag(values, "Draw Behind"),
+    )
 
 
 def _tinted(values: Mapping[Any, Any]) -> Options:
+    return given(tint=colour(values), alpha=number(values, "Alpha", 0, 1))
+
+
+def _box(values: Mapping[Any, Any]) -> Options:
     return given(tint=colour(values))
 
 
+def _kept(values: Mapping[Any, Any]) -> Options:
+    lengths = [number(values, key, 1, _MOST_KEPT) for key in ("Buffer Length", "History Length")]
+    keep = next((length for length in lengths if length is not None), None)
+    return {**_tinted(values), **given(keep=keep)}
+
+
+def _spot(values: Mapping[Any, Any]) -> Options:
+    return {**_kept(values), **given(radius=number(values, "Radius", 0, 1000))}
+
+
 def _screw(values: Mapping[Any, Any]) -> Options:
-    keys = ("Force Arrow Scale", "Linear Arrow Scale")
-    found = [number(values, key, 0.001, 1000) for key in keys]
-    return given(scale=next((scale for scale in found if scale is not None), None))
+    straight, around = ("Force", "Torque") if "Force Arrow Scale" in values else ("Linear", "Angular")
+    return {
+        **_kept(values),
+        **given(
+            scale=number(values, f"{straight} Arrow Scale", 0.001, 1000),
+            scaleAround=number(values, f"{around} Arrow Scale", 0.001, 1000),
+            tint=colour(values, f"{straight} Color"),
+            tintAround=colour(values, f"{around} Color"),
+            width=number(values, "Arrow Width", 0, 1000),
+            small=flag(values, "Hide Small Values"),
+        ),
+    }
 
 
 def _camera(values: Mapping[Any, Any]) -> Options:
-    where = text(values, "Image Rendering")
+    rendering = ("background", "overlay", "background and overlay")
+    where = chosen(values, {name: name for name in rendering}, "Image Rendering")
     over = number(values, "Overlay Alpha", 0, 1)
     return given(
         behind="background" in where if where else None,
         alpha=0.0 if where == "background" else over,
         zoom=number(values, "Zoom Factor", 0.1, 20),
     )
-
-
-def _depth(values: Mapping[Any, Any]) -> Options:
-    return given(size=number(values, "Size (Pixels)", 1, 30), alpha=number(values, "Alpha", 0, 1))
 
 
 def _namespaces(values: Mapping[Any, Any]) -> Options:
@@ -122,28 +226,28 @@ _MARKERS = ("Marker Topic", "Topic")
 KINDS: Mapping[str, Kind] = {
     "AccelStamped": Kind(_screw),
     "Camera": Kind(_camera, _PICTURES, "camera:", transport=True),
-    "DepthCloud": Kind(_depth, ("Depth Map Topic",), "depth:"),
+    "DepthCloud": Kind(_looks, ("Depth Map Topic",), "depth:"),
     "Effort": Kind(_effort),
     "FluidPressure": Kind(),
     "GridCells": Kind(_tinted),
     "Illuminance": Kind(),
     "Image": Kind(_nothing, _PICTURES, transport=True),
-    "Imu": Kind(_tinted),
+    "Imu": Kind(_box),
     "InteractiveMarkers": Kind(_handles, ("Update Topic",)),
-    "LaserScan": Kind(_scan),
+    "LaserScan": Kind(_looks),
     "Map": Kind(_map),
     "Marker": Kind(_namespaces, _MARKERS),
     "MarkerArray": Kind(_namespaces, _MARKERS),
     "Odometry": Kind(_odometry),
-    "Path": Kind(_tinted),
-    "PointCloud": Kind(_points),
-    "PointCloud2": Kind(_points),
-    "PointStamped": Kind(_tinted),
+    "Path": Kind(_path),
+    "PointCloud": Kind(_looks),
+    "PointCloud2": Kind(_looks),
+    "PointStamped": Kind(_spot),
     "Polygon": Kind(_tinted),
     "Pose": Kind(_arrows),
-    "PoseArray": Kind(_arrows),
+    "PoseArray": Kind(_many_arrows),
     "PoseWithCovariance": Kind(_uncertain),
-    "Range": Kind(_tinted),
+    "Range": Kind(_kept),
     "RelativeHumidity": Kind(),
     "Temperature": Kind(),
     "TwistStamped": Kind(_screw),

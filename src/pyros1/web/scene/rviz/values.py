@@ -2,16 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 LONGEST_NAME = 200
 """Most characters of names and topics; longer ones count as absent."""
 
 
+class Properties(Mapping[Any, Any]):
+    """Entries of a file that remember which of them were read, so that the others can be named."""
+
+    def __init__(self, values: Mapping[Any, Any]) -> None:
+        self._values = values
+        self._read: set[Any] = set()
+        self._inside: dict[Any, Properties] = {}
+
+    def __getitem__(self, key: Any) -> Any:
+        value = self._values[key]
+        if isinstance(value, dict):
+            return self._inside.setdefault(key, Properties(value))
+        self._read.add(key)
+        return value
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def forget(self, key: Any) -> None:
+        """Count an entry as not read: its value has no counterpart."""
+        self._read.discard(key)
+
+    def unread(self) -> Iterator[tuple[str, Any]]:
+        """Yield the entries that were not read, with their names: an inner one as ``Line Style/Value``."""
+        for key, value in self._values.items():
+            if isinstance(value, dict):
+                for name, each in self._inside.get(key, Properties(value)).unread():
+                    yield f"{key}/{name}", each
+            elif key not in self._read:
+                yield str(key), value
+
+
 def mapping(value: Any) -> Mapping[Any, Any]:
     """Return the value if it is a mapping, else an empty one."""
-    return value if isinstance(value, dict) else {}
+    return value if isinstance(value, (dict, Properties)) else {}
 
 
 def listed(value: Any) -> Sequence[Any]:
@@ -33,7 +68,15 @@ def number(values: Mapping[Any, Any], key: str, least: float, most: float) -> fl
     value = values.get(key)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < 1e9:
         return None
-    return min(most, max(least, value))
+    return min(most, max(least, float(f"{value:.7g}") if isinstance(value, float) else value))
+
+
+def chosen(values: Mapping[Any, Any], choices: Mapping[str, Any], key: str) -> Any:
+    """Return what a choice means here; None if there is none, or it means nothing here."""
+    choice = text(values, key)
+    if choice and choice not in choices and isinstance(values, Properties):
+        values.forget(key)
+    return choices.get(choice)
 
 
 def flag(values: Mapping[Any, Any], key: str) -> bool | None:

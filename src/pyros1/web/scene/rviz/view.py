@@ -30,6 +30,8 @@ def view_settings(view: Mapping[Any, Any], height: float) -> tuple[dict[str, Any
     kind = class_of(view)
     frame = text(view, "Target Frame").lstrip("/")
     target = {"target": frame} if frame not in ("", FIXED) else {}
+    if kind == "FrameAligned":
+        return {"view": {"name": "frame"}, **target}, ""
     pitch, yaw = (number(view, key, -1e3, 1e3) or 0.0 for key in ("Pitch", "Yaw"))
     ahead, aside, up = math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), math.sin(pitch)
     if kind in _AROUND:
@@ -49,8 +51,6 @@ def view_settings(view: Mapping[Any, Any], height: float) -> tuple[dict[str, Any
         scale = abs(number(view, "Scale", -1e5, 1e5) or 0.0) or _SCALE  # pixels per metre
         place = _place("flat", [x + _SIDE * math.sin(angle), y - _SIDE * math.cos(angle), _FLAT_FAR], [x, y, 0.0])
         return {"view": {**place, "zoom": round(scale * _FLAT_HEIGHT / height, 4)}, **target}, ""
-    if kind == "FrameAligned":
-        return {"view": {"name": "frame"}, **target}, ""
     note = f"there is no view {one_line(text(view, 'Class')) or 'without a class'}; it is the usual one"
     return dict(target), note if view else ""
 

@@ -12,7 +12,7 @@ from pyros1.web.hub import Arrival
 from pyros1.web.scene.clouds import MOST_POINTS
 from pyros1.web.scene.grids import UPDATES, Grid
 from pyros1.web.scene.markers import Markers
-from pyros1.web.scene.shape import Shape, ShapeError
+from pyros1.web.scene.shape import GREATEST, Shape, ShapeError
 from pyros1.web.scene.shapes import CLOUDS, PLACELESS, SHAPES
 from pyros1.web.scene.world import IDENTITY
 from pyros1.web.server.wire import Push, RequestError
@@ -36,6 +36,7 @@ class SceneTopicView(View):
         fixed: the frame in which the pose is told.
         by: the field that colours a cloud; empty for a good one. most: the number of its points that are sent at most.
         numbers: whether to send also where its points are in the message, and their values.
+        bounds: of the values that colour a cloud, as two numbers; absent or null for those of the message.
 
     Pushes the facts of `pyros1.web.scene.shapes` with "frame", "stamp" and "pose", the place of the message's frame at
     its time, or null if that is not known (the message comes again as soon as it is); or
@@ -120,6 +121,7 @@ class SceneTopicView(View):
         self._by = text(args, "by", "")
         self._most = int(number(args, "most", 1, MOST_POINTS, MOST_POINTS))
         self._numbers = bool(args.get("numbers"))
+        self._bounds = _bounds(args.get("bounds"))
 
     def _pose(self, kind: str, header: Any) -> list[float] | None:
         if kind in PLACELESS:
@@ -130,7 +132,7 @@ class SceneTopicView(View):
         if not new and not self._lost:
             return None
         if kind in CLOUDS:
-            return CLOUDS[kind](message, self._by, self._most, self._numbers)
+            return CLOUDS[kind](message, self._by, self._most, self._numbers, self._bounds)
         return SHAPES[kind](message)
 
     def _grid_shape(self, arrival: Arrival, new: bool) -> Shape | None:
@@ -205,6 +207,13 @@ class SceneTopicView(View):
             with self._drawing, suppress(MessageError, ShapeError):  # of the grid, which `take` tells
                 self._draw(self._grid, newest)
         self.wake()
+
+
+def _bounds(given: Any) -> tuple[float, float] | None:
+    if not isinstance(given, list) or len(given) != 2 or not all(isinstance(each, (int, float)) for each in given):
+        return None
+    least, most = map(float, given)
+    return (least, most) if abs(least) < GREATEST and abs(most) < GREATEST else None
 
 
 def _type(arrival: Arrival) -> str:

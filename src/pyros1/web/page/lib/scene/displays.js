@@ -3,33 +3,16 @@
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { Density, Pace } from "./density.js";
 import * as draw from "./draw.js";
-import { MapPlane, SCHEMES } from "./map.js";
+import { MapPlane } from "./map.js";
 import { plural } from "../format.js";
 import { MarkerSet } from "./markers.js";
+import { MOST, OPTIONS, TINT } from "./options.js";
 import { PointSet, levels, scanPoints } from "./points.js";
 import { numbers, placed } from "./select.js";
 import { dispose, put } from "./stage.js";
 
-// What one can choose: {key: {text, kind: "number" | "check" | "choice" | "colour" | "text", usual, least, most, step, choices}}.
-const SIZE = { text: "size", kind: "number", usual: 3, least: 1, most: 30, step: 1 };
-const ALPHA = { text: "opacity", kind: "number", usual: 1, least: 0, most: 1, step: 0.05 };
-const AXES = { text: "as axes", kind: "check", usual: false };
-const COVARIANCE = { text: "covariance", kind: "check", usual: true };
-const TINT = { text: "colour", kind: "colour", usual: "" }; // the display's own
-const FLAT = { flat: { text: "one colour", kind: "check", usual: false }, tint: TINT };
-const MOST = { text: "points at most", kind: "number", usual: 1500000, least: 1000, most: 1500000, step: 1000 };
-const CLOUD = { most: MOST, size: { ...SIZE, usual: 2 }, by: { text: "colour by", kind: "choice", usual: "", choices: [""] }, ...FLAT, alpha: ALPHA };
-const SCREW = { scale: { text: "length of 1", kind: "number", usual: 1, least: 0.001, most: 1000, step: 0.1 } };
-const OPTIONS = {
-  DepthCloud: { colour: { text: "colours of", kind: "choice", usual: "", none: "no picture" }, info: { text: "CameraInfo", kind: "text", usual: "", none: "beside it" }, most: MOST, size: { ...SIZE, usual: 2 }, alpha: ALPHA },
-  AccelStamped: SCREW, TwistStamped: SCREW, WrenchStamped: SCREW,
-  LaserScan: { size: SIZE, ...FLAT, alpha: ALPHA }, PointCloud: CLOUD, PointCloud2: CLOUD,
-  Map: { scheme: { text: "colours", kind: "choice", usual: "map", choices: SCHEMES }, alpha: { ...ALPHA, usual: 0.85 } },
-  GridCells: { tint: TINT }, Imu: { tint: TINT }, Path: { tint: TINT }, PointStamped: { tint: TINT }, Polygon: { tint: TINT }, Range: { tint: TINT },
-  Odometry: { tint: TINT, keep: { text: "keep", kind: "number", usual: 100, least: 1, most: 1000, step: 1 }, covariance: COVARIANCE, axes: AXES },
-  Pose: { tint: TINT, axes: AXES }, PoseArray: { tint: TINT, axes: AXES }, PoseWithCovariance: { tint: TINT, covariance: COVARIANCE, axes: AXES },
-};
 const NUMBERS = new Float32Array(0);
+const PLACE = ["x", "y", "z"];
 const IDENTITY = [0, 0, 0, 0, 0, 0, 1];
 
 export class Display {
@@ -41,7 +24,7 @@ export class Display {
     this.word = ""; // what it shows, for the list
     this.problem = "";
     this.controls = { ...OPTIONS[kind] };
-    if (this.controls.tint) this.controls.tint = { ...TINT, usual: colour };
+    if (this.controls.tint === TINT) this.controls.tint = { ...TINT, usual: colour };
     if (this.controls.colour) this.controls.colour = { ...this.controls.colour, choices: pictures };
     this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { usual }]) => [key, usual]));
     this.host = { token, changed };
@@ -51,8 +34,8 @@ export class Display {
 
   // The arguments that its stream has besides topic and fixed frame.
   get args() {
-    const { size, alpha, most, flat, tint, ...others } = this.options;
-    return most ? { ...others, most: Math.min(most, this.density.enough), numbers: this.inspected === true } : {};
+    const { by, colour, info, most, auto, low, high } = this.options;
+    return most ? { by, colour, info, most: Math.min(most, this.density.enough), bounds: auto ? null : [low, high], numbers: this.inspected === true } : {};
   }
 
   // Told whether one asks for the numbers behind the points.
@@ -79,10 +62,14 @@ export class Display {
   }
 
   set(options) {
-    Object.assign(this.options, options);
+    for (const [key, value] of Object.entries(options)) this.options[key] = fitting(value, this.controls[key]);
     if (options.most) this.density.forget(); // the user knows best
+    if (options.decay !== undefined) this._forget();
     this._style();
-    if (this.last && !this._trailing) this._draw(...this.last);
+    if (this.last) {
+      if (this.options.keep && this.object.children.length) this._drop(this.object.children.at(-1));
+      this._draw(...this.last, true);
+    }
     this.markers?.show(this.options);
   }
 
@@ -137,64 +124,115 @@ export class Display {
     dispose(this.object);
   }
 
-  // A link may say anything.
   get tint() {
-    return /^#[0-9a-f]{6}$/i.test(this.options.tint) ? this.options.tint : this.colour;
+    return this.options.tint || this.colour;
   }
 
+  // Whether older messages stay, each where it was.
   get _trailing() {
-    return this.kind === "Odometry";
+    return this.options.keep > 0 || this.options.decay > 0;
   }
 
-  _draw(data, blob) {
+  _draw(data, blob, again = false) {
     if (this[`_${data.kind}`]) this[`_${data.kind}`](data, blob);
-    else if (draw[data.kind]) this._shape(data, blob);
+    else if (draw[data.kind]) this._shape(data, blob, again);
   }
 
-  _shape(data, blob) {
-    this.last = [data, blob];
+  _shape(data, blob, again) {
     const values = blob ? new Float32Array(blob.buffer, blob.offset) : NUMBERS;
+    if (!again && this._near(values)) return;
+    this.last = [data, blob];
     const [object, word] = draw[data.kind](data, values, this.tint, this.options);
     this.word = word;
-    if (!this._trailing) this._clear();
-    else {
-      const place = new THREE.Group();
-      put(place, data.pose);
-      place.add(object);
-      this.object.add(place);
-      while (this.object.children.length > this.options.keep) this._drop(this.object.children[0]);
+    if (!this._trailing) {
+      this._clear();
+      this.object.add(object);
       return;
     }
-    this.object.add(object);
+    this._placed(data.pose).add(object);
+    while (this.object.children.length > this.options.keep) this._drop(this.object.children[0]);
+  }
+
+  // Whether a pose is too near to the last one that was drawn.
+  _near(pose) {
+    const { step, angle } = this.options;
+    if (step === undefined) return false;
+    const before = this.before;
+    if (before && pose.length >= 7) {
+      const far = Math.hypot(...[0, 1, 2].map((axis) => pose[axis] - before[axis]));
+      const turn = 2 * Math.acos(Math.min(1, Math.abs([3, 4, 5, 6].reduce((sum, axis) => sum + pose[axis] * before[axis], 0))));
+      if (far < step && turn < angle) return true;
+    }
+    this.before = pose.slice(0, 7);
+    return false;
+  }
+
+  // A place of its own for a message.
+  _placed(pose) {
+    const place = new THREE.Group();
+    put(place, pose);
+    this.object.add(place);
+    return place;
+  }
+
+  // The points that a message fills: those that there are, or new ones if older ones stay for a while.
+  _dots({ pose, count }) {
+    const { decay } = this.options;
+    if (!(decay > 0)) return this.points ||= this._own(new PointSet());
+    const place = this._placed(pose);
+    const points = new PointSet();
+    place.add(points.object);
+    place.userData.count = count;
+    let all = this.object.children.reduce((sum, { userData }) => sum + userData.count, 0);
+    for (const oldest of [...this.object.children]) {
+      if (all <= MOST.most || oldest === place) break;
+      all -= oldest.userData.count;
+      this._drop(oldest);
+    }
+    setTimeout(() => {
+      if (place.parent !== this.object) return;
+      this._drop(place);
+      this.host.changed();
+    }, 1000 * decay);
+    return points;
   }
 
   _scan(data, blob) {
-    this.points ||= this._own(new PointSet());
-    const [positions, values, indices] = scanPoints(data, new Float32Array(blob.buffer, blob.offset));
-    this.told = { indices, values, by: data.intensities ? "intensity" : "range" };
-    this.points.set(positions, "value", levels(values));
+    this.points = this._dots(data);
+    const by = this.options.by || (data.intensities ? "intensity" : "range");
+    const [positions, values, indices] = scanPoints(data, new Float32Array(blob.buffer, blob.offset), by);
+    this.told = { indices, values, by };
     this._style();
+    const { auto, low, high } = this.options;
+    if (PLACE.includes(by)) this.points.set(positions, by);
+    else this.points.set(positions, "value", levels(values, auto ? null : [low, high]));
+    this._offer(["intensity", "range", ...PLACE]);
     this.word = plural(positions.length / 3, "point");
   }
 
-  _cloud({ count, every, fields, by, colour, least, most, numbers: told }, blob) {
-    this.points ||= this._own(new PointSet(2));
+  _cloud(data, blob) {
+    const { count, every, fields, by, colour, numbers: told } = data;
+    this.points = this._dots(data);
     const positions = new Float32Array(blob.buffer, blob.offset, 3 * count);
     const more = (told ? 4 : 0) * count; // bytes before the colours: indices, and then values
     const after = blob.offset + 12 * count;
     const levelled = told && colour === "value";
     const bytes = new Uint8Array(blob.buffer, after + (levelled ? 2 : 1) * more);
     this.told = told && { by, indices: new Uint32Array(blob.buffer, after, count), values: levelled && new Float32Array(blob.buffer, after + more, count), bytes: colour === "rgb" && bytes };
-    this.points.set(positions, colour, bytes, [least, most]);
-    if (this.controls.by && this.controls.by.choices.length !== fields.length + 1) {
-      this.controls.by = { ...CLOUD.by, choices: ["", ...fields] };
-      this.host.changed("controls");
-    }
     this._style();
+    this.points.set(positions, colour, bytes);
+    this._offer(fields);
     Object.assign(this, { count, every });
     const why = this.density.enough < this.options.most ? ": this browser draws slowly" : "";
     this.pace.tick(performance.now());
     this.word = `${plural(count, "point")}${every > 1 ? ` (one of ${every}${why}), ${this.pace}` : ""}, colour: ${by}`;
+  }
+
+  // Offer what points can be coloured by.
+  _offer(fields) {
+    if (!this.controls.by || this.controls.by.choices.length === fields.length + 1) return;
+    this.controls.by = { ...this.controls.by, choices: ["", ...fields] };
+    this.host.changed("controls");
   }
 
   _map(data, blob) {
@@ -219,15 +257,16 @@ export class Display {
   }
 
   _say() {
-    const { count, faults } = this.markers;
-    this.word = plural(count, "marker");
-    this.problem = this.astray === undefined ? [...faults][0] || "" : `no way to the frame ${this.astray}`;
+    const { count, faults, unseen } = this.markers;
+    this.word = `${plural(count, "marker")}${unseen.size ? `, ${unseen.size} transparent (color.a is 0)` : ""}`;
+    this.problem = this.astray === undefined ? [...faults.values()][0] || "" : `no way to the frame ${this.astray}`;
   }
 
   _style() {
-    const { size, alpha, scheme, flat } = this.options;
-    if (this.points) Object.assign(this.points, { size, alpha, flat: flat ? this.tint : null });
-    if (this.plane) this.plane.style({ scheme, alpha });
+    const { options } = this;
+    const { style, size, metres, alpha, auto, low, high, rainbow, inverted, first, last, local } = options;
+    this.points?.look({ style, size, extent: [metres, metres, metres], alpha, flat: options.flat ? this.tint : null, rainbow, inverted, low: first, high: last, bounds: auto ? null : [low, high], local });
+    this.plane?.style(options);
   }
 
   _own(part) {
@@ -242,11 +281,18 @@ export class Display {
 
   _forget() {
     this._clear();
-    this.points = this.plane = this.markers = this.last = this.told = undefined;
+    this.points = this.plane = this.markers = this.last = this.told = this.before = undefined;
     put(this.object, IDENTITY);
   }
 
   _clear() {
     for (const child of [...this.object.children]) this._drop(child);
   }
+}
+
+// A link may say anything.
+function fitting(value, { kind, least, most, usual } = {}) {
+  if (kind === "number") return Number.isFinite(value) ? Math.min(most, Math.max(least, value)) : usual;
+  if (kind === "colour") return /^#[0-9a-f]{6}$/i.test(value) ? value : usual;
+  return value;
 }

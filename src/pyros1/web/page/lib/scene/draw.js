@@ -2,42 +2,63 @@
 // Float32Array, and a colour; it returns [object, word].
 
 import * as THREE from "../../vendor/three/three.module.min.js";
+import { axesMatter, axesOf, axesShape } from "./axes.js";
 import { arrowOf } from "./markers.js";
 import { label } from "./label.js";
 import { plural } from "../format.js";
 import { rainbow } from "./colours.js";
+import { pairs, ribbons, shades } from "./ribbons.js";
 import { put } from "./stage.js";
 
 const MOST_ARROWS = 2000;
-const STRAIGHT = 0xc92a2a;
-const AROUND = 0xe0a000;
 
-export function path({ count }, poses, colour) {
+export function path({ count }, numbers, colour, style = {}) {
+  const group = new THREE.Group();
   const positions = new Float32Array(3 * count);
-  for (let index = 0; index < count; index += 1) positions.set(poses.subarray(7 * index, 7 * index + 3), 3 * index);
-  return [line(positions, colour), plural(count, "pose")];
+  for (let index = 0; index < count; index += 1) positions.set(numbers.subarray(7 * index, 7 * index + 3), 3 * index);
+  group.position.set(style.x ?? 0, style.y ?? 0, style.z ?? 0);
+  group.add(style.line === "metres" ? ribbons(positions, shades(colour, style.alpha, count), style.width, [[0, count]]) : line(positions, colour, style.alpha));
+  if (style.poses === "axes") group.add(...each(count, numbers, new THREE.Mesh(axesShape(style.axesLength, style.axesWidth), axesMatter(style.alpha))));
+  else if (style.poses === "arrows") {
+    const { shaft, head } = style;
+    group.add(...each(count, numbers, arrowOf(shaft + head, head, style.shaftWidth, style.headWidth, matter(style.poseTint, style.alpha))));
+  }
+  return [group, plural(count, "pose")];
+}
+
+// Copies of a thing at the first of some poses.
+function each(count, numbers, thing) {
+  return Array.from({ length: Math.min(count, MOST_ARROWS) }, (_, index) => {
+    const place = new THREE.Group();
+    put(place, numbers.subarray(7 * index, 7 * index + 7));
+    place.add(thing.clone());
+    return place;
+  });
 }
 
 export function poses({ count, spread, turn }, numbers, colour, style = {}) {
   const group = new THREE.Group();
-  const material = matter(colour);
-  for (let index = 0; index < Math.min(count, MOST_ARROWS); index += 1) {
-    const place = new THREE.Group();
-    put(place, numbers.subarray(7 * index, 7 * index + 7));
-    place.add(style.axes ? new THREE.AxesHelper(0.5) : arrowOf(0.5, 0.15, 0.03, 0.09, material));
-    group.add(place);
-  }
-  if (spread && count && style.covariance !== false) {
-    group.add(ellipsoid(spread, numbers));
-    if (turn > 0) group.children[0].add(fan(Math.min(Math.PI, turn)));
+  const { alpha, shaft, head } = style;
+  if (style.axes) group.add(...each(count, numbers, axesOf(style.axesLength, style.axesWidth, alpha)));
+  else if (style.lines) group.add(...each(count, numbers, flatArrow(style.arrow, colour, alpha)));
+  else group.add(...each(count, numbers, arrowOf(shaft + head, head, style.shaftWidth, style.headWidth, matter(colour, alpha))));
+  if (spread && count && style.covariance) {
+    if (style.place) group.add(ellipsoid(spread, numbers, style));
+    if (style.turn && turn > 0) group.children[0].add(fan(Math.min(Math.PI, turn), style));
   }
   return [group, count === 1 ? "" : `${count} poses${count > MOST_ARROWS ? `, ${MOST_ARROWS} are drawn` : ""}`];
 }
 
+function flatArrow(length, colour, alpha) {
+  const tip = [0.75 * length, 0.2 * length];
+  const ends = [0, 0, 0, length, 0, 0, length, 0, 0, tip[0], tip[1], 0, length, 0, 0, tip[0], -tip[1], 0];
+  return line(Float32Array.from(ends), colour, alpha, pairs(ends.length / 3));
+}
+
 // Where the position is, up to one standard deviation.
-function ellipsoid(spread, place) {
-  const ball = new THREE.Mesh(new THREE.SphereGeometry(1, 24, 16), matter(0xcc33cc, 0.3));
-  const [one, two, three] = spread.map((axis) => new THREE.Vector3(...axis));
+function ellipsoid(spread, place, { placeTint, placeAlpha, placeScale }) {
+  const ball = new THREE.Mesh(new THREE.SphereGeometry(1, 24, 16), matter(placeTint, placeAlpha));
+  const [one, two, three] = spread.map((axis) => new THREE.Vector3(...axis).multiplyScalar(placeScale));
   for (const axis of [one, two, three]) if (axis.lengthSq() < 1e-10) axis.setScalar(1e-5);
   ball.matrixAutoUpdate = false;
   ball.matrix.makeBasis(one, two, three).setPosition(place[0], place[1], place[2]);
@@ -45,27 +66,27 @@ function ellipsoid(spread, place) {
 }
 
 // How sure the direction is, up to one standard deviation.
-function fan(angle) {
+function fan(angle, { turnTint, turnAlpha }) {
   const shape = new THREE.CircleGeometry(0.5, 24, -angle, 2 * angle);
-  return new THREE.Mesh(shape, matter(0xffff80, 0.35));
+  return new THREE.Mesh(shape, matter(turnTint, turnAlpha));
 }
 
-export function point({ point: [x, y, z] }, _, colour) {
-  const ball = new THREE.Mesh(new THREE.SphereGeometry(0.1, 20, 14), matter(colour));
+export function point({ point: [x, y, z] }, _, colour, { radius, alpha } = {}) {
+  const ball = new THREE.Mesh(new THREE.SphereGeometry(radius, 20, 14), matter(colour, alpha));
   ball.position.set(x ?? 0, y ?? 0, z ?? 0);
   return [ball, [x, y, z].map((value) => value?.toFixed(3) ?? "nan").join(", ")];
 }
 
-export function polygon({ count }, corners, colour) {
+export function polygon({ count }, corners, colour, { alpha } = {}) {
   const closed = new Float32Array(3 * (count + 1));
   closed.set(corners.subarray(0, 3 * count));
   if (count) closed.set(corners.subarray(0, 3), 3 * count);
-  return [line(closed, colour), `${count} corners`];
+  return [line(closed, colour, alpha), `${count} corners`];
 }
 
-export function cells({ count, more, size }, middles, colour) {
+export function cells({ count, more, size }, middles, colour, { alpha } = {}) {
   const [width, height] = size.map((value) => value || 0.01);
-  const mesh = new THREE.InstancedMesh(new THREE.PlaneGeometry(width * 0.95, height * 0.95), new THREE.MeshBasicMaterial({ color: colour, side: THREE.DoubleSide, transparent: true, opacity: 0.8 }), count);
+  const mesh = new THREE.InstancedMesh(new THREE.PlaneGeometry(width * 0.95, height * 0.95), new THREE.MeshBasicMaterial({ color: colour, side: THREE.DoubleSide, transparent: alpha < 1, opacity: alpha }), count);
   const matrix = new THREE.Matrix4();
   for (let index = 0; index < count; index += 1) mesh.setMatrixAt(index, matrix.makeTranslation(...middles.subarray(3 * index, 3 * index + 3)));
   mesh.frustumCulled = false;
@@ -73,16 +94,16 @@ export function cells({ count, more, size }, middles, colour) {
 }
 
 // A force and a torque, or a straight and a turning velocity: an arrow, and an arrow with an arc around it.
-export function screw({ straight, around, units }, _, colour, { scale = 1 } = {}) {
+export function screw({ straight, around, units }, _, colour, { scale, scaleAround, width, tintAround, alpha, small }) {
   const group = new THREE.Group();
   const [force, torque] = [straight, around].map((values) => new THREE.Vector3(...values.map((value) => value ?? 0)));
-  for (const [vector, tint] of [[force, STRAIGHT], [torque, AROUND]]) {
-    const length = vector.length() * scale;
-    if (length < 1e-4) continue;
-    const arrow = arrowOf(length, Math.min(0.25, length * 0.3), 0.03, 0.09, matter(tint));
+  for (const [vector, times, tint] of [[force, scale, colour], [torque, scaleAround, tintAround]]) {
+    const length = vector.length() * times;
+    if (length < 1e-4 || (small && length < width)) continue;
+    const arrow = arrowOf(length, Math.min(0.25, length * 0.3), 0.1 * width, 0.2 * width, matter(tint, alpha));
     arrow.quaternion.setFromUnitVectors(new THREE.Vector3(1, 0, 0), vector.clone().normalize());
     if (vector === torque) {
-      const arc = new THREE.Mesh(new THREE.TorusGeometry(Math.min(0.4, length / 4) + 0.02, 0.012, 8, 36, 1.6 * Math.PI), matter(tint));
+      const arc = new THREE.Mesh(new THREE.TorusGeometry(Math.min(0.4, length / 4) + 0.02, 0.025 * width, 8, 36, 1.6 * Math.PI), matter(tint, alpha));
       arc.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(1, 0, 0));
       arc.position.set(length / 2, 0, 0);
       arrow.add(arc);
@@ -93,9 +114,10 @@ export function screw({ straight, around, units }, _, colour, { scale = 1 } = {}
 }
 
 // One number, by its colour.
-export function measured({ value, unit, least, most }) {
+export function measured({ value, unit, least, most, warm }) {
   const rgb = [0, 0, 0];
-  rainbow(((value ?? least) - least) / (most - least), rgb, 0);
+  const place = ((value ?? least) - least) / (most - least);
+  rainbow(warm ? place : 1 - place, rgb, 0); // as rviz: what is warm is red, of others what is little
   const group = new THREE.Group();
   const word = `${value === null ? "nan" : Number(value.toPrecision(6))} ${unit}`.trim();
   const text = label(word, { height: 0.12, color: [0.55, 0.55, 0.6, 1] });
@@ -104,11 +126,11 @@ export function measured({ value, unit, least, most }) {
   return [group, word];
 }
 
-export function range({ range: length, angle, inside }, _, colour) {
+export function range({ range: length, angle, inside }, _, colour, { alpha } = {}) {
   if (!inside || !length) return [new THREE.Group(), "nothing in range"];
   const radius = length * Math.tan(Math.min(1.5, angle / 2));
   const cone = new THREE.ConeGeometry(radius, length, 32, 1, true).rotateZ(Math.PI / 2).translate(length / 2, 0, 0);
-  const material = matter(colour, 0.5);
+  const material = matter(colour, alpha);
   return [new THREE.Mesh(cone, material), `${length.toFixed(2)} m`];
 }
 
@@ -122,13 +144,10 @@ export function imu({ orientation, acceleration }, _, colour) {
   return [group, `${push.length().toFixed(2)} m/s²`];
 }
 
-function line(positions, colour) {
-  const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(positions, 3));
-  const object = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: colour }));
-  object.frustumCulled = false;
-  return object;
+function line(positions, colour, opacity = 1, chains = [[0, positions.length / 3]]) {
+  return ribbons(positions, shades(colour, opacity, positions.length / 3), 1, chains, "pixels");
 }
 
 function matter(colour, opacity = 1) {
-  return new THREE.MeshStandardMaterial({ color: colour, roughness: 0.8, opacity, transparent: opacity < 1, depthWrite: opacity === 1, side: opacity < 1 ? THREE.DoubleSide : THREE.FrontSide });
+  return new THREE.MeshLambertMaterial({ color: colour, opacity, transparent: opacity < 1, depthWrite: opacity === 1, side: opacity < 1 ? THREE.DoubleSide : THREE.FrontSide });
 }

@@ -2,7 +2,9 @@
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { apart } from "./apart.js";
+import { axesOf } from "./axes.js";
 import { label } from "./label.js";
+import { pairs, ribbons, shades } from "./ribbons.js";
 import { placed } from "./select.js";
 import { dispose, put } from "./stage.js";
 
@@ -14,8 +16,7 @@ export class FrameSet {
   constructor() {
     this.object = new THREE.Group();
     this.axes = new Map();
-    this.lines = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xe0a000 }));
-    this.lines.frustumCulled = false;
+    this.lines = new THREE.Group();
     this.object.add(this.lines);
     this.poses = new Map(); // name -> [x, y, z, qx, qy, qz, qw] in the fixed frame
     this.controls = {
@@ -50,15 +51,17 @@ export class FrameSet {
     });
     const nameless = [...this.axes.values()].filter((axes) => axes.children[1].userData.missing).length;
     this.word = names.length ? `${names.length} frames${nameless ? `, ${nameless} without their names: these are too many` : ""}` : "no frames yet";
-    this.lines.geometry.dispose();
-    this.lines.geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(ends, 3));
+    dispose(this.lines);
+    this.lines.clear();
+    const count = ends.length / 3;
+    if (count) this.lines.add(ribbons(Float32Array.from(ends), shades("#e0a000", 1, count), 1, pairs(count), "pixels"));
   }
 
   _axes(name) {
     let axes = this.axes.get(name);
     if (!axes) {
       axes = new THREE.Group();
-      axes.add(new THREE.AxesHelper(1));
+      axes.add(axesOf(1, 0.1)); // as thick as rviz's
       axes.add(nameOf(name));
       this._look(axes);
       this.object.add(axes);

@@ -1,6 +1,10 @@
 // The grid on the ground of the fixed frame.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
+import { pairs, ribbons, shades } from "./ribbons.js";
+import { dispose } from "./stage.js";
+
+const TURNS = { xy: [0, 0], xz: [Math.PI / 2, 0], yz: [0, -Math.PI / 2] }; // about x and y
 
 export class Grid {
   constructor() {
@@ -12,6 +16,11 @@ export class Grid {
       cell: { text: "size of a cell", kind: "number", usual: 1, least: 0.01, most: 1000, step: 0.1 },
       flat: { text: "one colour", kind: "check", usual: false },
       tint: { text: "colour", kind: "colour", usual: "#a0a0a4" },
+      alpha: { text: "opacity", kind: "number", usual: 1, least: 0, most: 1, step: 0.05 },
+      line: { text: "lines", kind: "choice", usual: "pixel", choices: ["pixel", "metres"] },
+      width: { text: "their width", kind: "number", usual: 0.03, least: 0.001, most: 100, step: 0.01 },
+      plane: { text: "plane", kind: "choice", usual: "xy", choices: Object.keys(TURNS) },
+      ...Object.fromEntries(["x", "y", "z"].map((axis) => [axis, { text: `offset ${axis}`, kind: "number", usual: 0, least: -1e6, most: 1e6, step: 0.1 }])),
     };
     this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { usual }]) => [key, usual]));
   }
@@ -37,23 +46,38 @@ export class Grid {
 
   _draw() {
     this._clear();
-    const { flat, tint } = this.options;
-    const count = Math.round(within(this.options.count, this.controls.count)); // a link may say anything
-    const size = count * within(this.options.cell, this.controls.cell);
-    const lines = new THREE.GridHelper(size, count, ...(flat ? [tint, tint] : this.page));
-    lines.rotateX(Math.PI / 2);
-    this.object.add(lines);
+    const { flat, tint, line, plane } = this.options;
+    const value = (name) => within(this.options[name], this.controls[name]); // a link may say anything
+    const count = Math.round(value("count"));
+    const size = count * value("cell");
+    const [middle, others] = flat ? [tint, tint].map((each) => new THREE.Color(each)) : this.page;
+    const { places, colours } = linesOf(count, size, middle, others, value("alpha"));
+    const broad = line === "metres";
+    this.object.add(ribbons(places, colours, broad ? value("width") : 1, pairs(places.length / 3), broad ? "metres" : "pixels"));
+    const [about, over] = TURNS[plane] || TURNS.xy;
+    this.object.rotation.set(about, over, 0);
+    this.object.position.set(value("x"), value("y"), value("z"));
     this.word = `${Number(size.toPrecision(4))} m`;
   }
 
   _clear() {
     for (const each of [...this.object.children]) {
       this.object.remove(each);
-      each.dispose();
+      dispose(each);
     }
   }
 }
 
 function within(value, { least, most, usual }) {
   return Number.isFinite(value) ? Math.min(most, Math.max(least, value)) : usual;
+}
+
+// Pairs of places, and their colours. The lines in the middle come last: they are seen where others cross them.
+function linesOf(count, size, middle, others, alpha) {
+  const rows = Array.from({ length: count + 1 }, (_, row) => row / count - 0.5).sort((one, other) => Math.abs(other) - Math.abs(one));
+  const half = size / 2;
+  const places = rows.flatMap((row) => [-half, row * size, 0, half, row * size, 0, row * size, -half, 0, row * size, half, 0]);
+  const colours = new Uint8Array(rows.length * 16);
+  rows.forEach((row, index) => colours.set(shades(row === 0 ? middle : others, alpha, 4), 16 * index));
+  return { places: Float32Array.from(places), colours };
 }

@@ -15,7 +15,7 @@ export function label(text, { height = 0.15, color = [1, 1, 1, 1], background = 
   const canvas = document.createElement("canvas");
   const context = canvas.getContext("2d");
   let size = held < ROOM / 2 ? SIZE : SMALL;
-  const font = () => `${size}px system-ui, "DejaVu Sans", sans-serif`;
+  const font = () => `${size}px "Liberation Sans", Arial, Helvetica, "DejaVu Sans", sans-serif`;
   context.font = font();
   const wide = Math.max(1, ...lines.map((line) => context.measureText(line).width));
   const fits = Math.min(1, (WIDEST - size / 3) / wide);
@@ -29,7 +29,8 @@ export function label(text, { height = 0.15, color = [1, 1, 1, 1], background = 
     held += pixels;
     context.font = font();
     context.textBaseline = "middle";
-    context.textAlign = "center";
+    context.textAlign = "left"; // lines begin together, as in rviz
+    const left = size / 6;
     if (background) {
       context.fillStyle = background;
       context.fillRect(0, 0, canvas.width, canvas.height);
@@ -37,11 +38,11 @@ export function label(text, { height = 0.15, color = [1, 1, 1, 1], background = 
     const down = (index) => ((index + 0.5) * 1.25 + 1 / 12) * size;
     if (outline) {
       Object.assign(context, { strokeStyle: outline, lineWidth: size * 3 / 16, lineJoin: "round" });
-      lines.forEach((line, index) => context.strokeText(line, canvas.width / 2, down(index)));
+      lines.forEach((line, index) => context.strokeText(line, left, down(index)));
     }
     const [red, green, blue, alpha] = color;
     context.fillStyle = `rgba(${Math.round(255 * red)}, ${Math.round(255 * green)}, ${Math.round(255 * blue)}, ${alpha})`;
-    lines.forEach((line, index) => context.fillText(line, canvas.width / 2, down(index)));
+    lines.forEach((line, index) => context.fillText(line, left, down(index)));
   }
   const texture = new THREE.CanvasTexture(canvas);
   texture.colorSpace = THREE.SRGBColorSpace;

@@ -34,7 +34,8 @@ export class MapPlane {
   constructor() {
     this.object = new THREE.Group();
     this.scheme = "map";
-    this.alpha = 0.85;
+    this.alpha = 0.7;
+    this.behind = false;
   }
 
   // Take a whole grid.
@@ -51,8 +52,8 @@ export class MapPlane {
     const [across, up] = [width * resolution, height * resolution];
     const plane = new THREE.Mesh(
       new THREE.PlaneGeometry(across, up).translate(across / 2, up / 2, 0),
-      new THREE.MeshBasicMaterial({ map: this.texture, transparent: true, opacity: this.alpha, side: THREE.DoubleSide, depthWrite: false, polygonOffset: true, polygonOffsetFactor: 1 }));
-    plane.renderOrder = -1;
+      new THREE.MeshBasicMaterial({ map: this.texture, opacity: this.alpha, side: THREE.DoubleSide, depthWrite: false, polygonOffset: true, polygonOffsetFactor: 1 }));
+    layer(plane, this.behind);
     plane.position.set(origin[0] ?? 0, origin[1] ?? 0, origin[2] ?? 0);
     plane.quaternion.set(...origin.slice(3).map((value) => value ?? 0));
     if (plane.quaternion.lengthSq() < 1e-12) plane.quaternion.identity();
@@ -78,12 +79,12 @@ export class MapPlane {
     return [["cell", `${column}, ${row}`], ["value", this.cells[row * this.width + column] ?? "none"]];
   }
 
-  style({ scheme, alpha }) {
-    this.scheme = scheme;
-    this.alpha = alpha;
+  style({ scheme, alpha, behind }) {
+    Object.assign(this, { scheme, alpha, behind });
     const plane = this.object.children[0];
     if (!plane) return;
     plane.material.opacity = alpha;
+    layer(plane, behind);
     this._colour();
   }
 
@@ -105,4 +106,13 @@ export class MapPlane {
     }
     this.texture = null;
   }
+}
+
+// Behind all: it is the first that is drawn, before what is opaque, and hides nothing.
+function layer(plane, behind) {
+  const { material } = plane;
+  plane.renderOrder = behind ? -2 : -1;
+  Object.assign(material, { transparent: !behind, blending: behind ? THREE.CustomBlending : THREE.NormalBlending });
+  Object.assign(material, { blendSrc: THREE.SrcAlphaFactor, blendDst: THREE.OneMinusSrcAlphaFactor });
+  material.needsUpdate = true;
 }

@@ -5,6 +5,8 @@ import { placed } from "./select.js";
 import { dispose, put } from "./stage.js";
 import { label } from "./label.js";
 import { meshOf } from "./meshes.js";
+import { PointSet } from "./points.js";
+import { pairs, ribbons } from "./ribbons.js";
 
 const [ARROW, CUBE, SPHERE, CYLINDER, LINE_STRIP, LINE_LIST, CUBE_LIST, SPHERE_LIST, POINTS, TEXT, MESH, TRIANGLES] = Array(12).keys();
 const NAMES = ["ARROW", "CUBE", "SPHERE", "CYLINDER", "LINE_STRIP", "LINE_LIST", "CUBE_LIST", "SPHERE_LIST", "POINTS", "TEXT_VIEW_FACING", "MESH_RESOURCE", "TRIANGLE_LIST"];
@@ -12,24 +14,49 @@ const BOX = new THREE.BoxGeometry(1, 1, 1);
 const BALL = new THREE.SphereGeometry(0.5, 20, 14);
 const CAN = new THREE.CylinderGeometry(0.5, 0.5, 1, 24).rotateX(Math.PI / 2);
 const SHARED = new Set([BOX, BALL, CAN]);
+const LISTS = new Set([LINE_STRIP, LINE_LIST, CUBE_LIST, SPHERE_LIST, POINTS, TRIANGLES]);
+const HEAD = 0.23; // of an arrow's length
+const LETTER = 0.82; // the size of rviz's letters at scale.z 1
+const FLAT = 1e-6; // what is flat has this size, so that its matrix has an inverse
 const MOST_NAMESPACES = 50;
 const MOST_FAULTS = 20;
+
+// What keeps a marker from being drawn, in rviz, too; empty if nothing does.
+export function faultOf({ type, scale, finite = true, points: { length: points }, colors: { length: colours } }) {
+  if (!finite) return "some of its numbers are infinite, or not numbers";
+  const sizes = { [LINE_STRIP]: [0], [LINE_LIST]: [0], [POINTS]: [0, 1], [TEXT]: [2] }[type];
+  const needed = sizes || (type === ARROW ? [0, 1] : []);
+  const none = needed.find((axis) => (sizes ? !(scale[axis] > 0) : !scale[axis]));
+  if (none !== undefined) return `scale.${"xyz"[none]} is ${scale[none]}`;
+  if (!sizes && scale.every((size) => !size)) return "its scale is 0";
+  if (type === ARROW && points === 1) return "an arrow has two points, or none";
+  if (type === LINE_LIST && points % 2) return `${points} points are not pairs`;
+  if (type === TRIANGLES && points % 3) return `${points} points are not triples`;
+  const fits = colours === 0 || colours === points || (type === TRIANGLES && colours === points / 3);
+  if (LISTS.has(type) && !fits) return `it has ${colours} colors, but ${points} points`;
+  return "";
+}
 
 // Return an object for a marker, or null for a kind that is not drawn.
 // host: {token, changed(), failed(text)}; meshes come from the server, later.
 export function markerObject(marker, host) {
   const { type, scale, color } = marker;
+  const fault = faultOf(marker);
+  if (fault) {
+    host.failed(fault);
+    return null;
+  }
   if (type === ARROW) return arrowMarker(marker);
   if (type === CUBE || type === SPHERE || type === CYLINDER) {
     const mesh = new THREE.Mesh([null, BOX, BALL, CAN][type], solid(color));
-    mesh.scale.set(...scale.map((size) => Math.abs(size) || 1e-6));
+    mesh.scale.set(...scale.map((size) => Math.abs(size) || FLAT));
     return mesh;
   }
   if (type === LINE_STRIP || type === LINE_LIST) return lines(marker);
   if (type === CUBE_LIST || type === SPHERE_LIST) return many(marker, type === CUBE_LIST ? BOX : BALL);
   if (type === POINTS) return points(marker);
   if (type === TEXT) {
-    const text = label(marker.text, { height: Math.max(0.01, scale[2]), color });
+    const text = label(marker.text, { height: LETTER * scale[2], color });
     if (text.userData.missing) host.failed("there are too many texts to draw them all");
     return text;
   }
@@ -40,7 +67,7 @@ export function markerObject(marker, host) {
 
 function mesh({ mesh: uri, materials, scale, color }, { token, changed, failed }) {
   const object = new THREE.Group();
-  object.scale.set(...scale.map((size) => size || 1));
+  object.scale.set(...scale.map((size) => size || FLAT));
   meshOf(uri, token).then((found) => {
     const embedded = materials && found.userData.painted;
     const tint = color[3] > 0 && (color[0] || color[1] || color[2]) ? color : null; // 0, 0, 0, 0: as it is
@@ -65,28 +92,28 @@ export function disposeMarker(object) {
 }
 
 function solid([red, green, blue, alpha], more = {}) {
-  return new THREE.MeshStandardMaterial({
-    color: new THREE.Color(red, green, blue).convertSRGBToLinear(), opacity: alpha, transparent: alpha < 1, depthWrite: alpha > 0.99,
-    roughness: 0.8, metalness: 0, ...more,
+  return new THREE.MeshLambertMaterial({
+    color: new THREE.Color(red, green, blue).convertSRGBToLinear(), opacity: alpha, transparent: alpha < 1, depthWrite: alpha > 0.99, ...more,
   });
 }
 
 function arrowMarker({ points: ends, scale, color }) {
   const material = solid(color);
+  const group = new THREE.Group();
   if (ends.length >= 2) { // from one point to another: shaft, head and length of the head
     const from = new THREE.Vector3(...ends[0]);
     const to = new THREE.Vector3(...ends[1]);
     const length = from.distanceTo(to);
-    const head = scale[2] > 0 ? Math.min(scale[2], length) : length * 0.23;
+    const head = scale[2] > 0 ? Math.min(scale[2], length) : length * HEAD;
     const arrow = arrowOf(length, head, scale[0], scale[1], material);
     arrow.position.copy(from);
     if (length > 0) arrow.quaternion.setFromUnitVectors(new THREE.Vector3(1, 0, 0), to.sub(from).normalize());
-    const group = new THREE.Group();
     group.add(arrow);
-    return group;
+  } else { // of length 1, as wide as it is long
+    const arrow = arrowOf(1, HEAD, 1, 2, material);
+    arrow.scale.set(...scale.map((size) => size || FLAT));
+    group.add(arrow);
   }
-  const group = new THREE.Group();
-  group.add(arrowOf(scale[0], scale[0] * 0.23, scale[1], scale[1] * 2, material));
   return group;
 }
 
@@ -102,65 +129,97 @@ export function arrowOf(length, head, shaft, width, material) {
   return group;
 }
 
-function colourOf(marker, index) {
-  return marker.colors.length === marker.points.length ? marker.colors[index] : marker.color;
+// The colour of each point.
+function coloursOf({ colors, color, points: { length } }) {
+  return colors.length ? colors : Array(length).fill(color);
 }
 
-function vertices(marker) {
-  const positions = new Float32Array(3 * marker.points.length);
-  const colours = new Float32Array(3 * marker.points.length);
-  marker.points.forEach((point, index) => {
-    positions.set(point, 3 * index);
-    const [red, green, blue] = colourOf(marker, index);
-    const colour = new THREE.Color(red, green, blue).convertSRGBToLinear();
-    colours.set([colour.r, colour.g, colour.b], 3 * index);
+// Colours whose opacity is another one.
+function opaque(colours, opacity) {
+  return colours.map(([red, green, blue, alpha]) => [red, green, blue, opacity(alpha)]);
+}
+
+function places(marker) {
+  return Float32Array.from(marker.points.flat());
+}
+
+function bytes(colours, [red, green, blue] = [0, 1, 2]) {
+  const numbers = new Uint8Array(4 * colours.length);
+  colours.forEach((colour, index) => numbers.set([colour[red], colour[green], colour[blue], colour[3]].map((value) => Math.round(255 * value)), 4 * index));
+  return numbers;
+}
+
+// Colours with opacity as three.js calculates with them.
+function linear(colours) {
+  const numbers = new Float32Array(4 * colours.length);
+  colours.forEach(([red, green, blue, alpha], index) => {
+    const { r, g, b } = new THREE.Color(red, green, blue).convertSRGBToLinear();
+    numbers.set([r, g, b, alpha], 4 * index);
   });
-  const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
-  geometry.setAttribute("color", new THREE.BufferAttribute(colours, 3));
-  return geometry;
+  return numbers;
 }
 
+// Colours go over into each other as they are shown, as in rviz, not as three.js calculates with them.
+function asShown(material) {
+  material.onBeforeCompile = (shader) => {
+    shader.vertexShader = shader.vertexShader.replace("#include <color_vertex>", "#include <color_vertex>\nvColor.rgb = pow(vColor.rgb, vec3(1.0 / 2.2));");
+    shader.fragmentShader = shader.fragmentShader.replace("#include <color_fragment>", "diffuseColor *= vec4(pow(vColor.rgb, vec3(2.2)), vColor.a);");
+  };
+  return material;
+}
+
+function seeThrough(colours) {
+  const through = colours.some(([, , , alpha]) => alpha < 1);
+  return { vertexColors: true, transparent: through, depthWrite: !through };
+}
+
+// As in rviz, points of lines are only transparent if the marker's color is, too.
 function lines(marker) {
-  const alpha = marker.color[3] || 1;
-  const material = new THREE.LineBasicMaterial({ vertexColors: true, opacity: alpha, transparent: alpha < 1 });
-  const kind = marker.type === LINE_STRIP ? THREE.Line : THREE.LineSegments;
-  const thin = new kind(vertices(marker), material);
-  thin.frustumCulled = false;
-  return thin;
+  const { points: { length }, color } = marker;
+  const colours = color[3] < 1 ? coloursOf(marker) : opaque(coloursOf(marker), () => 1);
+  return ribbons(places(marker), bytes(colours), marker.scale[0], marker.type === LINE_STRIP ? [[0, length]] : pairs(length));
 }
 
 function points(marker) {
-  const material = new THREE.PointsMaterial({ vertexColors: true, size: Math.max(0.001, marker.scale[0]), sizeAttenuation: true });
-  const object = new THREE.Points(vertices(marker), material);
-  object.frustumCulled = false;
-  return object;
+  const dots = new PointSet();
+  dots.look({ style: "squares", extent: [marker.scale[0], marker.scale[1], 1] });
+  dots.set(places(marker), "rgba", bytes(coloursOf(marker), [2, 1, 0]));
+  dots.touchable();
+  return dots.object;
 }
 
-function many(marker, geometry) {
-  const mesh = new THREE.InstancedMesh(geometry, solid([1, 1, 1, marker.color[3] || 1]), marker.points.length);
+function many(marker, shape) {
+  const colours = coloursOf(marker);
+  const geometry = shape.clone();
+  geometry.setAttribute("color", new THREE.InstancedBufferAttribute(linear(colours), 4));
+  const mesh = new THREE.InstancedMesh(geometry, solid([1, 1, 1, 1], seeThrough(colours)), marker.points.length);
   const matrix = new THREE.Matrix4();
-  const [x, y, z] = marker.scale.map((size) => Math.abs(size) || 1e-6);
-  marker.points.forEach((point, index) => {
-    matrix.makeScale(x, y, z).setPosition(...point);
-    mesh.setMatrixAt(index, matrix);
-    const [red, green, blue] = colourOf(marker, index);
-    mesh.setColorAt(index, new THREE.Color(red, green, blue).convertSRGBToLinear());
-  });
+  const [x, y, z] = marker.scale.map((size) => Math.abs(size) || FLAT);
+  marker.points.forEach((point, index) => mesh.setMatrixAt(index, matrix.makeScale(x, y, z).setPosition(...point)));
   mesh.frustumCulled = false;
   return mesh;
 }
 
+// Each corner has a colour, or each triangle. As in rviz, those of corners are transparent if one of them is, those of
+// triangles if the marker is, and then the marker's opacity counts, too.
 function triangles(marker) {
-  const whole = { ...marker, points: marker.points.slice(0, marker.points.length - (marker.points.length % 3)) };
-  if (marker.colors.length === marker.points.length / 3) { // a colour for each triangle
-    whole.colors = whole.points.map((_, index) => marker.colors[Math.floor(index / 3)]);
-  } else if (marker.colors.length === marker.points.length) whole.colors = marker.colors.slice(0, whole.points.length);
-  const geometry = vertices(whole);
+  const { colors, color, points: corners, scale } = marker;
+  const faces = colors.length === corners.length / 3 && colors.length > 0;
+  let colours = faces ? corners.map((_, index) => colors[Math.floor(index / 3)]) : coloursOf(marker);
+  if (colors.length) colours = opaque(colours, (faces ? [color] : colors).some(([, , , alpha]) => alpha < 1) ? (alpha) => alpha * color[3] : () => 1);
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.BufferAttribute(places(marker), 3));
+  geometry.setAttribute("color", new THREE.BufferAttribute(linear(colours), 4));
   geometry.computeVertexNormals();
-  const mesh = new THREE.Mesh(geometry, solid([1, 1, 1, marker.color[3] || 1], { vertexColors: true, side: THREE.DoubleSide }));
-  mesh.scale.set(...marker.scale.map((size) => size || 1));
+  const material = solid([1, 1, 1, 1], { ...seeThrough(colours), side: THREE.DoubleSide });
+  const mesh = new THREE.Mesh(geometry, asShown(material));
+  mesh.scale.set(...scale.map((size) => size || FLAT));
   return mesh;
+}
+
+// Whether nothing of a marker can be seen, because its color.a is 0.
+function isUnseen({ type, color, colors, materials }) {
+  return color[3] === 0 && !(LISTS.has(type) && colors.length) && !(type === MESH && materials);
 }
 
 // The markers of a topic.
@@ -170,12 +229,9 @@ export class MarkerSet {
     this.object = new THREE.Group();
     this.known = new Map();
     this.namespaces = new Set();
-    this.faults = new Set();
-    const failed = (text) => {
-      if (this.faults.size < MOST_FAULTS) this.faults.add(text);
-      host.changed("words");
-    };
-    this.host = { ...host, failed };
+    this.faults = new Map(); // key of a marker -> why it is not drawn
+    this.unseen = new Set(); // keys of markers that are transparent
+    this.host = host;
   }
 
   // Take a push of the view scene_topic.
@@ -187,8 +243,9 @@ export class MarkerSet {
       this._remove(key);
       if (this.namespaces.size < MOST_NAMESPACES) this.namespaces.add(marker.ns);
       const frame = poses[marker.frame];
-      const object = frame && markerObject(marker, this.host);
+      const object = frame && markerObject(marker, { ...this.host, failed: (text) => this._failed(key, marker, text) });
       if (!object) continue;
+      if (isUnseen(marker)) this.unseen.add(key);
       const outer = new THREE.Group();
       const inner = new THREE.Group();
       outer.userData.ns = marker.ns;
@@ -231,7 +288,14 @@ export class MarkerSet {
     return this.known.size;
   }
 
+  _failed(key, { ns, id }, text) {
+    if (this.faults.size < MOST_FAULTS) this.faults.set(key, `marker ${ns ? `${ns}/` : ""}${id}: ${text}`);
+    this.host.changed("words");
+  }
+
   _remove(key) {
+    this.faults.delete(key);
+    this.unseen.delete(key);
     const object = this.known.get(key);
     if (!object) return;
     this.known.delete(key);

@@ -1,10 +1,11 @@
 // Clouds and scans as points. Places and values go to the graphics card as they come; its shader makes the colours.
+// Points are pixels, or have a size in metres: then each is a square or a disc that faces the eye, or a box.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 
-// Return the positions of a scan, what to colour them by, and which of the ranges they are: [Float32Array of x, y, z,
+// Return the positions of a scan, what to colour them by (the ranges if "range"), and which of the ranges they are: [Float32Array of x, y, z,
 // Float32Array of values, Uint32Array of indices].
-export function scanPoints(facts, numbers) {
+export function scanPoints(facts, numbers, by = "") {
   const { start, step, count, intensities } = facts;
   const [least, most] = [facts.least ?? 0, facts.most ?? Number.MAX_VALUE]; // null: without an end
   const positions = new Float32Array(3 * count);
@@ -17,114 +18,265 @@ export function scanPoints(facts, numbers) {
     const angle = start + index * step;
     positions[3 * kept] = range * Math.cos(angle);
     positions[3 * kept + 1] = range * Math.sin(angle);
-    values[kept] = intensities ? numbers[count + index] : range;
+    values[kept] = intensities && by !== "range" ? numbers[count + index] : range;
     indices[kept] = index;
     kept += 1;
   }
   return [positions.subarray(0, 3 * kept), values.subarray(0, kept), indices.subarray(0, kept)];
 }
 
-// Values as bytes, from the least (0) to the greatest (255).
-export function levels(values) {
+// Values as bytes, from the least (0) to the greatest (255), or between bounds.
+export function levels(values, bounds = null) {
+  const [least, most] = bounds || extent(values);
+  const scale = most > least ? 255 / (most - least) : 0;
+  return Uint8Array.from(values, (value) => Math.min(255, Math.max(0, (value - least) * scale)));
+}
+
+function extent(values) {
   let [least, most] = [Infinity, -Infinity];
   for (const value of values) {
     if (value < least) least = value;
     if (value > most && value < Infinity) most = value;
   }
-  const scale = most > least ? 255 / (most - least) : 0;
-  return Uint8Array.from(values, (value) => Math.min(255, (value - least) * scale));
+  return [least, most];
 }
 
 const VERTEX = `
   attribute float level;
   attribute vec4 bgr;
   uniform float size;
-  uniform int mode; // 0: packed colours, 1: levels, 2: height, 3: one colour
+  uniform int mode; // 0: packed colours, 1: levels, 2: along an axis, 3: one colour, 4: packed colours with opacity
   uniform vec3 tint;
+  uniform float alpha;
+  uniform vec4 axis;
   uniform vec2 bounds;
-  varying vec3 shade;
-  vec3 rainbow(float place) { // violet to red, as rviz has it
-    float turn = (1.0 - clamp(place, 0.0, 1.0)) * 5.0;
-    float part = fract(turn);
-    if (turn < 1.0) return vec3(1.0, part, 0.0);
-    if (turn < 2.0) return vec3(1.0 - part, 1.0, 0.0);
-    if (turn < 3.0) return vec3(0.0, 1.0, part);
-    if (turn < 4.0) return vec3(0.0, 1.0 - part, 1.0);
-    if (turn < 5.0) return vec3(part, 0.0, 1.0);
+  uniform bool rainbow;
+  uniform bool inverted;
+  uniform vec3 low;
+  uniform vec3 high;
+  varying vec4 shade;
+  vec3 ramp(float place) { // red to violet, as rviz has it
+    float part = clamp(place, 0.0, 1.0);
+    if (!rainbow) return mix(low, high, part);
+    float turn = (inverted ? 1.0 - part : part) * 5.0;
+    float rest = fract(turn);
+    if (turn < 1.0) return vec3(1.0, rest, 0.0);
+    if (turn < 2.0) return vec3(1.0 - rest, 1.0, 0.0);
+    if (turn < 3.0) return vec3(0.0, 1.0, rest);
+    if (turn < 4.0) return vec3(0.0, 1.0 - rest, 1.0);
+    if (turn < 5.0) return vec3(rest, 0.0, 1.0);
     return vec3(1.0, 0.0, 1.0);
   }
+  vec3 colour(vec3 place) {
+    if (mode == 0 || mode == 4) return bgr.zyx;
+    if (mode == 1) return ramp(level);
+    if (mode == 3) return tint;
+    return ramp(bounds.y > bounds.x ? (dot(axis, vec4(place, 1.0)) - bounds.x) / (bounds.y - bounds.x) : 0.0);
+  }
+  #ifdef SOLID
+  attribute vec3 place;
+  uniform vec3 extent;
+  uniform bool facing;
+  varying vec2 inside;
   void main() {
-    if (mode == 0) shade = bgr.zyx;
-    else if (mode == 1) shade = rainbow(level);
-    else if (mode == 3) shade = tint;
-    else shade = rainbow(bounds.y > bounds.x ? (position.z - bounds.x) / (bounds.y - bounds.x) : 0.0);
+    shade = vec4(colour(place), mode == 4 ? bgr.w : alpha);
+    inside = position.xy * 2.0;
+    if (facing) {
+      vec4 middle = modelViewMatrix * vec4(place, 1.0);
+      middle.xy += position.xy * extent.xy;
+      gl_Position = projectionMatrix * middle;
+    } else {
+      gl_Position = projectionMatrix * modelViewMatrix * vec4(place + position * extent, 1.0);
+      shade.rgb *= dot(abs(normal), vec3(0.6, 0.45, 0.9)); // as rviz's: each side has its light
+    }
+  }
+  #else
+  void main() {
+    shade = vec4(colour(position), mode == 4 ? bgr.w : alpha);
     gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
     gl_PointSize = size;
-  }`;
+  }
+  #endif`;
 const FRAGMENT = `
-  varying vec3 shade;
-  uniform float alpha;
-  void main() { gl_FragColor = vec4(shade, alpha); }`;
-const MODES = { rgb: 0, value: 1, z: 2 };
+  varying vec4 shade;
+  #ifdef SOLID
+  uniform bool disc;
+  varying vec2 inside;
+  #endif
+  void main() {
+    gl_FragColor = shade;
+    #ifdef SOLID
+    float far = dot(inside, inside);
+    if (disc && far > 1.0) discard;
+    if (disc) gl_FragColor.rgb *= 0.7 + 0.3 * sqrt(max(0.0, 1.0 - far));
+    #endif
+  }`;
+const MODES = { rgb: 0, value: 1, x: 2, y: 2, z: 2, rgba: 4 };
+const AXES = ["x", "y", "z"];
+export const STYLES = ["pixels", "squares", "spheres", "boxes"];
+const BYTES = { rgb: ["bgr", 4], rgba: ["bgr", 4], value: ["level", 1] };
 
 // Points that keep their room on the graphics card while their number changes.
 export class PointSet {
-  constructor(size = 3) {
-    this.material = new THREE.ShaderMaterial({
-      vertexShader: VERTEX, fragmentShader: FRAGMENT,
-      uniforms: { size: { value: size }, alpha: { value: 1 }, mode: { value: 1 }, tint: { value: new THREE.Color() }, bounds: { value: new THREE.Vector2(0, 1) } },
-    });
-    this.object = new THREE.Points(new THREE.BufferGeometry(), this.material);
-    this.object.frustumCulled = false;
+  constructor() {
+    const values = {
+      size: 3, alpha: 1, mode: 1, tint: new THREE.Color(), axis: new THREE.Vector4(), bounds: new THREE.Vector2(0, 1), rainbow: true, inverted: false,
+      low: new THREE.Color(0, 0, 0), high: new THREE.Color(1, 1, 1), extent: new THREE.Vector3(1, 1, 1), facing: true, disc: false,
+    };
+    this.uniforms = Object.fromEntries(Object.entries(values).map(([name, value]) => [name, { value }]));
+    this.object = new THREE.Group();
     this.object.userData.bound = () => this._bound();
-    this.mode = 1;
+    this.colour = "value";
     this.one = false;
+    this.style = "pixels";
+    this.count = 0;
+    this.held = new Map(); // name -> attribute
+    this._build();
   }
 
-  set size(pixels) {
-    this.material.uniforms.size.value = pixels * Math.min(2, globalThis.devicePixelRatio || 1);
+  // style: one of STYLES; size: in pixels; extent: in metres; flat: one colour for all, or null for those that they have;
+  // rainbow, inverted, low, high: how numbers become colours; bounds: of an axis, or null for those of the points;
+  // local: whether an axis is that of the points' own frame, not of the fixed one.
+  look({ style: wanted = this.style, size, extent: metres, alpha, flat, rainbow, inverted, low, high, bounds = null, local = false }) {
+    const { uniforms } = this;
+    const style = STYLES.includes(wanted) ? wanted : this.style;
+    if (style !== this.style) {
+      this.style = style;
+      for (const [name, { array, itemSize, normalized }] of this.held) this.held.set(name, this._attribute(array, itemSize, normalized));
+      this._build();
+    }
+    if (size !== undefined) uniforms.size.value = size * Math.min(2, globalThis.devicePixelRatio || 1);
+    if (metres) uniforms.extent.value.set(...metres);
+    uniforms.facing.value = style !== "boxes";
+    uniforms.disc.value = style === "spheres";
+    if (alpha !== undefined) this._sheer(alpha);
+    if (rainbow !== undefined) Object.assign(uniforms.rainbow, { value: rainbow });
+    if (inverted !== undefined) Object.assign(uniforms.inverted, { value: inverted });
+    for (const [name, value] of [["low", low], ["high", high], ["tint", flat]]) if (value) uniforms[name].value.setStyle(value, THREE.LinearSRGBColorSpace); // the shader's colours are as they are shown
+    if (flat !== undefined) this.one = flat !== null;
+    this.wanted = { bounds, local };
+    uniforms.mode.value = this.one ? 3 : MODES[this.colour];
+    this.settle();
   }
 
-  set alpha(alpha) {
-    this.material.uniforms.alpha.value = alpha;
-    this.material.transparent = alpha < 1;
+  // positions: Float32Array of x, y, z. colour: "rgb" or "rgba" with bytes (blue, green, red, and opacity or anything),
+  // "value" with bytes, or "x", "y" or "z" with none.
+  set(positions, colour, bytes) {
+    this.count = positions.length / 3;
+    this.colour = colour;
+    const [name, size] = BYTES[colour] || [];
+    for (const each of [...this.held.keys()]) if (each !== "place" && each !== name) this._drop(each);
+    this._put("place", positions, 3, false);
+    if (name) this._put(name, bytes, size, true);
+    if (this.stale) this._build();
+    const { geometry } = this.drawn;
+    if (this.solid) geometry.instanceCount = this.count;
+    else geometry.setDrawRange(0, this.count);
+    if (colour === "rgba") this._sheer(bytes.some((value, index) => index % 4 === 3 && value < 255) ? 0 : 1);
+    this.uniforms.mode.value = this.one ? 3 : MODES[colour];
+    this.settle();
   }
 
-  // One colour for all, or null for those that they have.
-  set flat(colour) {
-    const { mode, tint } = this.material.uniforms;
-    this.one = colour !== null;
-    mode.value = this.one ? 3 : this.mode;
-    if (this.one) tint.value.setStyle(colour, THREE.LinearSRGBColorSpace); // the shader's colours are as they are shown
+  // Where the points are in the fixed frame has changed: so may colours along an axis.
+  settle() {
+    const axis = AXES.indexOf(this.colour);
+    if (axis < 0 || this.one) return;
+    const row = new THREE.Vector4(0, 0, 0, 0).setComponent(axis, 1);
+    const { bounds, local } = this.wanted || {};
+    if (!local) {
+      this.object.updateWorldMatrix(true, false);
+      row.fromArray([0, 4, 8, 12].map((column) => this.object.matrixWorld.elements[column + axis]));
+    }
+    this.uniforms.axis.value.copy(row);
+    this.uniforms.bounds.value.set(...(bounds || this._along(row)));
   }
 
-  // positions: Float32Array of x, y, z. colour: "rgb" with bytes (blue, green, red, anything), "value" with bytes, or
-  // "z" with none. bounds: [least, most] height.
-  set(positions, colour, bytes, bounds = [0, 1]) {
-    const count = positions.length / 3;
-    this._put("position", positions, 3, false);
-    if (colour === "rgb") this._put("bgr", bytes, 4, true);
-    if (colour === "value") this._put("level", bytes, 1, true);
-    this.mode = MODES[colour];
-    if (!this.one) this.material.uniforms.mode.value = this.mode;
-    this.material.uniforms.bounds.value.set(...bounds);
-    this.object.geometry.setDrawRange(0, count);
+  // What room they have along an axis.
+  _along({ x, y, z, w }) {
+    const { positions, count } = this.places;
+    let [least, most] = [Infinity, -Infinity];
+    for (let at = 0; at < 3 * count; at += 3) {
+      const value = x * positions[at] + y * positions[at + 1] + z * positions[at + 2] + w;
+      if (value < least) least = value;
+      if (value > most) most = value;
+    }
+    return least < most ? [least, most] : [0, 0];
+  }
+
+  _sheer(alpha) {
+    this.uniforms.alpha.value = alpha;
+    const { material } = this.drawn;
+    material.transparent = alpha < 1;
+    material.depthWrite = alpha >= 1;
+  }
+
+  get solid() {
+    return this.style !== "pixels";
+  }
+
+  _attribute(array, size, normalized) {
+    const kind = this.solid ? THREE.InstancedBufferAttribute : THREE.BufferAttribute;
+    return new kind(array, size, normalized).setUsage(THREE.StreamDrawUsage);
   }
 
   // Room is made for some more, so that a cloud whose size changes a little keeps it.
   _put(name, numbers, size, normalized) {
-    const { geometry } = this.object;
-    let attribute = geometry.getAttribute(name);
+    let attribute = this.held.get(name);
     if (!attribute || attribute.array.length < numbers.length || attribute.array.length > 4 * numbers.length + 4096) {
-      attribute = new THREE.BufferAttribute(new numbers.constructor(Math.ceil(numbers.length / size * 1.1) * size), size, normalized);
-      attribute.setUsage(THREE.StreamDrawUsage);
-      if (geometry.hasAttribute(name)) geometry.dispose();
-      geometry.setAttribute(name, attribute);
+      attribute = this._attribute(new numbers.constructor(Math.ceil(numbers.length / size * 1.1) * size), size, normalized);
+      this.held.set(name, attribute);
+      this.stale = true;
     }
     attribute.array.set(numbers);
     attribute.clearUpdateRanges();
     attribute.addUpdateRange(0, numbers.length);
     attribute.needsUpdate = true;
+  }
+
+  _drop(name) {
+    this.held.delete(name);
+    this.stale = true;
+  }
+
+  // Make what is drawn anew: for another style, or other room.
+  _build() {
+    this.stale = false;
+    const before = this.drawn;
+    const { uniforms, solid } = this;
+    const material = before && before.userData.solid === solid ? before.material : new THREE.ShaderMaterial({
+      vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms, defines: solid ? { SOLID: "" } : {}, side: THREE.DoubleSide,
+      transparent: before?.material.transparent || false, depthWrite: before?.material.depthWrite ?? true,
+    });
+    const geometry = solid ? new THREE.InstancedBufferGeometry() : new THREE.BufferGeometry();
+    if (solid) {
+      const body = this.style === "boxes" ? new THREE.BoxGeometry(1, 1, 1) : new THREE.PlaneGeometry(1, 1);
+      geometry.setIndex(body.index).setAttribute("position", body.attributes.position).setAttribute("normal", body.attributes.normal);
+      geometry.instanceCount = this.count;
+    } else geometry.setDrawRange(0, this.count);
+    for (const [name, attribute] of this.held) geometry.setAttribute(!solid && name === "place" ? "position" : name, attribute);
+    this.drawn = solid ? new THREE.Mesh(geometry, material) : new THREE.Points(geometry, material);
+    this.drawn.frustumCulled = false;
+    this.drawn.userData.solid = solid;
+    this.drawn.raycast = (caster, hits) => this.hit?.(caster, hits);
+    if (before) {
+      this.object.remove(before);
+      before.geometry.dispose();
+      if (before.material !== material) before.material.dispose();
+    }
+    this.object.add(this.drawn);
+  }
+
+  // Let rays of the mouse hit the points, too; there must be few.
+  touchable() {
+    this._bound();
+    this.hit = (caster, hits) => {
+      const { positions, count } = this.places;
+      const dots = new THREE.Points(new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(positions, 3)).setDrawRange(0, count));
+      dots.matrixWorld.copy(this.object.matrixWorld);
+      const from = hits.length;
+      dots.raycast(caster, hits);
+      for (const hit of hits.slice(from)) hit.object = this.drawn;
+    };
   }
 
   // Say what room they take; what is kept of larger clouds does not count, nor do points without a place.
@@ -136,12 +288,11 @@ export class PointSet {
       point.fromArray(positions, 3 * index);
       if (Number.isFinite(point.x + point.y + point.z)) box.expandByPoint(point);
     }
-    this.object.geometry.boundingBox = box;
+    this.drawn.geometry.boundingBox = box;
   }
 
   // Where they are: {positions, count}.
   get places() {
-    const { geometry } = this.object;
-    return { positions: geometry.getAttribute("position")?.array || [], count: geometry.drawRange.count };
+    return { positions: this.held.get("place")?.array || [], count: this.count };
   }
 }

@@ -25,7 +25,7 @@ const FLAT_HEIGHT = 16; // metres that the flat view shows from top to bottom
 export class Stage {
   constructor(place) {
     this.scene = new THREE.Scene();
-    this.cameras = [new THREE.PerspectiveCamera(50, 1, 0.01, 5000), new THREE.OrthographicCamera(-1, 1, 1, -1, 0.01, 5000)];
+    this.cameras = [new THREE.PerspectiveCamera(45, 1, 0.01, 5000), new THREE.OrthographicCamera(-1, 1, 1, -1, 0.01, 5000)];
     for (const camera of this.cameras) camera.up.set(0, 0, 1); // before the controls, which turn around it
     [this.camera] = this.cameras;
     this.canvas = h("canvas", { tabIndex: 0, "aria-label": "3D scene" });

@@ -1,0 +1,98 @@
+// Lines that face the eye, with a width in metres, as rviz's markers and "billboards" have, or in pixels. They are triangles:
+// renderers without a graphics card leave out lines near the eye if some of them end behind it.
+
+import * as THREE from "../../vendor/three/three.module.min.js";
+
+const VERTEX = `
+  attribute vec3 along;
+  attribute float side;
+  attribute vec4 colour;
+  uniform float width;
+  uniform float pixels;
+  uniform float high;
+  varying vec4 shade;
+  void main() {
+    shade = colour;
+    vec4 place = modelViewMatrix * vec4(position, 1.0);
+    vec3 across = cross(mat3(modelViewMatrix) * along, isOrthographic ? vec3(0.0, 0.0, 1.0) : -place.xyz);
+    float size = length(across);
+    float metres = width;
+    if (pixels > 0.0) metres = pixels * 2.0 * (isOrthographic ? 1.0 : -place.z) / (projectionMatrix[1][1] * high);
+    if (size > 0.0) place.xyz += across / size * side * metres;
+    gl_Position = projectionMatrix * place;
+  }`;
+const FRAGMENT = `
+  varying vec4 shade;
+  void main() { gl_FragColor = shade; }`;
+
+// places: Float32Array of x, y, z. colours: Uint8Array of red, green, blue and opacity for each place. width: in metres, or in
+// pixels if that is the unit.
+// chains: [[start, end]], indices of the places that are connected.
+export function ribbons(places, colours, width, chains, unit = "metres") {
+  const count = chains.reduce((sum, [start, end]) => sum + end - start, 0);
+  const positions = new Float32Array(6 * count);
+  const ways = new Float32Array(6 * count);
+  const sides = new Float32Array(2 * count);
+  const shades = new Uint8Array(8 * count);
+  const corners = [];
+  const spine = [];
+  let at = 0;
+  for (const [start, end] of chains) {
+    for (let index = start; index < end; index += 1, at += 1) {
+      const [before, after] = [Math.max(start, index - 1), Math.min(end - 1, index + 1)];
+      const way = [0, 1, 2].map((axis) => places[3 * after + axis] - places[3 * before + axis]);
+      for (const half of [0, 1]) {
+        positions.set(places.subarray(3 * index, 3 * index + 3), 6 * at + 3 * half);
+        ways.set(way, 6 * at + 3 * half);
+        shades.set(colours.subarray(4 * index, 4 * index + 4), 8 * at + 4 * half);
+        sides[2 * at + half] = half - 0.5;
+      }
+      if (index === start) continue;
+      corners.push(2 * at - 2, 2 * at - 1, 2 * at, 2 * at, 2 * at - 1, 2 * at + 1);
+      spine.push(2 * at - 2, 2 * at);
+    }
+  }
+  const geometry = new THREE.BufferGeometry().setIndex(corners);
+  const attributes = { position: [positions, 3], along: [ways, 3], side: [sides, 1], colour: [shades, 4, true] };
+  for (const [name, values] of Object.entries(attributes)) geometry.setAttribute(name, new THREE.BufferAttribute(...values));
+  const uniforms = { width: { value: width }, pixels: { value: 0 }, high: { value: 1 } };
+  const mesh = new THREE.Mesh(geometry, new THREE.ShaderMaterial({
+    vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms, side: THREE.DoubleSide, transparent: sheer(colours), depthWrite: !sheer(colours),
+  }));
+  mesh.frustumCulled = false;
+  if (unit === "pixels") {
+    const seen = new THREE.Vector4();
+    mesh.onBeforeRender = (renderer) => {
+      uniforms.pixels.value = width * renderer.getPixelRatio();
+      uniforms.high.value = renderer.getCurrentViewport(seen).w;
+    };
+  }
+  // What is hit is the line in the middle: the sides are known to the graphics card alone.
+  const middle = new THREE.LineSegments(new THREE.BufferGeometry().setIndex(spine).setAttribute("position", geometry.getAttribute("position")));
+  mesh.raycast = (caster, hits) => {
+    middle.matrixWorld.copy(mesh.matrixWorld);
+    const from = hits.length;
+    middle.raycast(caster, hits);
+    for (const hit of hits.slice(from)) hit.object = mesh;
+  };
+  return mesh;
+}
+
+// Whether any of the colours is not opaque.
+export function sheer(colours) {
+  for (let index = 3; index < colours.length; index += 4) if (colours[index] < 255) return true;
+  return false;
+}
+
+// One colour for many places. colour: a THREE.Color, or how CSS writes it.
+export function shades(colour, alpha, count) {
+  const { r, g, b } = colour.isColor ? colour.clone().convertLinearToSRGB() : new THREE.Color().setStyle(colour, THREE.LinearSRGBColorSpace);
+  const bytes = new Uint8Array(4 * count);
+  for (let index = 0; index < count; index += 1) bytes.set([r, g, b, alpha].map((value) => Math.round(255 * value)), 4 * index);
+  return bytes;
+}
+
+// Chains of two places each.
+export function pairs(count) {
+  return Array.from({ length: count / 2 }, (_, index) => [2 * index, 2 * index + 2]);
+}

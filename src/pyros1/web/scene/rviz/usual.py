@@ -1,0 +1,126 @@
+"""What rviz writes for properties that have no counterpart here, as long as they change nothing. Pure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+NO_PICTURE = frozenset({"Class", "Name", "Enabled", "Value", "Queue Size", "Unreliable"})
+"""Properties that change no picture: names, what is asked of the network, and ``Value``, which is as ``Enabled``."""
+_USUAL: Mapping[str, Any] = {
+    "Angle": 0,
+    "Background Color": "48; 48; 48",
+    "Color Transformer": "",
+    "Default Light": True,
+    "Enable Stereo Rendering/Stereo Eye Separation": 0.06,
+    "Enable Stereo Rendering/Stereo Focal Distance": 1,
+    "Enable Stereo Rendering/Swap Stereo Eyes": False,
+    "Enable Stereo Rendering/Value": False,
+    "Enable Transparency": True,
+    "Field of View": math.pi / 4,
+    "Focal Shape Fixed Size": True,
+    "Focal Shape Size": 0.05,
+    "Frame Rate": 30,
+    "Frame Timeout": 15,
+    "Hide Inactive Objects": True,
+    "History Length": 1,
+    "Invert Z Axis": False,
+    "Marker Alpha": 1,
+    "Max Value": 1,
+    "Median window": 5,
+    "Min Value": 0,
+    "Near Clip Distance": 0.01,
+    "Normal Cell Count": 0,
+    "Normalize Range": True,
+    "Occlusion Compensation/Occlusion Time-Out": 30,
+    "Occlusion Compensation/Value": False,
+    "Plane": "XY",
+    "Position Transformer": ("", "XYZ"),
+    "Roll": 0,
+    "Selectable": True,
+    "Show Axes": False,
+    "Show Trail": False,
+    "Show Visual Aids": False,
+    "Single click": True,
+    "Theta std deviation": math.pi / 12,
+    "Topic Filter": True,
+    "Update Interval": 0,
+    "Use Timestamp": False,
+    "Width": 0.02,
+    "X std deviation": 0.5,
+    "Y std deviation": 0.5,
+    "Auto Size/Auto Size Factor": 1,
+    "Auto Size/Value": True,
+    "Color Transport Hint": "raw",
+    "Depth Map Transport Hint": "raw",
+    "Covariance/Orientation/Color Style": "Unique",
+    "Covariance/Orientation/Frame": "Local",
+    "Covariance/Orientation/Offset": 1,
+    "Covariance/Orientation/Scale": 1,
+}
+_BALLS: Mapping[str, Any] = {  # of displays of one number, which are balls here
+    "Alpha": 1,
+    "Autocompute Intensity Bounds": False,
+    "Autocompute Value Bounds/Max Value": 10,
+    "Autocompute Value Bounds/Min Value": -10,
+    "Autocompute Value Bounds/Value": True,
+    "Axis": "Z",
+    "Color": "255; 255; 255",
+    "Decay Time": 0,
+    "Invert Rainbow": False,
+    "Max Color": "255; 255; 255",
+    "Min Color": "0; 0; 0",
+    "Size (Pixels)": 3,
+    "Size (m)": 0.01,
+    "Style": "Flat Squares",
+    "Use Fixed Frame": True,
+    "Use rainbow": True,
+}
+_OF_KIND: Mapping[str, Mapping[str, Any]] = {
+    "FluidPressure": {**_BALLS, "Channel Name": "fluid_pressure", "Max Intensity": 105_000, "Min Intensity": 98_000},
+    "Illuminance": {**_BALLS, "Channel Name": "illuminance", "Max Intensity": 1000, "Min Intensity": 0},
+    "RelativeHumidity": {**_BALLS, "Channel Name": "relative_humidity", "Max Intensity": 1, "Min Intensity": 0},
+    "FrameAligned": {
+        "Lock Camera": False,
+        "Pitch": math.pi / 2,
+        "Point towards": "-z axis",
+        "Position/X": 0,
+        "Position/Y": 0,
+        "Position/Z": 0,
+        "Yaw": 0,
+    },
+    "Temperature": {
+        **_BALLS,
+        "Channel Name": "temperature",
+        "Invert Rainbow": True,
+        "Max Intensity": 100,
+        "Min Intensity": 0,
+    },
+}
+
+
+def changes_something(kind: str, name: str, value: Any) -> bool:
+    """Return whether a property has another value than rviz gives it.
+
+    Args:
+        kind: the class of what has it, without "rviz/".
+        name: its name; inside of others, all names with ``/`` between them.
+        value: what the file says.
+    """
+    if name in NO_PICTURE:
+        return False
+    if name.startswith("Visibility/"):
+        return value is not True
+    usual = _OF_KIND.get(kind, _USUAL)
+    if name not in usual:
+        usual = _USUAL
+    if name not in usual:
+        return True
+    return not any(_same(value, each) for each in (usual[name] if isinstance(usual[name], tuple) else (usual[name],)))
+
+
+def _same(value: Any, usual: Any) -> bool:
+    if isinstance(usual, (bool, str)) or isinstance(value, (bool, str)):
+        return value is usual if isinstance(usual, bool) else bool(value == usual)
+    return isinstance(value, (int, float)) and math.isclose(value, usual, rel_tol=1e-5, abs_tol=1e-9)
