@@ -6,6 +6,7 @@ import os
 import re
 import sys
 from collections.abc import Iterator
+from itertools import chain, islice
 from time import time
 from typing import Any
 
@@ -39,7 +40,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     name, type_name = invocation.resolve(args[0]), args[1]
     arguments = _values(args[2:])
     message_class = _load(type_name)
-    from_arguments = not options.file and (bool(arguments) or not message_class.__slots__ or sys.stdin.isatty())
+    has_fields = bool(message_class.__slots__)  # without, there is nothing to read, as in stock
+    from_arguments = not has_fields or (not options.file and (bool(arguments) or sys.stdin.isatty()))
     if from_arguments:  # wrong arguments are reported without a master
         fill(message_class(), arguments, Time())
     rate = options.rate
@@ -49,7 +51,14 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         run = _Publishing(invocation, node, publisher, message_class, options)
         if not from_arguments:
             source = _of_topic(_documents(options.file), name, invocation)
-            run.stream(source, rate or _DEFAULT_RATE, keep_first=bool(options.latch) and rate is None)
+            keep_first = bool(options.latch) and rate is None
+            if options.file and not (options.once or keep_first):
+                first = list(islice(source, 2))
+                if len(first) == 1:
+                    run.repeat_from_file(first[0], rate or _DEFAULT_RATE, bool(options.substitute_keywords))
+                    return
+                source = chain(first, source)
+            run.stream(source, rate or _DEFAULT_RATE, keep_first=keep_first)
         elif rate is not None:
             run.repeat(arguments, rate, bool(options.substitute_keywords))
         else:
@@ -237,6 +246,10 @@ def _of_topic(source: Iterator[Any], name: str, invocation: Invocation) -> Itera
         )
 
 
+def _arguments(document: Any) -> Any:
+    return document if isinstance(document, (list, dict)) else [document]
+
+
 class _Publishing:
     def __init__(
         self, invocation: Invocation, node: Any, publisher: Any, message_class: type[Message], options: Any
@@ -271,7 +284,14 @@ class _Publishing:
         else:
             self._node.spin()
 
-    def repeat(self, arguments: list[Any], rate: float, substitute: bool) -> None:
+    def repeat_from_file(self, document: Any, rate: float, substitute: bool) -> None:
+        """Publish the only message of a file repeatedly, as stock does."""
+        self._message(_arguments(document))  # a wrong one is reported at once
+        self._publisher.wait_for_subscribers(timeout=_SUBSCRIBER_PATIENCE)
+        print("Got one message and a rate, publishing repeatedly", flush=True)
+        self.repeat(_arguments(document), rate, substitute)
+
+    def repeat(self, arguments: Any, rate: float, substitute: bool) -> None:
         """Publish one message repeatedly."""
         message = self._message(arguments)
         pace = self._node.rate(rate)
@@ -290,7 +310,7 @@ class _Publishing:
         for document in source:
             if not self._node.ok():
                 return
-            arguments = document if isinstance(document, (list, dict)) else [document]
+            arguments = _arguments(document)
             if keep_first:
                 self.latched(arguments, self._once)
                 return
