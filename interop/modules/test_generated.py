@@ -122,3 +122,37 @@ def test_the_graph(launcher: Master, topic: str) -> None:
         start(face, launcher, END, topic, name).wait_line("ready")
     said = same(launcher, GRAPH, topic)
     assert f"('/talker1', '/listener1', '{topic}')" in said
+
+
+NAMES = """
+import sys
+from importlib import import_module
+for package in sys.argv[1:]:
+    for kind in ("msg", "srv"):
+        try:
+            module = import_module(f"{package}.{kind}")
+        except ModuleNotFoundError:
+            continue
+        print(module.__name__)
+        brought, types = {}, sorted(name for name in dir(module) if name[0] == "_" and name[1] != "_")
+        exec(f"from {package}.{kind} import *", brought)
+        print(sorted(brought), [name for name in dir(module) if name[:2] != "__"])
+        print(sorted(name for name in module.__dict__ if name[:2] != "__"))
+        for name in sorted(name for name in brought if name[:2] != "__"):
+            value = brought[name]
+            print(name, getattr(value, "__name__", value), getattr(module, name) is value, isinstance(value, type))
+        for name in types:
+            only = {}
+            exec(f"from {package}.{kind}.{name} import *", only)
+            print(name, sorted(only), getattr(module, name).__name__, import_module(f"{package}.{kind}.{name}").__name__)
+            print([getattr(module, name).__dict__[each] is value for each, value in sorted(only.items()) if each[0] != "_"])
+"""
+
+
+def test_stocks_packages_have_the_same_names(master: Master) -> None:
+    """Of `from PACKAGE.msg import *` and the modules of single types, in all packages of messages that Debian has."""
+    packages = sorted(
+        {path.parent.parent.name for kind in ("msg", "srv") for path in STOCK.glob(f"*/{kind}/__init__.py")}
+    )
+    assert len(packages) > 15
+    same(master, NAMES, *packages)

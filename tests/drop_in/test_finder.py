@@ -56,6 +56,54 @@ def test_messages_services_and_actions_of_a_folder(path: Path) -> None:
     ]
 
 
+STAR = """
+from robot_api.{kind} import *
+names = sorted(name for name in globals() if name[0] != "_")
+print(*names)
+print(codecs.__name__, sys.__name__, struct.__name__, genpy.Time.__name__, python3, std_msgs.msg.String()._type)
+print(robot_api.msg.Part()._type, geometry_msgs.msg.Point()._type)
+"""
+
+
+def test_names_that_stocks_generated_modules_bring(path: Path) -> None:
+    files = {"msg/Part.msg": "geometry_msgs/Pose pose", "msg/Whole.msg": "Header header\nPart[] parts\ntime stamp"}
+    package(path, "robot_api", **files, **{"srv/Get.srv": "string name\n---\nWhole whole"})
+    modules = ["codecs", "genpy", "geometry_msgs", "python3", "robot_api", "std_msgs", "struct", "sys"]
+    rest = ["codecs sys struct Time True std_msgs/String", "robot_api/Part geometry_msgs/Point"]
+    for kind, classes in (("msg", ["Part", "Whole"]), ("srv", ["Get", "GetRequest", "GetResponse"])):
+        said = output(path, STAR.format(kind=kind)).splitlines()
+        assert said == [" ".join(sorted([*classes, *modules])), *rest]
+    said = output(
+        path,
+        "import robot_api.msg, robot_api.srv\n"
+        "print(sorted(name for name in vars(robot_api.msg) if isinstance(getattr(robot_api.msg, name), type)))\n"
+        "print(robot_api.msg._Part.Part is robot_api.msg.Part, hasattr(robot_api.msg._Part, 'Whole'))\n"
+        "from robot_api.msg._Part import *\n"
+        "print('Whole' in globals(), 'std_msgs' in globals(), geometry_msgs.msg.Point().x)\n"
+        "print([name for name in dir(robot_api.srv) if name[:2] != '__'])\n",
+    )
+    assert said.splitlines() == [
+        "['Part', 'Whole']",
+        "True False",
+        "False False 0.0",
+        str(sorted(["Get", "GetRequest", "GetResponse", "_Get", *modules])),
+    ]
+
+
+def test_a_definition_that_is_wrong_does_not_hide_the_others(path: Path) -> None:
+    package(path, "robot_api", **{"msg/Good.msg": "Header header", "msg/Wrong.msg": "int32 int32 int32"})
+    said = output(
+        path,
+        "import robot_api.msg\n"
+        "print('Good' in dir(robot_api.msg), robot_api.msg.Good()._type, robot_api.msg.std_msgs.__name__)\n"
+        "try:\n"
+        "    from robot_api.msg import *\n"
+        "except Exception as error:\n"
+        "    print(type(error).__name__, 'Wrong.msg' in str(error))\n",
+    )
+    assert said.splitlines() == ["True robot_api/Good std_msgs", "DefinitionError True"]
+
+
 def test_a_package_with_messages_and_a_module(path: Path) -> None:
     package(path, "robot", **{"msg/A.msg": "int32 x", "src/robot/__init__.py": "name = 3", "src/robot/b.py": "b = 4"})
     assert (

@@ -14,6 +14,7 @@ from types import ModuleType
 from typing import Any
 
 _SUFFIX = "Config"
+_MOST_READ = 1 << 20
 
 
 def find(folder: str, rest: list[str], name: str) -> ModuleSpec | None:
@@ -26,12 +27,13 @@ def find(folder: str, rest: list[str], name: str) -> ModuleSpec | None:
     """
     match rest:
         case []:
-            if any(_files(folder)):
+            own = os.path.join(folder, "cfg") + os.sep
+            if any(path.startswith(own) or _describes_parameters(path) for path in _files(folder)):
                 return ModuleSpec(name, _Package(folder), is_package=True)  # type: ignore[arg-type]
         case [module] if module.endswith(_SUFFIX):
             wanted = f"{module.removesuffix(_SUFFIX)}.cfg"
             for path in _files(folder):
-                if os.path.basename(path) == wanted and os.path.isfile(path):  # a pipe or a device may never end
+                if os.path.basename(path) == wanted and os.path.isfile(path):
                     return ModuleSpec(name, _Config(path), origin=path)  # type: ignore[arg-type]
     return None
 
@@ -49,6 +51,17 @@ def _files(folder: str) -> Iterator[str]:
             yield from (os.path.join(other, file) for file in sorted(os.listdir(other)) if file.endswith(".cfg"))
         except OSError:
             continue
+
+
+def _describes_parameters(path: str) -> bool:
+    """Return whether a .cfg file is one of dynamic_reconfigure: other programs have files of that name, too."""
+    if not os.path.isfile(path):  # a pipe or a device may never end
+        return False
+    try:
+        with open(path, "rb") as file:
+            return b"ParameterGenerator" in file.read(_MOST_READ)
+    except OSError:
+        return False
 
 
 class _Package:

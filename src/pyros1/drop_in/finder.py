@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Sequence
-from importlib import import_module
+from collections.abc import Sequence
 from importlib.machinery import ModuleSpec, PathFinder
 from types import FrameType, ModuleType
 from typing import Any
 
 from pyros1.drop_in import configs
+from pyros1.drop_in.generated import Messages
 from pyros1.drop_in.left_out import word_on
 from pyros1.drop_in.sources import folder_of
 from pyros1.drop_in.unicode_errors import register
@@ -102,7 +102,7 @@ class Finder:
                 if folder is not None:
                     return PathFinder.find_spec(name, [folder])
                 if self._library.has_package(package) or self._config(package, [], name):
-                    return ModuleSpec(name, _Messages(package, ""), is_package=True)  # type: ignore[arg-type]
+                    return ModuleSpec(name, Messages(self._library, package, ""), is_package=True)  # type: ignore[arg-type]
                 folder = self._source_elsewhere(package)
                 if folder is not None:
                     return PathFinder.find_spec(name, [folder])
@@ -113,14 +113,21 @@ class Finder:
             case ["cfg", *inner]:
                 return self._config(package, inner, name)
             case ["msg" | "srv" as kind] if self._library.has_package(package):
-                return ModuleSpec(name, _Messages(package, kind), is_package=True)  # type: ignore[arg-type]
+                if not self._types(package, kind):
+                    what = "messages" if kind == "msg" else "services"
+                    text = f"No module named {name!r}: the package {package} has no {what}"
+                    raise ModuleNotFoundError(text, name=name)
+                return ModuleSpec(name, Messages(self._library, package, kind), is_package=True)  # type: ignore[arg-type]
             case ["msg" | "srv" as kind, module] if module[:2] != "__" and self._library.has_package(package):
                 if module[0] != "_":  # a type that is not there: this says so, with a hint
                     installed(os.environ).find_spec(f"{PREFIX}.{module_name(package)}.{kind}.{module}")
-                names = self._library.messages(package) if kind == "msg" else self._library.services(package)
-                if module[1:] in names:
-                    return ModuleSpec(name, _Messages(package, kind))  # type: ignore[arg-type]
+                if module[1:] in self._types(package, kind):
+                    return ModuleSpec(name, Messages(self._library, package, kind, module[1:]))  # type: ignore[arg-type]
         return None
+
+    def _types(self, package: str, kind: str) -> list[str]:
+        names: list[str] = (self._library.messages if kind == "msg" else self._library.services)(package)
+        return names
 
     def _source(self, package: str) -> str | None:
         """Return the folder in which a ROS package keeps a Python module of its own name."""
@@ -140,57 +147,6 @@ class Finder:
             return configs.find(self._index.find_folder(package), rest, name)
         except PackageNotFoundError:
             return None
-
-
-class _Messages:
-    """Loader of ``PACKAGE``, ``PACKAGE.msg`` and ``PACKAGE.srv``, and of stock's ``PACKAGE.msg._TYPE``.
-
-    The classes are those of ``pyros1.msgs``.
-    """
-
-    def __init__(self, package: str, kind: str) -> None:
-        self._package = package
-        self._kind = kind
-
-    def create_module(self, spec: ModuleSpec) -> None:
-        """Leave it to the import system."""
-
-    def exec_module(self, module: ModuleType) -> None:
-        """Fill a new module: it makes each class when it is first used."""
-        module.__doc__ = f"Definitions of the ROS package {self._package}, from pyros1."
-        if not self._kind:
-            vars(module)["__getattr__"] = _messages_of(self._package)
-            return
-        source = import_module(f"{PREFIX}.{module_name(self._package)}.{self._kind}")
-
-        def __getattr__(name: str) -> Any:
-            if name.startswith("_") and name != "__all__":
-                raise AttributeError(f"module {module.__name__} has no attribute {name}")
-            value = getattr(source, name)
-            if name != "__all__":
-                setattr(module, name, value)
-            return value
-
-        vars(module)["__getattr__"] = __getattr__
-        vars(module)["__dir__"] = lambda: dir(source)
-
-
-def _messages_of(package: str) -> Callable[[str], Any]:
-    """Return the ``__getattr__`` of a package of messages.
-
-    With stock, ``import std_msgs`` is enough for ``std_msgs.msg.String`` if any module has imported std_msgs.msg, as
-    rospy does. Our modules import fewer.
-    """
-
-    def __getattr__(name: str) -> Any:
-        if name in ("msg", "srv"):
-            try:
-                return import_module(f"{package}.{name}")
-            except ModuleNotFoundError:
-                pass
-        raise AttributeError(f"module {package!r} has no attribute {name!r}")
-
-    return __getattr__
 
 
 def install() -> Finder:
