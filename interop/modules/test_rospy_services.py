@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+import signal
 
 import pytest
 from faces import FACES, same, start
@@ -126,7 +127,9 @@ def call(case, cls=MuxSelect):
     transport.connect(*rospy.core.parse_rosrpc_uri(uri), uri, timeout=5)
     transport.send_message(rospy.msg.args_kwds_to_message(cls._request_class, (case,), {}), 0)
     try:
-        return transport.receive_once()[0].prev_topic
+        response = transport.receive_once()[0]
+        print(response._connection_header["callerid"])
+        return response.prev_topic
     finally:
         transport.close()
 t("call", lambda: call("3"))
@@ -135,6 +138,24 @@ try:
     call(True, SetBool)
 except rospy.TransportInitError as error:
     print("md5sums do not match" in str(error))
+"""
+
+HEADERS = """
+import sys
+rospy.init_node(sys.argv[1])
+def show(what, header):
+    more = ["request_type", "response_type"] if what == "response" else ["type"]
+    more += ["persistent"] if header.get("persistent") == "0" else []
+    print("HEADER", what, sorted(field for field in header.items() if field[0] not in more), flush=True)
+if sys.argv[1] == "serve":
+    service = rospy.Service("told", SetBool, lambda request: (show("request", request._connection_header), [True, ""])[1])
+    print("ready", flush=True)
+    rospy.spin()
+    sys.exit()
+for kept in (False, True):
+    proxy = rospy.ServiceProxy("told", SetBool, persistent=kept, headers={"cookies": "peanut butter"})
+    for _ in range(2):
+        show("response", proxy(True)._connection_header)
 """
 
 
@@ -160,3 +181,18 @@ def test_pairs(launcher: Master, server: str, client: str) -> None:
     assert call.wait() == 0
     serve.wait_line("spun True False")
     assert serve.wait() == 0
+
+
+def test_headers_of_requests_and_responses(launcher: Master) -> None:
+    """The classic tutorial prints them. Ours have those fields, too, that roscpp's have."""
+    told = []
+    for server, client in PAIRS:
+        serve = start(server, launcher, HEAD + HEADERS, "serve")
+        serve.wait_line("ready")
+        call = start(client, launcher, HEAD + HEADERS, "call")
+        assert call.wait() == 0
+        serve.signal(signal.SIGINT)
+        assert serve.wait() == 0, serve.transcript()
+        told.append([line for each in (serve, call) for line in each.lines if line.startswith("HEADER")])
+    assert len(told[0]) == 8
+    assert told == [told[0]] * 4

@@ -138,6 +138,14 @@ def test_requests_carry_the_callers_header(server: Any, caller: Any) -> None:
     assert (seen[0]["token"], seen[0]["persistent"]) == ("abc", "0")
 
 
+def test_responses_carry_the_providers_header(server: Any, caller: Any) -> None:
+    server.advertise_service("s", Empty, lambda request: {})
+    with caller.service("s", Empty, persistent=True) as kept:
+        headers = [client()._connection_header for client in (caller.service("s", Empty), kept, kept)]
+    for header in headers:
+        assert (header["callerid"], header["type"], header["md5sum"]) == ("/server", Empty._type, Empty._md5sum)
+
+
 def test_bad_requests_never_leave(server: Any, caller: Any) -> None:
     server.advertise_service("add", AddTwoInts, add)
     client = caller.service("add", AddTwoInts)
@@ -612,7 +620,8 @@ def test_a_node_that_spins_may_call_itself(make_node: Any, persistent: bool) -> 
     with node.service("add", AddTwoInts, persistent=persistent) as client:
         assert client(1, 2).sum == 3, "before it spins"
         node.spin_once()
-        assert client.call(AddTwoIntsRequest(3, 4), timeout=5).sum == 7
+        response = client.call(AddTwoIntsRequest(3, 4), timeout=5)
+        assert (response.sum, response._connection_header["callerid"]) == (7, "/spinner")
         assert node.service("twice", AddTwoInts)(1, 2).sum == 6, "from a handler"
     assert set(threads) == {threading.current_thread()}
 

@@ -49,6 +49,7 @@ class Call:
     Attributes:
         data: bytes that have come and were not taken yet.
         greeted: whether the provider has answered the header.
+        header: that answer.
         local: whether it is a node of ours, of this machine and user, at the other end of a Unix socket.
 
     Raises:
@@ -69,6 +70,7 @@ class Call:
         except ProtocolError as error:
             raise ServiceUnavailableError(f"service [{service}] has a wrong address at the master: {error}") from error
         self.data = b""
+        self.header: dict[str, str] = {}
         here = self._connect_here(uri)
         self.local = here is not None
         try:

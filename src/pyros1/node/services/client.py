@@ -28,7 +28,7 @@ from pyros1.node.checks import check_timeout
 from pyros1.node.log.levels import WARN
 from pyros1.node.services.call import Call
 from pyros1.node.services.server import service_type
-from pyros1.wire.handshake import check_service_answer, service_client_header
+from pyros1.wire.handshake import answer_service_client, check_service_answer, service_client_header
 from pyros1.wire.header import HeaderReader, encode_header
 from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
 
@@ -100,7 +100,7 @@ class ServiceClient:
             timeout: seconds; None: no limit, until the connection breaks or the node shuts down.
 
         Returns:
-            The response message.
+            The response message; its ``_connection_header`` is the provider's.
 
         Raises:
             ServiceUnavailableError: nobody provides the service, or the provider cannot be reached.
@@ -164,9 +164,10 @@ class ServiceClient:
 
     def _call_here(self, server: Provided, request: bytes) -> Any:
         header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)
-        answer = server.call_here(request, header)
-        ok, _ = decode_response_head(answer)
-        return self._read_response(ok, answer[RESPONSE_HEAD_SIZE:])
+        response = server.call_here(request, header)
+        ok, _ = decode_response_head(response)
+        answer = answer_service_client(header, self._context.name, self.name, service_type(server.type))
+        return self._read_response(ok, response[RESPONSE_HEAD_SIZE:], answer)
 
     def _look_up(self) -> str:
         """Return the service's URI from the master."""
@@ -216,19 +217,21 @@ class ServiceClient:
                 if call is self._kept:
                     self._kept = None  # the next call connects anew
                 call.close()
-        return self._read_response(ok, body)
+        return self._read_response(ok, body, call.header)
 
-    def _read_response(self, ok: bool, body: bytes) -> Any:
+    def _read_response(self, ok: bool, body: bytes, header: dict[str, str]) -> Any:
         if not ok:
             raise ServiceError(
                 f"service [{self.name}] responded with an error: {one_line(body.decode('utf-8', 'replace'))}", body
             )
         decode = self.type._response_class._decode
         try:
-            return decode(body, 0, len(body), True)
+            response = decode(body, 0, len(body), True)
         except LengthError as error:
             self._context.log.peer(WARN, "the response of %s: %s", self.name, error, most=1, link=self.name)
-            return decode(body, 0, len(body))
+            response = decode(body, 0, len(body))
+        response._connection_header = header
+        return response
 
     def _greet(self, call: Call, request: bytes = b"") -> None:
         header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)
@@ -239,6 +242,7 @@ class ServiceClient:
             answer = reader.feed(call.receive())
         check_service_answer(answer, self.name, self._wire_type, header)
         call.data = reader.rest
+        call.header = answer
         call.greeted = True
 
     def wait(self, timeout: float | None = None) -> None:
