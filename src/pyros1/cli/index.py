@@ -275,7 +275,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
     ),
     'rospy': (
         'rospy',
-        'rospy and its siblings for all programs of this Python environment',
+        'make rospy and the other ROS modules available to all programs of this Python environment',
         'machine',
         '',
         {},
@@ -284,7 +284,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
         {
             'enable': ('rospy.enable', 'let all programs of this Python environment import rospy, std_msgs.msg, ...', 'let all programs of this Python environment import rospy, std_msgs.msg, ...', '', '', (), ()),
             'disable': ('rospy.disable', 'undo rospy enable', 'undo rospy enable', '', '', (), ()),
-            'status': ('rospy.status', 'tell which rospy runs here', 'tell which rospy runs here', '', '', (), ()),
+            'status': ('rospy.status', 'show which rospy is used here', 'show which rospy is used here', '', '', (), ()),
         },
     ),
     'run': (
@@ -398,7 +398,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
             'view_frames': ('tf.view_frames', 'draw the tree of frames into a file', 'draw the tree of frames into a file', 'view_frames', '[options]', (), ('view',)),
             'static_transform_publisher': ('tf.static_transform_publisher', 'publish a transform that does not change', 'publish a transform that does not change', 'rosrun tf static_transform_publisher', 'x y z yaw pitch roll frame_id child_frame_id [period]', ('', '', '', '', '', '', 'frame', 'frame', ''), ('static',)),
             'remap': ('tf.remap', 'rename frames: from /tf_old to /tf', 'rename frames: from /tf_old to /tf', 'tf_remap', "[_mappings:='[{old: NAME, new: NAME}, ...]']", (), ('tf_remap',)),
-            'buffer_server': ('tf.buffer_server', 'answer lookups of other nodes', 'answer lookups of other nodes', 'rosrun tf2_ros buffer_server', '[_buffer_size:=SECONDS]', (), ()),
+            'buffer_server': ('tf.buffer_server', 'answer lookups from other nodes', 'answer lookups from other nodes', 'rosrun tf2_ros buffer_server', '[_buffer_size:=SECONDS]', (), ()),
             'change_notifier': ('tf.change_notifier', 'publish on /tf_changes when frames have moved', 'publish on /tf_changes when frames have moved', 'rosrun tf tf_change_notifier', '[_polling_frequency:=HZ] [_translational_update_distance:=METRES]\n       [_angular_update_distance:=RADIANS]\n\nPublishes the pose of a frame in another frame on tf_changes, latched, when it has moved by more than the distance, or\nturned by more than twice the angle, since it was last published. Checks HZ times per second (default 10). The\nparameter ~frame_pairs is a list of {source_frame: NAME, target_frame: NAME}; each entry can have its own distances\n(default 0.1). Without it, base_link in map is watched.', (), ('tf_change_notifier',)),
         },
     ),
@@ -485,7 +485,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
     ),
     'wtf': (
         'wtf',
-        'find problems of this machine and the running system, and how to solve them',
+        'find problems on this machine and in the running system, and how to solve them',
         'machine',
         'roswtf',
         {},

@@ -44,7 +44,7 @@ def _open_page(node: Node) -> subprocess.Popen[bytes]:
 
     def watch() -> None:
         if page.wait() not in (0, -15):
-            node.log.error("there is no page with sliders (see above); the joints are published without it")
+            node.log.error("the page with sliders could not be opened (see above); the joints are published without it")
 
     threading.Thread(target=watch, name="waits for the page", daemon=True).start()
     return page

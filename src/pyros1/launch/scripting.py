@@ -63,7 +63,7 @@ class ROSLaunchParent:
         is_rostest: accepted for compatibility, without effect. ``pyros1 test`` runs tests.
         roslaunch_strs: contents of launch files.
         num_workers: accepted for compatibility, without effect.
-        timeout: seconds that a master started here waits for the answer of a node.
+        timeout: seconds that a master started here waits for a node to answer.
         master_logger_level: lowest level in the log of a master started here.
         show_summary: print the SUMMARY block.
         force_required: make every node required.

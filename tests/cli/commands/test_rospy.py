@@ -38,7 +38,7 @@ def test_status_says_which_rospy_runs(environ: dict[str, str]) -> None:
 
 def test_status_tells_of_a_real_one(tmp_path: Path) -> None:
     (tmp_path / "rospy.py").touch()
-    assert f"a real one, {tmp_path}, which wins" in pyros1(
+    assert f"a real one, {tmp_path}, which takes precedence" in pyros1(
         "rospy", "status", environ={"PYTHONPATH": f"{tmp_path}:{SOURCE}"}
     )
 

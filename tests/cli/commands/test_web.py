@@ -222,11 +222,11 @@ def test_rviz_alone_shows_its_usual_file(start: Start, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["nothing"], "there is no panel 'nothing'; there are "),
+        (["nothing"], "there is no panel 'nothing'; the panels are "),
         (["console", "/x"], "the panel console takes no arguments"),
         (["nodes", "/x", "/y"], "the panel nodes takes one node"),
         (["--layout", "Tutorial", "plot"], "--layout opens a whole layout: name no panel as well"),
-        (["-s", "rqt_shell"], "there is no plugin 'rqt_shell'; there are rqt_bag, "),
+        (["-s", "rqt_shell"], "there is no plugin 'rqt_shell'; the plugins are rqt_bag, "),
         (["--port", "70000"], "the port must be from 0 to 65535"),
         (["bag", "/nowhere/at/all.bag"], "ERROR: there is no file /nowhere/at/all.bag\n"),
         (["rqt_bag", "/usr"], "ERROR: /usr is a folder, not a bag; --bags /usr shows its bags\n"),
@@ -262,7 +262,7 @@ def test_other_machines_are_warned_of(start: Start) -> None:
     process = start("--port", "0", "--host", "0.0.0.0")
     assert process.stdout is not None
     lines = [process.stdout.readline() for _ in range(2)]
-    assert any("whoever has the link" in line for line in lines)
+    assert any("anyone who has the link" in line for line in lines)
 
 
 def test_it_ends_while_the_master_is_away(start: Start, environ: dict[str, str]) -> None:
@@ -304,7 +304,7 @@ def test_names_of_the_stock_programs(start: Start) -> None:
         assert link_in(first_line(start(*words))) == f"{link}#{panel}"
     assert link_in(first_line(start("rqt"))) == link
     other = start("rqt", "-s", "rqt_plot", "-p", "mine", "/a/x")
-    assert first_line(other).startswith("rqt: the page does not read perspectives of rqt")
+    assert first_line(other).startswith("rqt: the page cannot read rqt perspectives")
     assert settings_in(link_in(first_line(other))) == {"panel": "plot", "settings": {"curves": ["/a/x"]}}
 
 

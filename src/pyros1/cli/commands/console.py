@@ -24,7 +24,7 @@ _SIMULATED = 100_000_000
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print messages of all nodes as they arrive."""
     if args:
-        raise UsageError(f"the console takes no arguments; a node is named so: --node {args[0]}")
+        raise UsageError(f"console takes no arguments; to select a node: --node {args[0]}")
     if options.count is not None and options.count < 1:
         raise UsageError("--count needs a number of at least 1")
     wanted = Filter(options)
@@ -117,8 +117,8 @@ def _before() -> str:
     from pyros1.launch.running.logs import log_folder  # noqa: PLC0415 - for people only
 
     file = log_folder(os.environ) / "latest" / "rosout.log"
-    more = f"; the ones before are in {file}" if file.exists() else "; pyros1 web keeps them while it runs"
-    return f"messages from now on{more}"
+    more = f"; earlier ones are in {file}" if file.exists() else "; pyros1 web keeps earlier ones while it is running"
+    return f"showing messages from now on{more}"
 
 
 COMMAND = Command(
@@ -140,7 +140,7 @@ COMMAND = Command(
             dest="nodes",
             action="append",
             metavar="PATTERN",
-            help="only nodes with such a name; may be repeated for several",
+            help="show only nodes whose names match; may be repeated",
         ),
         Option(
             "-g",
@@ -148,7 +148,7 @@ COMMAND = Command(
             dest="texts",
             action="append",
             metavar="PATTERN",
-            help="only texts that contain this; may be repeated: all must be there",
+            help="show only messages whose text matches; may be repeated: all must match",
         ),
         Option(
             "-x",
@@ -156,18 +156,18 @@ COMMAND = Command(
             dest="excluded",
             action="append",
             metavar="PATTERN",
-            help="not what has this in its text or node; may be repeated",
+            help="hide messages whose text or node matches; may be repeated",
         ),
-        Option("-c", "--count", type="int", metavar="COUNT", help="end after so many messages"),
+        Option("-c", "--count", type="int", metavar="COUNT", help="exit after this many messages"),
         Flag("--nocolor", help="no color, even on a terminal"),
         JSON,
         usage="[options]",
-        description="Time, severity, node, text and place in the code of each message. Patterns are regular\n"
-        "expressions, without regard to case. pyros1 web console shows the same in a browser.",
+        description="Prints the time, severity, node, text and code location of each message. Patterns are regular\n"
+        "expressions that ignore case. pyros1 web console shows the same in a browser.",
         examples=[
             ("", "all but debug messages"),
             ("-l warn", "warnings and errors"),
-            ("-n driver -g timeout", "what nodes with driver in their names say about timeouts"),
+            ("-n driver -g timeout", "messages about timeouts from nodes with driver in their names"),
         ],
         run=run,
     ),

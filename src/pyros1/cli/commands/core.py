@@ -71,7 +71,7 @@ COMMAND = Command(
             metavar="TIMEOUT",
             dest="timeout",
             type="float",
-            help="seconds the master waits for the answer of a node",
+            help="seconds the master waits for a node to answer",
         ),
         Option(
             "--master-logger-level",
@@ -97,7 +97,7 @@ COMMAND = Command(
         Flag(
             "--no-journal",
             dest="no_journal",
-            help="after being killed, begin with nothing",
+            help="do not restore the state of a core that was killed",
         ),
         ALLOW,
         BIND,
@@ -105,7 +105,7 @@ COMMAND = Command(
         examples=[
             ("", "listen on the port of ROS_MASTER_URI, or 11311"),
             ("-p 11312", "listen on another port"),
-            ("--allow 192.168.1.0/24", "let in this network and this machine, and nobody else"),
+            ("--allow 192.168.1.0/24", "accept connections only from this network and this machine"),
             ("--sigint-timeout 1", "wait one second for processes that ignore Ctrl-C"),
         ],
         stock_examples=True,

@@ -91,7 +91,7 @@ COMMAND = Command(
             metavar="TIMEOUT",
             dest="timeout",
             type="float",
-            help="seconds to wait for the answer of a node",
+            help="seconds to wait for a node to answer",
         ),
         Option(
             "--master-logger-level",

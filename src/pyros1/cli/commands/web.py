@@ -81,7 +81,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
             shown = panel_link(link, panel, settings)
             print(f"the robot at {uri} in a browser: {shown}", flush=True)
             if not is_loopback(options.host):
-                print("other machines can reach this page; whoever has the link can do what it can", file=sys.stderr)
+                print(
+                    "other machines can reach this page; anyone who has the link can do everything that the page can",
+                    file=sys.stderr,
+                )
             if options.open or joins:
                 _show(shown)
 
@@ -148,7 +151,7 @@ def _serve(
             robot, access, options.host, port, lambda taken: started(_link(options.host, taken, access.token))
         )
         if was_killed:
-            print("somebody told the node of this server to end, so the server ends", file=sys.stderr)
+            print("the node of this server was asked to shut down, so the server exits", file=sys.stderr)
     except OSError as error:
         reason = error.strerror or str(error)
         raise _PortTakenError(
@@ -182,7 +185,7 @@ def _panel_of(plugin: str) -> tuple[str, ...]:
     name = plugin.partition("/")[0].partition(".")[0]
     if name not in PROGRAMS or name == "rqt_gui":
         known = ", ".join(name for name in PROGRAMS if name.startswith("rqt_") and name != "rqt_gui")
-        raise UsageError(f"there is no plugin {plugin!r}; there are {known}")
+        raise UsageError(f"there is no plugin {plugin!r}; the plugins are {known}")
     return PROGRAMS[name].words
 
 
@@ -203,7 +206,7 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
         return name, {setting: invocation.resolve(words[0]) if words else ""}
     if panel not in panels:
         hint = did_you_mean(panel, [*panels, *PROGRAMS, *PARTS])
-        raise UsageError(f"there is no panel {panel!r}{hint}; there are {', '.join(panels)}")
+        raise UsageError(f"there is no panel {panel!r}{hint}; the panels are {', '.join(panels)}")
     if panel in _SETTINGS:
         return panel, _SETTINGS[panel](invocation, options, words)
     if panel in _ONE and len(words) == 1:
@@ -253,7 +256,7 @@ def _plot(invocation: Invocation, options: Any, words: list[str]) -> dict[str, A
 def _scene(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:
     """Return the settings of the scene: those of a file of rviz, if one is named, or of rviz's usual one."""
     if len(words) > 1 or (words and options.display_config):
-        raise UsageError("the panel scene takes one file of rviz")
+        raise UsageError("the panel scene takes one rviz file")
     named = words[0] if words else options.display_config
     usual = os.path.expanduser(USUAL_FILE) if options.program == "rviz" else ""
     settings: dict[str, Any] = {}
@@ -292,7 +295,7 @@ COMMAND = Command(
     Verb(
         "",
         "",
-        Option("--port", type="int", metavar="PORT", help=f"port of the page ({PORT}); 0: any"),
+        Option("--port", type="int", metavar="PORT", help=f"port of the page ({PORT}); 0: any free port"),
         Option(
             "--host",
             "--bind",
@@ -323,7 +326,9 @@ COMMAND = Command(
             help="with --token '', a site whose pages may connect: for example http://localhost:8000; null: files. "
             "With a token, it is the token that lets pages of other sites in",
         ),
-        Flag("--read-only", dest="read_only", help="pages may look, but publish, call, set and stop nothing"),
+        Flag(
+            "--read-only", dest="read_only", help="pages can only view: they cannot publish, call, set or stop anything"
+        ),
         Option(
             "--topics",
             action="append",
@@ -337,25 +342,25 @@ COMMAND = Command(
             action="append",
             default=[],
             metavar="FOLDER",
-            help="folder whose bags pages may open, and into which they may record (the current one); may be repeated",
+            help="folder whose bags pages may open, and where they may record (default: this one); may be repeated",
         ),
         Option(
             "--most-pages",
             type="int",
             metavar="COUNT",
-            help="how many pages, programs of rosbridge and viewers may be connected at the same time (64)",
+            help="limit of pages, rosbridge clients and viewers connected at the same time (default: 64)",
         ),
-        Flag("--open", dest="open", help="open the page in this machine's browser; so does naming a panel"),
+        Flag("--open", dest="open", help="open the page in this machine's browser; naming a panel implies it"),
         Option("--layout", metavar="NAME", help="open this layout: Tutorial, 'Mobile robot', Arm, Bag, or your own"),
-        Option("-p", "--period", type="float", metavar="SECONDS", help="of a plot: seconds to show"),
-        Flag("-P", "--start-paused", dest="paused", help="of a plot: begin paused"),
-        Flag("-e", "--empty", help="of a plot: begin without the curves that it had before"),
-        Flag("--xy", help="of a plot: the second of two curves against the first"),
-        Flag("--clock", help="of a bag: publish the clock when it is played"),
-        Option("-s", "--standalone", metavar="PLUGIN", help="as rqt has it: the panel of this plugin of rqt"),
-        Option("-f", "--fixed-frame", metavar="FRAME", help="of the scene: the frame that stands still"),
-        Option("--target-frame", metavar="FRAME", help="of the scene: the frame that the view follows"),
-        Option("-d", "--display-config", metavar="FILE", help="of the scene: a file that rviz has saved"),
+        Option("-p", "--period", type="float", metavar="SECONDS", help="plot: seconds to show"),
+        Flag("-P", "--start-paused", dest="paused", help="plot: start paused"),
+        Flag("-e", "--empty", help="plot: start without the previous curves"),
+        Flag("--xy", help="plot: the second of two curves against the first"),
+        Flag("--clock", help="bag: publish the clock while playing"),
+        Option("-s", "--standalone", metavar="PLUGIN", help="as in rqt: open the panel for this rqt plugin"),
+        Option("-f", "--fixed-frame", metavar="FRAME", help="scene: the fixed frame"),
+        Option("--target-frame", metavar="FRAME", help="scene: the frame that the view follows"),
+        Option("-d", "--display-config", metavar="FILE", help="scene: a configuration file of rviz"),
         # rqt and its plugins take these; the page has nothing to clear or discover
         Flag("--clear-config", dest="clear_config", hidden=True),
         Flag("--force-discover", dest="force_discover", hidden=True),
@@ -373,11 +378,11 @@ COMMAND = Command(
         description="Graph, console, plots, messages, parameters and services, live.",
         examples=[
             ("--open", "the robot in this machine's browser"),
-            ("plot /velocity/data,/force_cmd/data", "a plot, from a server that runs or a new one"),
+            ("plot /velocity/data,/force_cmd/data", "a plot, from a running server or a new one"),
             ("plot --xy /odom/pose/pose/position/x:y", "one field against another"),
-            ("scene -d robot.rviz", "what a file of rviz shows"),
+            ("scene -d robot.rviz", "the displays in a configuration file of rviz"),
             ("bag run.bag", "what is in a bag; it can be played from there"),
-            ("--host 0.0.0.0 --read-only", "for other machines, to look only"),
+            ("--host 0.0.0.0 --read-only", "for other machines, view only"),
         ],
         parse=_parse,
         run=run,

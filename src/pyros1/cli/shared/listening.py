@@ -18,7 +18,7 @@ BIND = Option(
     "--bind",
     metavar="ADDRESS",
     own=True,
-    help="address of this machine to listen on; without this option, all of them",
+    help="address of this machine to listen on (default: all of them)",
 )
 PORTS = Option(
     "--ports",

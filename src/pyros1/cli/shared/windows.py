@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 from pyros1.cli.failures import UsageError
 
-_LAYOUTS = "the page does not read perspectives of rqt; its button Layouts keeps and shares arrangements"
-_NOT_ALONE = "a page has no other window to command or to be in; this option has no effect"
+_LAYOUTS = "the page cannot read rqt perspectives; its Layouts button saves and shares layouts"
+_NOT_ALONE = "a page cannot control another window or be embedded in one; this option has no effect"
 _NONE = ""
 """An option that changes nothing that a page has."""
 
@@ -65,12 +65,12 @@ _PLOT: Mapping[str, Meaning] = {
     "-e": Meaning("--empty"), "--empty": Meaning("--empty"),
 }  # fmt: skip
 _TOLD = {
-    ("-b", "--buffer"): "the page keeps at least what its period shows (-p); its button CSV saves it",
-    ("-r", "--refresh"): "the page draws as often as the browser does; there is no rate of its own",
-    ("-m", "--marker"): "curves on the page are lines; there are no markers",
-    ("-t", "--title"): "a plot on the page has no title; its button Layouts keeps it under a name",
-    ("-l", "--legend"): "curves on the page are called by their fields",
-    ("-M", "--mode"): "curves on the page are over time; --xy draws the second of two against the first",
+    ("-b", "--buffer"): "the page keeps at least the period that it shows (-p); its CSV button saves it",
+    ("-r", "--refresh"): "the page redraws whenever the browser does; this option has no effect",
+    ("-m", "--marker"): "the page draws curves as lines, without markers",
+    ("-t", "--title"): "a plot on the page has no title; its Layouts button saves it under a name",
+    ("-l", "--legend"): "the page labels curves by their fields",
+    ("-M", "--mode"): "the page plots curves over time; --xy plots the second of two against the first",
 }
 _RXPLOT: Mapping[str, Meaning] = {
     **{name: Meaning(value=True, note=note) for names, note in _TOLD.items() for name in names},

@@ -43,7 +43,7 @@ class Core:
         log_folder: folder of master.log and rosout.log.
         environ: this process's environment.
         on_shutdown: called with the reason when a client tells the master to shut down.
-        notify_timeout: seconds to wait for the answer of a node to a notification, None for the default.
+        notify_timeout: seconds to wait for a node to answer to a notification, None for the default.
         log_level: lowest level in master.log: debug (with each call of the master), info, warn, error or fatal.
         guests: decides who may connect to the master; None lets everybody in.
         continued: the journal, and what is continued; None: neither.

@@ -22,7 +22,7 @@ class Options:
         sigint_timeout: seconds between SIGINT and SIGTERM.
         sigterm_timeout: seconds between SIGTERM and SIGKILL.
         title: beginning of the terminal's title.
-        notify_timeout: seconds that a master started here waits for the answer of a node.
+        notify_timeout: seconds that a master started here waits for a node to answer.
         prefix: write the node's name before each line on the screen.
         master_log_level: lowest level in the log of a master started here: debug, info, warn, error or fatal.
         keep_running: continue when no process is left, as a core always does.

@@ -145,11 +145,11 @@ _WAYS = (
     Flag("--local", dest="local_only", help="do not start nodes of other machines"),
     Flag("--screen", dest="force_screen", help="send the output of all nodes to the screen"),
     Flag("--log", dest="force_log", help="send the output of all nodes to log files"),
-    Flag("--required", dest="force_required", help="end everything when any node ends"),
+    Flag("--required", dest="force_required", help="end the launch when any node exits"),
     Flag(
         "--preload",
-        help="start Python nodes as copies of a process that has imported pyros1 and rospy already: many nodes are "
-        "there sooner",
+        help="start Python nodes as forks of a process that has already imported pyros1 and rospy: many nodes "
+        "start faster",
     ),
     Flag("--prefix", help="begin each line on the screen with the node's name, in color on a terminal"),
     Option(
@@ -196,7 +196,7 @@ _MASTER = (
         "--timeout",
         metavar="TIMEOUT",
         type="float",
-        help="seconds that a master started here waits for the answer of a node",
+        help="seconds that a master started here waits for a node to answer",
     ),
     Option(
         "--master-logger-level",

@@ -32,6 +32,6 @@ VERB = Verb(
     Argument("logger"),
     Argument("level"),
     usage=f"<node> <logger> <level>\n\n <level> must be one of [{', '.join(LEVELS)}]",
-    examples=[("/talker rosout debug", "see more messages of a node, until it ends")],
+    examples=[("/talker rosout debug", "more messages from a node, until it exits")],
     run=run,
 )

@@ -53,7 +53,7 @@ def _verb(name: str, done: str, about: str, example: str) -> Verb:
 
 VERBS = [
     _verb("stop", "stopped", "stop a node of a launch", "stop a node; the launch does not start it again"),
-    _verb("start", "started", "start a stopped node of a launch", "start a node that was stopped or has ended"),
+    _verb("start", "started", "start a stopped node of a launch", "start a node that was stopped or has exited"),
     _verb(
         "restart",
         "restarted",

@@ -51,7 +51,7 @@ VERB = Verb(
     Flag("-a", "--all", help="kill all nodes"),
     Argument("node", "node", many=True, optional=True),
     usage="[node]...",
-    examples=[("/talker", "tell a node to end")],
+    examples=[("/talker", "ask a node to shut down")],
     run=run,
 )
 

@@ -82,6 +82,6 @@ VERB = Verb(
     Flag("--json", help="print a JSON list of objects: node, uri; with --check: state, reason", own=True),
     Argument("/namespace", "namespace", optional=True),
     usage="",
-    examples=[("", "all nodes"), ("-a", "with their addresses"), ("--check", "which are alive, hang, or are dead")],
+    examples=[("", "all nodes"), ("-a", "with their addresses"), ("--check", "which nodes are alive, hanging or dead")],
     run=run,
 )

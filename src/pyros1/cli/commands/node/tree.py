@@ -36,7 +36,7 @@ VERB = Verb(
     Flag("-a", "--all", help="also show what every node has, such as /rosout"),
     Flag("--json", help="print a JSON list of objects: node, publishes, subscribes, services", own=True),
     Argument("/namespace", "namespace", optional=True),
-    examples=[("", "nodes by namespace, with what they publish and subscribe")],
+    examples=[("", "nodes by namespace, with the topics they publish and subscribe to")],
     stock="",
     run=run,
 )

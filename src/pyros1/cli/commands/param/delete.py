@@ -32,6 +32,6 @@ VERB = Verb(
     "delete parameter",
     VERBOSE,
     Argument("parameter", "param"),
-    examples=[("/gain", "one"), ("/robot1", "a parameter, or all below a name")],
+    examples=[("/gain", "one"), ("/robot1", "a parameter, or everything below a name")],
     run=run,
 )

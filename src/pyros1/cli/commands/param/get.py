@@ -43,7 +43,7 @@ VERB = Verb(
     VERBOSE,
     JSON,
     Argument("parameter", "param"),
-    examples=[("/gain", "a value"), ("/robot1", "all below a name, as YAML")],
+    examples=[("/gain", "a value"), ("/robot1", "everything below a name, as YAML")],
     run=run,
 )
 

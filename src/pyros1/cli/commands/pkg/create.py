@@ -48,7 +48,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1
     if examples and (options.meta or options.no_examples):
-        why = "a metapackage has no files" if options.meta else "--no-examples asks for none"
+        why = "a metapackage has no files" if options.meta else "--no-examples excludes it"
         print(f"ERROR: --example cannot be used here: {why}", file=sys.stderr)
         return 1
     needs = [need for each in examples for need in each.needs(options.face)]
@@ -105,13 +105,13 @@ VERB = Verb(
     "create a package",
     Option(
         "-e", "--example", action="append", own=True,
-        help="an example to copy in place of the minimal ones; may be given several times",
+        help="an example to use instead of the minimal ones; may be repeated",
     ),
     Option(
         "--face", choices=FACES, default=FACES[0], own=True,
-        help="what the examples are written with: node (pyros1.Node, the default) or rospy",
+        help="the API that the examples use: node (pyros1.Node, the default) or rospy",
     ),
-    Flag("--list-examples", help="list the examples, and do nothing else", own=True),
+    Flag("--list-examples", help="list the examples and exit", own=True),
     Flag("--no-examples", help="do not add example nodes, message and launch file", own=True),
     Flag("--meta", help="create a metapackage"),
     Option("-s", "--sys-deps", nargs="*", help="system dependencies"),
@@ -128,8 +128,8 @@ VERB = Verb(
     examples=[
         ("my_robot std_msgs", "with example nodes, a message and a launch file, ready to run"),
         ("my_robot --example service --example timer", "with these examples, ready to run"),
-        ("my_robot --example launch --face rospy", "with an example that is written with rospy"),
-        ("--list-examples", "the examples that there are"),
+        ("my_robot --example launch --face rospy", "with an example that uses rospy"),
+        ("--list-examples", "list the available examples"),
         ("my_robot --no-examples roscpp", "package.xml and CMakeLists.txt only"),
     ],
     stock="catkin_create_pkg",

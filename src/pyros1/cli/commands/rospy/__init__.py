@@ -1,4 +1,4 @@
-"""``pyros1 rospy``: rospy and its siblings for all programs of this Python environment."""
+"""``pyros1 rospy``: make rospy and the other ROS modules available to all programs of this Python environment."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pyros1.cli.records import Command
 
 COMMAND = Command(
     "rospy",
-    "rospy and its siblings for all programs of this Python environment",
+    "make rospy and the other ROS modules available to all programs of this Python environment",
     group="machine",
     order=("enable", "disable", "status"),
 )

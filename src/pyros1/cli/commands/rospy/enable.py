@@ -24,11 +24,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     print(f"wrote {file}")
     found = installed_rospy()
     if found is None and os.environ.get(VARIABLE):
-        print(f"programs do not import rospy all the same: {VARIABLE}={os.environ[VARIABLE]} is in the environment")
+        print(f"programs still do not import rospy: {VARIABLE}={os.environ[VARIABLE]} is in the environment")
     elif found is None:
-        print("programs of this environment do not import rospy all the same: does its Python start?")
+        print("programs of this environment still cannot import rospy: does its Python start?")
     elif not found.startswith(MODULES):
-        print(f"a real rospy is installed, and wins: {found}. {VARIABLE}=pyros1 in the environment prefers ours.")
+        print(f"a real rospy is installed and takes precedence: {found}. Set {VARIABLE}=pyros1 to use ours.")
     else:
         print("programs of this environment can now import rospy, std_msgs.msg and the other modules of ROS 1")
 

@@ -21,15 +21,17 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     found = installed_rospy()
     print(f"Python:  {sys.executable}")
     if found is None:
-        print("rospy:   none; only programs that pyros1 starts find it. `pyros1 rospy enable` offers it to all.")
+        print(
+            "rospy:   none; only programs that pyros1 starts find it. `pyros1 rospy enable` makes it available to all."
+        )
     elif found.startswith(MODULES):
         print(f"rospy:   pyros1's, {os.path.dirname(found)}")
     else:
-        print(f"rospy:   a real one, {os.path.dirname(found)}, which wins. {VARIABLE}=pyros1 prefers ours.")
+        print(f"rospy:   a real one, {os.path.dirname(found)}, which takes precedence. {VARIABLE}=pyros1 selects ours.")
     print(f"enabled: {f'yes, by {pth_file()}' if is_enabled() else 'no'}")
     for name in (VARIABLE, "PYTHONPATH"):
         if os.environ.get(name):
             print(f"{name}={os.environ[name]}")
 
 
-VERB = Verb("status", "tell which rospy runs here", examples=[("", "this environment")], stock="", run=run)
+VERB = Verb("status", "show which rospy is used here", examples=[("", "this environment")], stock="", run=run)

@@ -30,7 +30,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "buffer_server",
-    "answer lookups of other nodes",
+    "answer lookups from other nodes",
     usage="[_buffer_size:=SECONDS]",
     examples=[
         ("", "serve the action tf2_buffer_server"),

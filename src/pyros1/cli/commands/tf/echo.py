@@ -42,7 +42,7 @@ VERB = Verb(
     Option("-c", "--cache_time", metavar="SECONDS", default="10", help="length of the buffer in seconds (10)"),
     Option("-o", "--offset", metavar="SECONDS", help="look up at the current time plus this many seconds"),
     Option("-t", "--time", metavar="SECONDS", help="look up at this time (default: the latest available)"),
-    Option("-l", "--limit", metavar="COUNT", help="end after this many lookups"),
+    Option("-l", "--limit", metavar="COUNT", help="exit after this many lookups"),
     Option("-p", "--precision", metavar="DIGITS", help="digits after the decimal point (3)"),
     Flag("--json", help="print a JSON object per lookup"),
     Flag("--tf2", help="print as tf2_tools echo.py does"),

@@ -69,7 +69,7 @@ VERB = Verb(
     "plot",
     "draw numbers as curves in the terminal",
     Option("-p", "--period", type="float", default=10.0, metavar="SECONDS", help="seconds to show (10)"),
-    Flag("-n", "--once", help="draw one chart at the end of the period, and end"),
+    Flag("-n", "--once", help="draw one chart at the end of the period, and exit"),
     Argument("/topic/field", "topic", many=True),
     usage="[options] /topic/field[:field...] ...",
     examples=[
@@ -77,7 +77,7 @@ VERB = Verb(
         ("/imu/linear_acceleration/x:y:z", "three fields of one message"),
         (
             "'/odom: hypot(m.twist.twist.linear.x, m.twist.twist.linear.y)'",
-            "what an expression makes of each message m",
+            "the value of an expression of each message m",
         ),
     ],
     stock="",

@@ -116,7 +116,7 @@ VERB = Verb(
     examples=[
         ("/vel_cmd std_msgs/Float64 1.0", "publish once, and keep it latched for later subscribers"),
         ("-r 10 /cmd_vel geometry_msgs/Twist '{linear: {x: 0.1}}'", "ten times a second"),
-        ("-1 /goal geometry_msgs/PoseStamped '{header: auto}'", "once, and end"),
+        ("-1 /goal geometry_msgs/PoseStamped '{header: auto}'", "once, and exit"),
         ("-f odom.jsonl /odom nav_msgs/Odometry", "publish the output of `topic echo --json`"),
     ],
     parse=_parse,

@@ -30,7 +30,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 COMMAND = Command(
     "wtf",
-    "find problems of this machine and the running system, and how to solve them",
+    "find problems on this machine and in the running system, and how to solve them",
     Verb(
         "",
         "",
@@ -38,15 +38,15 @@ COMMAND = Command(
         Flag("--no-plugins", help="accepted for compatibility; there are no plugins"),
         Flag("--offline", help="do not check the running system"),
         Flag("--json", help="print findings as JSON", own=True),
-        Flag("--report", help="print a report for those who help you, as Markdown, without secrets", own=True),
+        Flag("--report", help="print a Markdown report for whoever helps you, without secrets", own=True),
         Argument("launch file", "launch_file", many=True, optional=True),
         usage="[launch file]\n\n%prog checks a ROS installation and a running system, and launch files if they are "
-        "given.\nIt prints each problem with its cure.",
+        "given.\nIt prints each problem, and how to solve it.",
         examples=[
             ("", "check this machine and the running system"),
             ("--offline robot.launch", "check a launch file, without a master"),
             ("--json", "for programs"),
-            ("--report > report.md", "what a question or an issue should bring"),
+            ("--report > report.md", "what to include in a question or an issue"),
         ],
         parse=parse_all_words,
         run=run,

@@ -92,7 +92,7 @@ def examine(everything: bool, offline: bool, quiet: bool, files: list[str], word
                 "master",
                 ERROR,
                 f"the master gives unexpected answers: {error}",
-                "if ROS_MASTER_URI is right, another program may be using the port: end it and start pyros1 core",
+                "if ROS_MASTER_URI is right, another program may be using the port: stop it and start pyros1 core",
             )
         ]
     finally:
@@ -167,7 +167,7 @@ def _silent_master() -> Finding:
         "silent-master",
         ERROR,
         f"the master at {master_uri(os.environ, {})} did not answer within {MASTER_TIMEOUT:g} s",
-        "if its process is suspended, continue it with kill -CONT; if it hangs, end it and start pyros1 core; "
+        "if its process is suspended, continue it with kill -CONT; if it hangs, stop it and start pyros1 core; "
         "if it is on another machine, check the network and its firewall",
     )
 

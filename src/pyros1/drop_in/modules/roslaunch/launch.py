@@ -61,7 +61,7 @@ class ROSLaunchRunner:
         is_core: run a core.
         remote_runner, is_child, num_workers: not used.
         is_rostest: not used.
-        timeout: seconds that a master started here waits for the answer of a node.
+        timeout: seconds that a master started here waits for a node to answer.
         master_logger_level: lowest level in the log of a master started here.
         sigint_timeout, sigterm_timeout: seconds between SIGINT, SIGTERM and SIGKILL.
         options: pyros1's further options of a launch.

@@ -39,7 +39,7 @@ class ROSLaunchParent:
         force_screen, force_log: send all output to the screen, or into files.
         is_rostest, num_workers: accepted for compatibility.
         roslaunch_strs: contents of more files.
-        timeout: seconds that a master started here waits for the answer of a node.
+        timeout: seconds that a master started here waits for a node to answer.
         master_logger_level: lowest level in the log of a master started here.
         show_summary: print the SUMMARY block.
         force_required: make every node required.
