@@ -26,7 +26,7 @@ class OpenValve(Trigger):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")
 def test_the_program_of_the_page(make_node: Any, environ: dict[str, str]) -> None:
-    (program,) = pages()["nodes"].code("python", "Parameters, errors, other people's services")
+    (program,) = pages()["nodes"].code("python", "Parameters, errors, services of other nodes")
     node = make_node("test")
     said: queue.Queue[str] = queue.Queue()
     node.subscribe("/rosout", Log, lambda record: record.name == "/pump" and said.put(record.msg))
