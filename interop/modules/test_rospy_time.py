@@ -149,6 +149,37 @@ for rate in rates:
 """
 )
 
+AGAIN = (
+    SIMULATED[: SIMULATED.index("tick(10)\n")]
+    + """
+tick(100)
+for reset in (False, True):
+    events = []
+    timer = rospy.Timer(rospy.Duration(1), events.append, reset=reset)
+    for first, count in ((100, 3), (20, 6), (3, 9)):  # the bag is played again
+        thread, _ = background(lambda: until(lambda: len(events) >= count or not timer.is_alive()))
+        move(thread, first, 0.25)
+    print(timer.is_alive(), [event.current_real.secs // 10 for event in events][:9])
+    timer.shutdown()
+"""
+)
+
+LAST_WORDS = (
+    SIMULATED[: SIMULATED.index("tick(10)\n")]
+    + """
+tick(10)
+def hook():
+    for wait in (lambda: rospy.sleep(100), rospy.Rate(0.01).sleep):
+        try:
+            wait()
+        except rospy.ROSInterruptException as error:
+            print(rospy.is_shutdown(), type(error).__name__)
+rospy.on_shutdown(hook)
+rospy.signal_shutdown("the simulation has ended")
+print(rospy.is_shutdown())
+"""
+)
+
 IGNORED = """
 rospy.set_param("/use_sim_time", True)
 rospy.init_node("ignores", disable_rostime=True)
@@ -172,3 +203,17 @@ def test_simulated_time_is_ignored(launcher: Master, face: str) -> None:
 
 def test_rates_when_simulated_time_jumps(launcher: Master) -> None:
     same(launcher, HEAD + JUMPS)
+
+
+def test_a_timer_goes_on_when_simulated_time_begins_again(launcher: Master) -> None:
+    """As in the last release of Noetic; in the one of Debian a timer without ``reset`` ends."""
+    lines = run("ours", launcher, HEAD + AGAIN).splitlines()[-2:]
+    assert lines[1] == "True [10, 10, 10, 2, 2, 2, 0, 0, 0]"
+    assert lines[0].startswith("True [10, 10, 10, ")
+    assert run("stock", launcher, HEAD + AGAIN).splitlines()[-1] == lines[1]
+
+
+def test_hooks_do_not_wait_for_a_clock_that_has_gone(launcher: Master) -> None:
+    """In stock the sleep, and so the end of the node, takes until somebody kills it."""
+    text = run("ours", launcher, HEAD + LAST_WORDS)
+    assert text.endswith("\n" + "False ROSInterruptException\n" * 2 + "True\n")

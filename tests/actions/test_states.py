@@ -191,3 +191,17 @@ def test_names_of_goals() -> None:
     names = GoalNames("/node")
     assert names.next(Time(7, 5_000_000)) == "/node-1-7.005"
     assert names.next(Time(7, 5_000_000)) == "/node-2-7.005"
+
+
+def test_goals_are_forgotten_when_simulated_time_begins_again() -> None:
+    table: GoalTable[Tracked] = GoalTable(Duration(5))
+    goal = Tracked(goal_id("old", 90), 3)
+    goal.ended = Time(95, 0)
+    table.goals.append(goal)
+    table.meant(goal_id("", 99))
+    assert table.forget(Time(99, 0)) == []
+    assert table.is_too_old(goal_id("new", 98))
+    assert table.forget(Time(2, 0)) == []  # the bag is played again
+    assert not table.is_too_old(goal_id("new", 3))
+    assert table.forget(Time(6, 0)) == []
+    assert table.forget(Time(8, 0)) == [goal]

@@ -148,6 +148,20 @@ def test_sleep_in_simulated_time_ends_with_the_node(
         stopping.clear()
 
 
+def test_a_node_that_ends_waits_for_ticks_only_while_they_come(
+    clock: Simulation, in_thread: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.clock.PATIENCE", 100)
+    clock.tick(Time(100, 0))
+    clock.ending = True
+    sleep = in_thread(clock.sleep, 3.0)
+    for seconds in (101, 102, 103):
+        clock.go(seconds)
+    assert sleep.join() is True
+    monkeypatch.setattr("pyros1.node.clock.PATIENCE", 0)
+    assert in_thread(clock.sleep, 3.0).join() is False
+
+
 def test_rate_in_simulated_time(clock: Simulation, in_thread: Any) -> None:
     clock.tick(Time(10))
     rate = Rate(clock, 2.0)

@@ -276,3 +276,27 @@ def test_a_server_that_is_closed(make_node: Make) -> None:
     server.close()
     with pytest.raises(TimeoutException):
         client.lookup_transform("map", "base")
+
+
+def test_a_lookup_is_answered_when_simulated_time_begins_again(make_node: Make) -> None:
+    world = make_node("world", rosout=False)
+    world.params["/use_sim_time"] = True
+    clock: Any = world.advertise("/clock", "rosgraph_msgs/Clock")
+    BufferServer(make_node("server", rosout=False), Buffer())
+    actor = Actor(world)
+    assert clock.wait_for_subscribers(timeout=PATIENCE)
+    ticks = iter(range(10**6))
+
+    def play_until(reached: Callable[[], bool], begin: float) -> None:
+        for _ in range(1000):
+            clock.publish(Time.from_sec(begin + next(ticks) * 0.1))
+            if reached():
+                return
+            threading.Event().wait(0.005)
+        raise AssertionError("not in time")
+
+    play_until(lambda: not actor.statuses.empty(), 1000.0)
+    actor.send("late", "nowhere", timeout=100_000.0)
+    play_until(lambda: not actor.statuses.empty() and actor.statuses.get() == [("late", STATUS.ACTIVE)], 1000.0)
+    play_until(lambda: not actor.results.empty(), 0.0)
+    assert actor.results.get().result.error.error != 0

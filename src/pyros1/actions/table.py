@@ -57,6 +57,7 @@ class GoalTable(Generic[_T]):
         self.goals: list[_T] = []
         self.kept = kept
         self.last_cancel = Time()
+        self._seen = Time()  # the latest time that `forget` was called with
 
     def find(self, name: str) -> _T | None:
         """Return the goal of a name; None if it is not known."""
@@ -87,7 +88,16 @@ class GoalTable(Generic[_T]):
         return [each for each in self.goals if is_meant(request, each.status.goal_id)]
 
     def forget(self, now: Time) -> list[_T]:
-        """Remove and return the goals that ended long enough ago."""
+        """Remove and return the goals that ended long enough ago.
+
+        Called at each change and regularly. When simulated time has jumped back, as when a bag is played again, those
+        that have ended are spoken of from then on, and requests to cancel of the other time do not count any more.
+        """
+        if now < self._seen:
+            self.last_cancel = min(self.last_cancel, now)
+            for each in self.goals:
+                each.ended = each.ended and min(each.ended, now)
+        self._seen = now
         gone = [each for each in self.goals if each.ended is not None and each.ended + self.kept < now]
         if gone:
             self.goals = [each for each in self.goals if each not in gone]

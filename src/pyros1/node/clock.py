@@ -23,6 +23,9 @@ LONGEST_PERIOD = 1e9
 """Longest period of a timer, in seconds."""
 STEP = 0.3
 """Longest wait for a tick of simulated time, in seconds, before a check whether the node is shutting down."""
+PATIENCE = 1.0
+"""Seconds without a tick of simulated time after which sleeps of a node that ends are cut short: the simulation may
+have ended before it."""
 
 
 class Clock:
@@ -33,11 +36,13 @@ class Clock:
 
     Attributes:
         simulated: whether it is the time on /clock.
+        ending: whether the node has begun to end; its first hooks may still sleep.
         on_tick: called after each change of simulated time, by the thread that receives it.
     """
 
     def __init__(self, stopping: threading.Event) -> None:
         self.simulated = False
+        self.ending = False
         self.on_tick: list[Callable[[], object]] = []
         self._stopping = stopping
         self._now = Time()
@@ -79,7 +84,8 @@ class Clock:
             seconds: in the node's time; 0 or less returns at once.
 
         Returns:
-            False if the sleep was cut short because the node is shutting down.
+            False if the sleep was cut short because the node is shutting down; before all sleeps end, one ends when
+            simulated time stands still for `PATIENCE` seconds.
 
         Raises:
             TimeMovedBackwardsError: simulated time jumped back meanwhile.
@@ -111,13 +117,16 @@ class Clock:
         self._ticked.wait(lambda: self._now is not now or self._stopping.is_set(), STEP)
 
     def _await_tick(self, waiting: Callable[[], bool]) -> bool:
+        ticked = time.monotonic()
         while True:
             now = self._now
             if not waiting():
                 break
-            if self._stopping.is_set():
+            if self._stopping.is_set() or (self.ending and time.monotonic() - ticked > PATIENCE):
                 return False
             self._wait_for_change(now)
+            if self._now is not now:
+                ticked = time.monotonic()
         return not self._stopping.is_set()
 
 

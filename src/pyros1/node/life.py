@@ -109,6 +109,7 @@ class Life:
         self._signals.restore()
 
     def _run(self, reason: str) -> None:
+        self._clock.ending = True
         try:
             self._run_hooks(self._early)
         finally:  # also when a hook ends the program

@@ -76,6 +76,7 @@ class BufferServer:
         self._goals: dict[str, _Goal] = {}
         self._numbers = itertools.count(1)
         self._cancelled = Time()  # goals with stamps up to this are cancelled, even if they arrive later
+        self._checked = Time()
         self._closed = False
         self._header: Any = load_message("std_msgs/Header")
         self._status: Any = load_message("actionlib_msgs/GoalStatus")
@@ -152,8 +153,13 @@ class BufferServer:
 
     def _check(self) -> None:
         with self._lock:
+            now = self._node.now()
+            back, self._checked = now < self._checked, now
+            if back:  # simulated time begins again: what waits for times of before gets an answer now
+                self._cancelled = Time()
             for goal in list(self._goals.values()):
                 if goal.ended is None and not self._closed:
+                    goal.deadline = min(goal.deadline, now) if back else goal.deadline
                     self._answer(goal)
 
     def _answer(self, goal: _Goal) -> bool:

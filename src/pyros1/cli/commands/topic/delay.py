@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
+from pyros1.cli.commands.topic._standstill import Standstill
 from pyros1.cli.commands.topic._window import PERIOD, TCPNODELAY, WINDOW, window
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
@@ -46,12 +47,14 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                 return
             meter.arrived((now - message.header.stamp).to_sec())
 
+        standstill = Standstill(node)
         with subscribe(node, found[0], arrived):
             print(f"subscribed to [{name}]", flush=True)
             while invocation.pause(PERIOD):
                 if failures:
                     raise CommandError(failures[0])
                 lines = meter.lines()
+                standstill.lasts()
                 if lines is not None:
                     print(lines, flush=True)
 

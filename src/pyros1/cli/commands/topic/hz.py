@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from time import time
 from typing import Any
 
+from pyros1.cli.commands.topic._standstill import Standstill
 from pyros1.cli.commands.topic._window import PERIOD, TCPNODELAY, WINDOW, window
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
@@ -29,6 +30,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     with invocation.open_node() as node, ExitStack() as subscriptions:
         simulated = not options.wall_time and node.params.get("/use_sim_time", False) is True
         now: Callable[[], float] = (lambda: node.now().to_sec()) if simulated else time
+        standstill = Standstill(node, " --wall-time measures without it.") if simulated else None
         meters: dict[str, RateMeter] = {}
         for name in map(invocation.resolve, args):
             found = find_topic(invocation, node, name)
@@ -41,6 +43,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         while invocation.pause(PERIOD):
             figures = {name: meter.figures() for name, meter in meters.items()}
             fresh = {name: figure for name, figure in figures.items() if figure is not None}
+            if standstill and standstill.lasts():
+                fresh = {}  # all in no time: that is no rate
             if not fresh:
                 print("no new messages", flush=True)
             elif len(meters) == 1:

@@ -149,7 +149,7 @@ class Updater(DiagnosticTaskVector):
     def update(self) -> None:
         """Run the tasks and publish, if it is time; to be called often."""
         self._check_diagnostic_period()
-        if rospy.Time.now() >= self.last_time + rospy.Duration(self.period):
+        if not self.last_time <= rospy.Time.now() < self.last_time + rospy.Duration(self.period):  # it may jump back
             self.force_update()
 
     def force_update(self) -> None:
@@ -197,6 +197,6 @@ class Updater(DiagnosticTaskVector):
     def _check_diagnostic_period(self) -> None:
         """Take a change of the parameter."""
         now = rospy.Time.now()
-        if (now - self.last_time_period_checked).to_sec() >= _RECHECK:
+        if not 0 <= (now - self.last_time_period_checked).to_sec() < _RECHECK:
             self.last_time_period_checked = now
             self.period = rospy.get_param_cached("~diagnostic_period", 1)

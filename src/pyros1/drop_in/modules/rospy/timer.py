@@ -149,7 +149,8 @@ class Timer(threading.Thread):
         period: a Duration.
         callback: called with a TimerEvent. If it raises, the timer ends.
         oneshot: call only once.
-        reset: go on after simulated time has jumped back.
+        reset: begin a new cycle without a word when simulated time jumps back. Without it the timer goes on as well, as
+            in the last release of ROS Noetic; before, it ended.
     """
 
     def __init__(
@@ -177,6 +178,8 @@ class Timer(threading.Thread):
         while not (PROCESS.is_shutdown or self._ended):
             try:
                 rate.sleep()
+            except ROSTimeMovedBackwardsException:
+                pass  # as when a bag is played again; the next cycle begins at the new time
             except ROSInterruptException:
                 if PROCESS.is_shutdown:
                     return

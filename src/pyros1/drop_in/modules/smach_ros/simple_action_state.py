@@ -115,6 +115,7 @@ class SimpleActionState(CallState):
         canceled: float | None = None
         while not self._done.wait(0.02) and not rospy.is_shutdown():
             if canceled is None:
+                begin = min(begin, rospy.Time.now())  # simulated time may jump back
                 late = self._exec_timeout is not None and rospy.Time.now() - begin > self._exec_timeout
                 if late or self.preempt_requested():
                     if late:
