@@ -261,7 +261,7 @@ def test_files_that_cannot_be_opened_say_why(browser: Browser, start_web: Callab
     browser.open(web.page("bag"))
     browser.click(".files .entry.file", "bad.bag")
     browser.wait_for_text("not a bag")
-    browser.click(".other button", "Choose another one")
+    browser.click(".other button", "Choose another bag")
     browser.click(".files .entry.file", "cut.bag")
     browser.wait("document.querySelectorAll('.timeline .row').length === 2")
     browser.wait_for_text("pyros1 bag reindex")
@@ -349,5 +349,5 @@ def test_an_empty_bag_and_a_record_dialog_say_what_to_do(
         "window.robot.call = async (...words) => ({...await call(...words), writable: false});"
     )
     browser.click(".record-dialog .entry.folder", "inner")
-    browser.wait_for_text("this server may not write into this folder")
+    browser.wait_for_text("this server may not write to this folder")
     assert browser.run("return document.querySelector('.record-dialog .primary').disabled")

@@ -172,7 +172,7 @@ def test_a_broken_connection_and_a_silent_node_and_why(
         browser.wait_for_text("do not agree on its type: std_msgs/Float64, std_msgs/String")
         click(browser, "n:/hung")
         browser.wait_for_text("it does not answer")
-        browser.wait_for_text("they hang, or are stopped")
+        browser.wait_for_text("they are hanging or stopped")
 
 
 def test_a_node_is_stopped_after_a_question(browser: Browser, web: Web, start_program: Callable[..., Any]) -> None:
@@ -187,7 +187,7 @@ def test_a_node_is_stopped_after_a_question(browser: Browser, web: Web, start_pr
     browser.click(".sheet .danger", "Stop")
     browser.click(".sheet .danger", "Stop it")
     assert process.wait(20) == 0
-    browser.wait_for_text("This node has ended")
+    browser.wait_for_text("This node has exited")
 
 
 def test_a_page_that_may_only_look_does_not_offer_to_stop(
@@ -253,7 +253,7 @@ def test_topics_that_nobody_subscribes_to_are_counted_and_shown_by_a_click(
         talker.advertise(f"topic{number}", String)
     browser.open(web.page("graph"))
     wait_for_boxes(browser, "n:/talker")
-    browser.wait_for_text("15 topics hidden that nobody subscribes to · show")
+    browser.wait_for_text("15 topics without subscribers hidden · show")
     browser.click(".graph .note button", "show")
     wait_for_boxes(browser, "n:/talker", *(f"t:/topic{number}" for number in range(15)))
     browser.wait("!document.querySelector('.graph .note').innerText.includes('hidden')")

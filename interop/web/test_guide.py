@@ -17,7 +17,7 @@ def test_a_step_beside_what_it_does(browser: Browser, web: Web, tmp_path: Path) 
     browser.open(web.page("guide"))
     browser.wait_for_text("1. A package")
     browser.wait("document.querySelectorAll('.panel').length === 2")  # the graph is beside it
-    assert browser.run("return document.querySelector('[aria-label=\"the page before\"]').disabled")
+    assert browser.run("return document.querySelector('[aria-label=\"previous page\"]').disabled")
     browser.click(".guide-end button", "Next: A publisher and a subscriber")
     browser.wait(f"{TITLE} === '2. A publisher and a subscriber'")
     code = "document.querySelector('.guide-file pre').textContent"

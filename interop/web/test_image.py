@@ -148,8 +148,8 @@ def test_depths_that_are_compressed_look_like_those_that_are_not(
         (Image(width=2, height=2, encoding="odd<b>", step=6, data=bytes(100)), "the encoding odd<b> is not known"),
         (Image(width=4_000_000_000, height=4_000_000_000, encoding="mono8", step=1), "too large"),
         (Image(encoding="rgb8"), "0 by 0 pixels"),
-        (CompressedImage(format="jpeg", data=b"no picture"), "cannot show a picture of the format jpeg"),
-        (String("x"), "not a topic of pictures, but of std_msgs/String"),
+        (CompressedImage(format="jpeg", data=b"no picture"), "cannot show images of the format jpeg"),
+        (String("x"), "not an image topic, but of type std_msgs/String"),
     ],
 )
 def test_what_cannot_be_shown(
@@ -173,7 +173,7 @@ def test_what_came_in_a_pause_and_how_often_pictures_come(
     publisher.publish(white)
     browser.wait("/[1-9][0-9.]* Hz/.test(document.querySelector('.image .status').textContent)")
     assert browser.run(f"return {pixel}") == 0
-    browser.click("button", "Go on")
+    browser.click("button", "Resume")
     browser.wait(f"{pixel} === 255")  # another one will not come
     browser.run("const now = performance.now.bind(performance); performance.now = () => now() + 10000")
     browser.wait_for_text("0 Hz")

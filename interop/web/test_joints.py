@@ -84,14 +84,14 @@ def test_publishing_from_the_page_until_a_driver_comes(browser: Browser, web: We
     node.params["/robot_description"] = ROBOT
     came: list[Any] = []
     node.subscribe("/joint_states", JointState, came.append)
-    browser.wait_for_text("Nobody publishes /joint_states")
+    browser.wait_for_text("No node publishes /joint_states")
     browser.click(".joints-hint button", "Publish from here")
     browser.wait(f"!{ROW.format('pan_joint')}.querySelector('input').disabled")
     browser.run(SLIDE, browser.run(f"return {ROW.format('pan_joint')}"), 1.3)
     browser.wait(f"{ROW.format('pan_joint')}.querySelector('.joints-number').value.startsWith('1.3')")
     until(lambda: came and 1.3 in came[-1].position, "the joint is published where the slider is")
     make_node("driver").advertise("/joint_states", JointState)
-    browser.wait_for_text("Only to look at: /driver takes no positions from here.")
+    browser.wait_for_text("View only: /driver does not accept positions from here.")
     browser.wait(f"{ROW.format('pan_joint')}.querySelector('input').disabled")
 
 
@@ -185,4 +185,4 @@ def test_joints_of_a_recording(
     browser.open(web.page("joints"))
     for joint, value in (("lift_joint", "0.125"), ("arm_joint", "0.5")):
         browser.wait(f"{ROW.format(joint)}?.querySelector('.joints-number').value === arguments[0]", value)
-    browser.wait_for_text("Only to look at")
+    browser.wait_for_text("View only")

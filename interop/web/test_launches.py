@@ -100,7 +100,7 @@ def test_details_with_the_log(browser: Browser, web: Web) -> None:
 def test_from_a_node_to_its_process(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
     make_node("alone")
     line = "[...document.querySelectorAll('.line')].find((line) => line.dataset.key === {!r})"
-    for node, shown in (("/talker", "running"), ("/alone", "No launch runs /alone")):
+    for node, shown in (("/talker", "running"), ("/alone", "No launch is running /alone")):
         browser.open(web.page("nodes"))
         browser.run("localStorage.clear()")
         browser.open(web.page("nodes"))
@@ -145,5 +145,5 @@ def test_read_only_and_on_a_phone(browser: Browser, start_web: Callable[..., Web
     browser.wait("document.querySelectorAll('.verb').length === 0")
     assert browser.run("const e = document.querySelector('.launches'); return e.scrollWidth - e.clientWidth") <= 0
     browser.run(f"{ROW.format('/talker')}.click()")
-    browser.wait_for_text("its launch ends when it ends")
+    browser.wait_for_text("its launch ends when it exits")
     assert browser.run("return document.querySelector('.list').offsetParent") is None

@@ -15,7 +15,7 @@ PANELS = "[...document.querySelectorAll('.panel')].map((each) => each.dataset.pa
 
 def test_panels_are_split_changed_and_closed(browser: Browser, web: Web) -> None:
     browser.open(web.page("plot"))
-    browser.click("button[title='another panel beside this one']")
+    browser.click("button[title='add a panel to the right']")
     browser.wait(f'JSON.stringify({PANELS}) === \'["plot","plot"]\'')
     browser.run("document.querySelectorAll('.kind')[1].value = 'console'")
     browser.run("document.querySelectorAll('.kind')[1].dispatchEvent(new Event('change'))")
@@ -34,12 +34,12 @@ def test_two_pages_keep_what_each_has_changed(browser: Browser, web: Web) -> Non
     driver.switch_to.new_window("tab")
     try:
         browser.open(web.page("console"))
-        browser.click("button[title='another panel below this one']")
+        browser.click("button[title='add a panel below']")
         browser.wait(f"{PANELS}.length === 2")
     finally:
         driver.close()
         driver.switch_to.window(first)
-    browser.click("button[title='another panel beside this one']")
+    browser.click("button[title='add a panel to the right']")
     browser.wait(f'JSON.stringify({PANELS}) === \'["plot","plot"]\'')
     browser.click(".tab", "Console")
     browser.wait(f'JSON.stringify({PANELS}) === \'["console","console"]\'')
@@ -61,7 +61,7 @@ def test_a_link_names_a_built_in_layout(browser: Browser, web: Web) -> None:
 
 def test_a_layout_of_ones_own(browser: Browser, web: Web, tmp_path: Path) -> None:
     browser.open(web.page("console"))
-    browser.click("button[title='another panel below this one']")
+    browser.click("button[title='add a panel below']")
     browser.click("#bar button", "Layouts")
     browser.type("[aria-label='name of the layout']", "mine <b>")
     browser.click(".layouts form button")

@@ -116,7 +116,7 @@ def test_the_log_survives_a_reload(browser: Browser, web: Web, make_node: Callab
     browser.type("input[placeholder=text]", "/line 29[0-4]$/")
     browser.wait("document.querySelectorAll('.entry').length === 5")
     browser.click(".levels .warn")
-    browser.wait_for_text("No message fits the filters")
+    browser.wait_for_text("No messages match the filters")
 
 
 def test_the_page_goes_on_when_the_server_comes_back(
@@ -258,7 +258,7 @@ def test_a_file_of_rqt_console(browser: Browser, web: Web, make_node: Callable[.
     browser.wait(f"{rows} === arguments[0]", 'Odometry lost, "wheel" blocked,a text')
     browser.click(".levels .warn")
     assert browser.saved("button", "Save").decode() == SAVED
-    browser.click("button", "Go on")
+    browser.click("button", "Resume")
     browser.wait_for_text("are you there?")
     assert not browser.run("return document.body.innerText.includes('battery')")
 

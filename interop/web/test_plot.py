@@ -186,7 +186,7 @@ def test_values_at_the_cursor_and_what_is_saved(browser: Browser, web: Web, make
     assert blue > 20  # the curve
     browser.choose(".tools select[aria-label=period]", "5")  # it stays paused
     assert browser.run("const {range} = document.querySelector('.plot').plot; return range[1] - range[0]") == 5
-    assert browser.run("return document.querySelector('.tools button[aria-pressed=true]').textContent") == "Go on"
+    assert browser.run("return document.querySelector('.tools button[aria-pressed=true]').textContent") == "Resume"
 
 
 CHART = "document.querySelector('.plot').plot.charts[0]"

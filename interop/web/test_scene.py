@@ -90,8 +90,8 @@ def test_a_frame_that_is_not_connected_says_so(browser: Browser, web: Web, make_
     scan = LaserScan(angle_increment=0.1, range_max=10.0, ranges=[1.0])
     scan.header.frame_id = "elsewhere"
     node.advertise("scan", LaserScan, latch=True).publish(scan)
-    shown(browser, web.link, scan="no way to the frame elsewhere")
-    browser.wait_for_text("no way to the frame elsewhere")
+    shown(browser, web.link, scan="no transform to the frame elsewhere")
+    browser.wait_for_text("no transform to the frame elsewhere")
 
 
 def test_a_goal_is_dragged(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:

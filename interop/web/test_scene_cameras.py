@@ -106,6 +106,6 @@ def test_a_camera_without_a_camera_info(browser: Browser, web: Web, make_node: C
     image = Image(width=2, height=1, encoding="rgb8", step=6, data=bytes(6))
     make_node("camera").advertise("/cam/depth", Image, latch=True).publish(image)
     browser.open(panel_link(web.link, "scene", {"robots": [], "topics": ["camera:/cam/depth", DEPTH, "camera:/none"]}))
-    browser.wait(f"{display('camera:/cam/depth')}?.problem === 'no CameraInfo has come on /cam/camera_info'")
-    browser.wait(f"{SCENE}.displays.get('{DEPTH}').trouble === 'no CameraInfo has come on /cam/camera_info'")
-    assert browser.run(f"return {display('camera:/none')}.word") == "nobody publishes it yet"
+    browser.wait(f"{display('camera:/cam/depth')}?.problem === 'no CameraInfo has been received on /cam/camera_info'")
+    browser.wait(f"{SCENE}.displays.get('{DEPTH}').trouble === 'no CameraInfo has been received on /cam/camera_info'")
+    assert browser.run(f"return {display('camera:/none')}.word") == "no node publishes it yet"

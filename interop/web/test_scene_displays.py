@@ -165,7 +165,7 @@ def test_pictures_over_the_scene(browser: Browser, web: Web, robot: Any) -> None
     browser.wait(f"{display('/camera')}?.word === '2 \u00d7 1'")
     colours = f"return [...{display('/camera')}.canvas.getContext('2d').getImageData(0, 0, 2, 1).data]"
     assert browser.run(colours) == [255, 0, 0, 255, 0, 255, 0, 255]
-    browser.wait_for_text("the browser cannot show a picture of the format jpeg")
+    browser.wait_for_text("the browser cannot show images of the format jpeg")
     browser.choose("select[aria-label='fixed frame']", "base")
     browser.wait(f"{SCENE}.known?.fixed === 'base'")
     assert not browser.run(f"return {SCENE}.displays.get('/camera').trouble")

@@ -189,13 +189,13 @@ def test_the_description_is_followed(browser: Browser, web: Web, make_node: Call
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("<robot><link", "this is no XML"),
-        ("<launch/>", "this is no URDF: it begins with <launch>, not <robot>"),
+        ("<robot><link", "this is not XML"),
+        ("<launch/>", "this is not URDF: it begins with <launch>, not <robot>"),
         (urdf('<box size="1 2"/>'), 'visual of base: size="1 2" is not 3 numbers'),
         (urdf('<cylinder radius="x" length="1"/>'), 'visual of base: radius="x" is not a number'),
-        (urdf("<torus/>"), "visual of base: <torus> is no shape of URDF"),
-        (urdf('<mesh filename="http://evil.example/a.stl"/>'), "only package:// and file:// are read"),
-        (urdf('<mesh filename="package://arm/meshes/a.blend"/>'), "STL, OBJ and DAE are read, not blend"),
+        (urdf("<torus/>"), "visual of base: <torus> is not a URDF shape"),
+        (urdf('<mesh filename="http://evil.example/a.stl"/>'), "only package:// and file:// are supported"),
+        (urdf('<mesh filename="package://arm/meshes/a.blend"/>'), "STL, OBJ and DAE are supported, not blend"),
         (urdf("<mesh filename='x.svg\"><img src=x onerror=alert(1)>'/>".replace("<img", "&lt;img")), "STL, OBJ"),
     ],
 )
@@ -221,13 +221,13 @@ BILLION = (
     ("name", "content", "said"),
     [
         ("none.stl", None, "cannot be read: No such file"),
-        ("short.stl", bytes(80) + struct.pack("<I", 1_000_000_000), "it says that it has 1000000000 triangles"),
+        ("short.stl", bytes(80) + struct.pack("<I", 1_000_000_000), "it claims to have 1000000000 triangles"),
         ("empty.stl", b"", "it is too short"),
-        ("nan.stl", STL.replace(struct.pack("<f", 1.0), struct.pack("<f", math.nan)), "places that are no numbers"),
+        ("nan.stl", STL.replace(struct.pack("<f", 1.0), struct.pack("<f", math.nan)), "positions that are not numbers"),
         ("empty.obj", b"# nothing", "has no triangles"),
-        ("cut.dae", b"<COLLADA><asset", "it is no XML"),
+        ("cut.dae", b"<COLLADA><asset", "it is not XML"),
         ("empty.dae", b"<COLLADA/>", "cannot be read"),
-        ("bomb.dae", BILLION.encode() + b"<COLLADA>&k;</COLLADA>", "it is no XML"),
+        ("bomb.dae", BILLION.encode() + b"<COLLADA>&k;</COLLADA>", "it is not XML"),
     ],
     ids=lambda value: value if isinstance(value, str) and "." in value and " " not in value else "",
 )

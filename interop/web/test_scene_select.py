@@ -96,7 +96,7 @@ def test_efforts_of_joints(browser: Browser, web: Web, robot: Any) -> None:
     states.publish(JointState(name=["shoulder", "slider", "odd"], effort=[-10.0, 5.0, 1.0]))
     browser.open(panel_link(web.link, "scene", {"fixed": "map", "robots": [], "topics": ["/joint_states"]}))
     shown = display("/joint_states")
-    browser.wait(f"{shown}?.word === '3 joints; shoulder has 50 % of its limit' && {shown}.shapes.size === 2")
+    browser.wait(f"{shown}?.word === '3 joints; shoulder has 50% of its limit' && {shown}.shapes.size === 2")
     assert browser.run(f"return {shown}.problem") == "not in the robot's description: odd"
     tip = f"""const {{group, inner}} = {shown}.shapes.get(arguments[0]), place = {SCENE}.stage.controls.target.clone();
         {shown}.object.updateMatrixWorld(true);

@@ -138,7 +138,7 @@ def test_dynamic_reconfigure_is_live_both_ways(browser: Browser, web: Web, make_
 def test_reconfigure_as_its_command_opens_it(browser: Browser, web: Web, make_node: Make) -> None:
     tree = base64.urlsafe_b64encode(json.dumps({"panel": "params", "settings": {"reconfigure": ""}}).encode()).decode()
     browser.open(f"{web.link}#params={tree.rstrip('=')}")
-    browser.wait_for_text("No node with dynamic_reconfigure runs")
+    browser.wait_for_text("No node with dynamic_reconfigure is running")
     parameters = Parameters()
     outer = parameters.group("outer")
     parameters.group("inner", parent=outer).add("gain", 2)

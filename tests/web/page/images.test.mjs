@@ -19,6 +19,6 @@ test("a picture of one channel", () => {
 
 test("encodings that a robot calls as parts of JavaScript are not known", () => {
   for (const encoding of ["constructor", "__proto__", "toString", "hasOwnProperty", "", "rgb9"]) {
-    assert.throws(() => pixelsOf({ ...facts, encoding }, Uint8Array.of(0, 255)), { message: `the encoding ${encoding} is not known here` });
+    assert.throws(() => pixelsOf({ ...facts, encoding }, Uint8Array.of(0, 255)), { message: `the encoding ${encoding} is not supported` });
   }
 });

@@ -1,4 +1,4 @@
-"""The newest message of a topic, as a tree."""
+"""The latest message of a topic, as a tree."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ if (theme0) document.documentElement.dataset.theme = theme0;
 const token = new URLSearchParams(location.search).get("token") || "";
 const robot = new Robot(token);
 const panels = await panelList().catch((error) => {
-  fill(document.querySelector(".loading"), `The page cannot be loaded: ${error.message}. Load it again.`);
+  fill(document.querySelector(".loading"), `The page cannot be loaded: ${error.message}. Please reload it.`);
   throw error;
 });
 const bar = document.getElementById("bar");
@@ -85,7 +85,7 @@ function changed(tree) {
 async function share() {
   const link = linkFor(current, workspace.tree);
   history.replaceState(null, "", link);
-  say(await copy(location.href) ? "link copied" : "the address has the link");
+  say(await copy(location.href) ? "link copied" : "the link is in the address bar");
 }
 
 let saying = 0;

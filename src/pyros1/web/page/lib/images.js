@@ -23,8 +23,8 @@ const MOST_PIXELS = 40e6;
 // range: [least, most] of the values that are black and white in pictures of one channel; null takes what there is.
 export function pixelsOf({ encoding, width, height, step, bigendian }, data, range) {
   const kind = encoding.trim().toLowerCase();
-  if (!width || !height) throw new Error(`a picture of ${width} by ${height} pixels`);
-  if (width * height > MOST_PIXELS) throw new Error(`a picture of ${width} by ${height} pixels is too large to be shown`);
+  if (!width || !height) throw new Error(`an image of ${width} x ${height} pixels`);
+  if (width * height > MOST_PIXELS) throw new Error(`an image of ${width} x ${height} pixels is too large to be shown`);
   const pixels = new ImageData(width, height);
   const out = pixels.data;
   const need = (bytes) => {
@@ -47,7 +47,7 @@ export function pixelsOf({ encoding, width, height, step, bigendian }, data, ran
     need(SINGLE[kind][0]);
     return { pixels, ...single(out, data, width, height, step, SINGLE[kind], bigendian, range) };
   } else {
-    throw new Error(`the encoding ${encoding} is not known here`);
+    throw new Error(`the encoding ${encoding} is not supported`);
   }
   return { pixels, least: null, most: null };
 }
@@ -168,7 +168,7 @@ export async function drawPicture(canvas, facts, data, range = null) {
     if (raw) return drawPicture(canvas, raw, raw.data, range);
     picture = await createImageBitmap(new Blob([facts.format.includes("compressedDepth") ? data.subarray(12) : data]));
   } catch {
-    throw new Error(`the browser cannot show a picture of the format ${facts.format}`);
+    throw new Error(`the browser cannot show images of the format ${facts.format}`);
   }
   if (turn === turns.get(canvas)) {
     size(picture.width, picture.height);

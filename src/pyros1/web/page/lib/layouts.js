@@ -69,7 +69,7 @@ export function layoutsButton(host) {
       draw();
     } catch {
       problem.hidden = false;
-      fill(problem, `${chosen.name} is no layout of this page`);
+      fill(problem, `${chosen.name} is not a layout of this page`);
     }
   };
   const row = (title, tree, mine) => h("li", {},
@@ -86,10 +86,10 @@ export function layoutsButton(host) {
       keep();
       name.value = "";
       draw();
-    } }, name, h("button.primary", {}, "Save this one")),
+    } }, name, h("button.primary", {}, "Save current layout")),
     problem,
-    h("div.row", {}, h("button", { onclick: () => file.click() }, "From a file …"), file, h("span.gap"), h("button", { onclick: () => sheet.close() }, "Close")));
+    h("div.row", {}, h("button", { onclick: () => file.click() }, "Load from file …"), file, h("span.gap"), h("button", { onclick: () => sheet.close() }, "Close")));
   document.body.append(sheet);
   sheet.addEventListener("click", (event) => { if (event.target === sheet) sheet.close(); });
-  return h("button.quiet", { title: "arrangements of panels: made in, yours, from files", onclick: () => { own = load("own_layouts") || {}; problem.hidden = true; draw(); sheet.showModal(); } }, "Layouts");
+  return h("button.quiet", { title: "layouts of panels: built-in, your own, from files", onclick: () => { own = load("own_layouts") || {}; problem.hidden = true; draw(); sheet.showModal(); } }, "Layouts");
 }

@@ -88,7 +88,7 @@ export class Workspace {
     };
     const keys = { ArrowLeft: -STEP, ArrowUp: -STEP, ArrowRight: STEP, ArrowDown: STEP, Home: -1, End: 1 };
     const handle = h("div.handle", {
-      role: "separator", tabIndex: 0, "aria-label": "room of the panels", "aria-orientation": node.split === "row" ? "vertical" : "horizontal",
+      role: "separator", tabIndex: 0, "aria-label": "size of the panels", "aria-orientation": node.split === "row" ? "vertical" : "horizontal",
       "aria-valuemin": "0", "aria-valuemax": "100", title: "drag it, or move it with the arrow keys",
       onkeydown: (event) => {
         if (!keys[event.key]) return;
@@ -130,8 +130,8 @@ export class Workspace {
     return h("section.panel", { dataset: { panel: panel.name }, "aria-label": panel.title },
       h("header", { onpointerdown: (event) => { if (event.pointerType === "mouse" && event.target.matches("header, .tools, .gap")) this._drag(node, event); } },
         choice, node.tools, h("span.arrangement", {}, this.tree.parts && grip,
-        h("button.quiet.arrange", { title: "another panel beside this one", "aria-label": "another panel beside this one", onclick: () => this._split(node, "row") }, halves("row")),
-        h("button.quiet.arrange", { title: "another panel below this one", "aria-label": "another panel below this one", onclick: () => this._split(node, "column") }, halves("column")),
+        h("button.quiet.arrange", { title: "add a panel to the right", "aria-label": "add a panel to the right", onclick: () => this._split(node, "row") }, halves("row")),
+        h("button.quiet.arrange", { title: "add a panel below", "aria-label": "add a panel below", onclick: () => this._split(node, "column") }, halves("column")),
         h("button.quiet.arrange.close", { title: "close this panel", onclick: () => this._remove(node) }, "✕"))),
       node.note, node.body);
   }

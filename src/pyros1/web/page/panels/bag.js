@@ -136,7 +136,7 @@ class BagPanel {
   _opened(data) {
     if (data.reading !== undefined) {
       const part = data.size ? data.reading / data.size : 0;
-      fill(this.other, h("div.empty", {}, h("h3", {}, "Reading …"), h("p", {}, "This bag has no index, so it is read from end to end."),
+      fill(this.other, h("div.empty", {}, h("h3", {}, "Reading …"), h("p", {}, "This bag has no index, so all of it is read."),
         h("progress", { max: 1, value: part, "aria-label": "reading" }), h("p.muted", {}, `${bytes(data.reading)} of ${bytes(data.size)}`)));
     } else if (data.problem) this._failed(data.problem);
     else if (!this.facts) this._shown(data);
@@ -148,15 +148,15 @@ class BagPanel {
       return;
     }
     fill(this.other, h("div.empty", { role: "alert" }, h("h3", {}, "This bag cannot be opened"), h("p", {}, text),
-      h("p", {}, h("button", { onclick: () => this._choose() }, "Choose another one"))));
+      h("p", {}, h("button", { onclick: () => this._choose() }, "Choose another bag"))));
   }
 
   _shown(facts) {
     this.facts = facts;
     this._describe();
     if (!facts.topics.length) {
-      fill(this.other, h("div.empty", {}, h("h3", {}, "This bag is empty"), h("p", {}, "It has no messages: nothing was published while it was recorded, or only on other topics."),
-        h("p", {}, h("button", { onclick: () => this._choose() }, "Choose another one"))));
+      fill(this.other, h("div.empty", {}, h("h3", {}, "This bag is empty"), h("p", {}, "It has no messages: nothing was published on its topics while it was recorded."),
+        h("p", {}, h("button", { onclick: () => this._choose() }, "Choose another bag"))));
       return;
     }
     this.other.hidden = true;
@@ -176,7 +176,7 @@ class BagPanel {
     const name = this.path.split("/").at(-1);
     const compression = Object.keys(facts.storage).filter((each) => each !== "none").map((each) => {
       const [, size, stored] = facts.storage[each];
-      return size ? `${each} ${Math.round((100 * stored) / size)} %` : each;
+      return size ? `${each} ${Math.round((100 * stored) / size)}%` : each;
     });
     const chunks = Object.values(facts.storage).reduce((sum, [count]) => sum + count, 0);
     const figures = [

@@ -64,10 +64,10 @@ class Console {
         this._filtersChanged();
       },
     })]));
-    this.pause = h("button", { "aria-pressed": "false", title: "stop the list; messages are still collected", onclick: () => {
+    this.pause = h("button", { "aria-pressed": "false", title: "pause the list; messages are still collected", onclick: () => {
       this.paused = !this.paused;
       this.pause.setAttribute("aria-pressed", String(this.paused));
-      fill(this.pause, this.paused ? "Go on" : "Pause");
+      fill(this.pause, this.paused ? "Resume" : "Pause");
       if (!this.paused) this._show(null);
     } }, "Pause");
     const field = (key, hint, title) => h("input.filter", {
@@ -82,10 +82,10 @@ class Console {
       field("node", "node", "only messages of nodes, or about topics, with this in their names"),
       field("marking", "highlight", "mark messages with this in their text, severity, node or topics; /.../ is a regular expression"),
       h("button.quiet", { title: "forget what is in the list", onclick: () => this._clear() }, "Clear"),
-      h("button.quiet", { title: "save what is shown, as rqt_console's CSV", onclick: () => this._save() }, "Save"),
+      h("button.quiet", { title: "save the messages shown, as CSV like rqt_console", onclick: () => this._save() }, "Save"),
       h("button.quiet", { title: "load a saved log", onclick: () => file.click() }, "Load"), file,
       h("button.quiet", { title: "levels of the loggers of the chosen message's node", onclick: () => this._levels() }, "Levels"));
-    this.missing = h("span.muted", { hidden: true, title: "messages that came faster than this page took them, or while nobody looked at it" });
+    this.missing = h("span.muted", { hidden: true, title: "messages that arrived faster than this page could process them, or while it was not visible" });
     tools.append(this.missing);
     this.tall = h("div.tall");
     this.list = h("div.log", {
@@ -170,8 +170,8 @@ class Console {
     if (!count) {
       const { length } = (this.loaded || this.kept).entries;
       fill(this.tall, length
-        ? empty("No message fits the filters", `${plural(length, "message")} in all.`)
-        : empty("No messages yet", "Nodes that run show their log here. Try, in a terminal:", command("pyros1 run minimal_nodes minimal_publisher")));
+        ? empty("No messages match the filters", `${plural(length, "message")} in all.`)
+        : empty("No messages yet", "The log of running nodes appears here. Try, in a terminal:", command("pyros1 run minimal_nodes minimal_publisher")));
       this.drawn.clear();
       this.tall.style.height = "100%";
       this.newest.hidden = true;
@@ -290,13 +290,13 @@ class Console {
     const text = await file.text();
     const found = read(text);
     if (!found.length) {
-      this.place.problem(`${file.name} has no messages; it should be a file that this console or rqt_console has saved`);
+      this.place.problem(`${file.name} has no messages; it should be a file saved by this console or rqt_console`);
       return;
     }
     this.paused = true;
     this.pause.setAttribute("aria-pressed", "true");
-    fill(this.pause, "Go on");
-    this._show({ entries: found, counts: countsOf(found), note: `${plural(found.length, "message")} of ${file.name}; “Go on” shows the robot's again` });
+    fill(this.pause, "Resume");
+    this._show({ entries: found, counts: countsOf(found), note: `${plural(found.length, "message")} of ${file.name}; “Resume” shows the robot's again` });
   }
 }
 

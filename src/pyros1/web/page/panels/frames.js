@@ -26,7 +26,7 @@ class Frames {
       this.pause = h("button", { "aria-pressed": "false", onclick: () => {
         this.paused = !this.paused;
         this.pause.setAttribute("aria-pressed", String(this.paused));
-        fill(this.pause, this.paused ? "Go on" : "Pause");
+        fill(this.pause, this.paused ? "Resume" : "Pause");
       } }, "Pause"),
       h("button.quiet", { title: "save the tree for Graphviz", onclick: () => save("frames.dot", this._dot(), "text/vnd.graphviz") }, "DOT"),
       this.count = h("span.muted"));
@@ -48,12 +48,12 @@ class Frames {
     const { data } = this;
     if (!data) return;
     const recorded = data.frames.some((frame) => !frame.static && frame.age > RECORDED);
-    this.place.problem(data.problem || (data.ignored ? "there are more frames than can be shown" : "")
-      || (recorded ? "these transforms are of a recording, and nodes have the time of now: set its time with `pyros1 param set /use_sim_time true`, and play it with `pyros1 bag play --clock`" : ""));
+    this.place.problem(data.problem || (data.ignored ? "there are too many frames to show them all" : "")
+      || (recorded ? "these transforms are from a recording, but nodes use the current time: type `pyros1 param set /use_sim_time true`, and play the bag with `pyros1 bag play --clock`" : ""));
     fill(this.count, plural(data.frames.length + data.roots.length, "frame"));
     if (!data.frames.length) {
       this.drawn = null;
-      fill(this.table, empty("No frames yet", "Nobody publishes on /tf or /tf_static. Try, in a terminal:",
+      fill(this.table, empty("No frames yet", "No node publishes /tf or /tf_static. Try, in a terminal:",
         command("pyros1 run tf2_ros static_transform_publisher 1 0 0 0 0 0 map base_link")));
       return;
     }

@@ -6,13 +6,13 @@ import { HIDING, MODES, around, build, dot, matching } from "../lib/graph/model.
 import { Picture } from "../lib/graph/picture.js";
 import { Sheet } from "../lib/graph/sheet.js";
 
-const DEPTHS = [[-1, "groups if many"], [0, "no groups"], [1, "groups: 1 level"], [2, "groups: 2 levels"], [3, "groups: 3 levels"]];
+const DEPTHS = [[-1, "group if many"], [0, "no groups"], [1, "groups: 1 level"], [2, "groups: 2 levels"], [3, "groups: 3 levels"]];
 const NODES = "pyros1 launch minimal_nodes minimal_simulator.launch";
 const HIDDEN = ["debug", "tf", "leaf", "dead"];
 
 export default {
   title: "Graph",
-  description: "nodes and topics, and what flows between them",
+  description: "nodes and topics, and the messages between them",
   order: 10,
   mount: (place) => new GraphPanel(place),
 };
@@ -86,7 +86,7 @@ class GraphPanel {
     }), "rates");
     this.search = h("input", {
       type: "search", placeholder: "search ( / )", size: 14, "aria-label": "search", spellcheck: false,
-      title: "parts of names, or a type; Enter goes to the next one",
+      title: "part of a name, or a type; Enter goes to the next match",
       oninput: () => this._searched(true), onkeydown: (event) => this._searchKey(event),
     });
     this.count = h("span.muted");
@@ -97,10 +97,10 @@ class GraphPanel {
       event.stopPropagation();
     }, onfocusout: (event) => {
       if (event.relatedTarget && !menu.contains(event.relatedTarget)) menu.open = false;
-    } }, h("summary", { title: "what is left out, groups, files" }, "Options"), h("div.choices", {},
+    } }, h("summary", { title: "filters, groups, files" }, "Options"), h("div.choices", {},
       h("b", {}, "Hide"), hiding, h("b", {}, "Show"), rates, choice("depth", DEPTHS, "groups of namespaces"),
       h("b", {}, "Save"), h("span", {},
-        h("button", { title: "save the picture", onclick: () => save("graph.svg", this.picture.svg(), "image/svg+xml") }, "SVG"), " ",
+        h("button", { title: "save the image", onclick: () => save("graph.svg", this.picture.svg(), "image/svg+xml") }, "SVG"), " ",
         h("button", { title: "save the graph in the dot language of Graphviz", onclick: () => save("graph.dot", dot(this.model), "text/vnd.graphviz") }, "DOT"))));
     this.modes = choice("mode", MODES, "what is shown");
     tools.append(this.modes, menu, this.search, this.count);
@@ -110,7 +110,7 @@ class GraphPanel {
     this.nothing = h("div.nothing");
     const view = (text, title, onclick) => h("button", { title, "aria-label": title, onclick }, text);
     this.canvas.addEventListener("pointerdown", () => { menu.open = false; });
-    this.back = view("↺", "put boxes back that were dragged (r)", () => this.picture.release());
+    this.back = view("↺", "reset dragged boxes (r)", () => this.picture.release());
     this.back.hidden = true;
     this.stage = h("div.stage", {}, this.canvas, this.nothing, this.said, this.note, h("div.zoom", {},
       view("+", "larger (+)", () => this.picture.camera.zoom(1.4)), view("−", "smaller (-)", () => this.picture.camera.zoom(1 / 1.4)),
@@ -149,7 +149,7 @@ class GraphPanel {
   _problem(text) {
     if (text === this.trouble) return; // each push says that all is well
     this.trouble = text;
-    this.place.problem(text && this.system ? `what is shown may be old: ${text}` : "");
+    this.place.problem(text && this.system ? `this may be out of date: ${text}` : "");
     if (!this.system) this._empty();
   }
 
@@ -191,10 +191,10 @@ class GraphPanel {
     const lacking = edges.flatMap(({ links }) => links).filter(({ state }) => state === "broken");
     const broken = new Set(lacking.map((link) => `${link.topic} ${link.publisher} ${link.subscriber}`)).size;
     const parts = [plural(of("node"), "node"), this.mode !== "nodes" && plural(of("topic"), "topic"), of("group") && `${of("group")} folded`,
-      cut && `${cut} more are left out`].filter(Boolean);
+      cut && `${cut} more are not shown`].filter(Boolean);
     const bad = [silent && `${silent} silent`, broken && `${broken} broken`].filter(Boolean);
     const text = parts.join(" · ");
-    const hidden = unheard ? `${plural(unheard, "topic")} hidden that nobody subscribes to` : "";
+    const hidden = unheard ? `${plural(unheard, "topic")} without subscribers hidden` : "";
     const said = JSON.stringify([text, bad, hidden]);
     if (said !== this.described) {
       fill(this.note, h("span", {}, text), bad.map((each) => h("b.bad", {}, each)), hidden && h("span", {}, `${hidden} · `, h("button.link", { onclick: () => this._showUnheard() }, "show")));
@@ -211,8 +211,8 @@ class GraphPanel {
     if (what === this.why) return;
     this.why = what;
     fill(this.nothing, what === "wait" ? empty("Looking at the robot …")
-      : what === "hidden" ? empty("Everything is hidden", "Only tools and debug topics run here.", h("button", { onclick: () => this._showAll() }, "Show them"), "To see more, start some nodes, in a terminal:", command(NODES))
-        : what === "none" ? empty("No nodes run yet", "Start some, in a terminal:", command(NODES))
+      : what === "hidden" ? empty("Everything is hidden", "Only tools and debug topics are running.", h("button", { onclick: () => this._showAll() }, "Show them"), "To see more, start some nodes, in a terminal:", command(NODES))
+        : what === "none" ? empty("No nodes are running yet", "Start some, in a terminal:", command(NODES))
           : empty("No robot yet", this.trouble, command("pyros1 core")));
   }
 

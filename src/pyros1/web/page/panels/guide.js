@@ -37,8 +37,8 @@ class Guide {
       document.head.append(h("link", { id: "guide-style", rel: "stylesheet", href: "panels/guide.css" }));
     }
     this.which = h("select", { "aria-label": "step or page", onchange: () => this._show(this.which.selectedIndex) });
-    this.back = h("button.quiet", { title: "the page before", "aria-label": "the page before", onclick: () => this._show(this.at - 1) }, "◂");
-    this.next = h("button.quiet", { title: "the next page", "aria-label": "the next page", onclick: () => this._show(this.at + 1) }, "▸");
+    this.back = h("button.quiet", { title: "previous page", "aria-label": "previous page", onclick: () => this._show(this.at - 1) }, "◂");
+    this.next = h("button.quiet", { title: "next page", "aria-label": "next page", onclick: () => this._show(this.at + 1) }, "▸");
     place.tools.append(h("div.guide-steps", {}, this.back, this.which, this.next));
     place.body.classList.add("guide");
     this.text = h("article.guide-text", { tabIndex: 0 });

@@ -10,7 +10,7 @@ const QUIET = 3; // seconds without a picture after which the rate no longer hol
 
 export default {
   title: "Image",
-  description: "pictures of a camera",
+  description: "images of a camera",
   order: 50,
   mount: (place) => new Picture(place),
 };
@@ -24,15 +24,15 @@ class Picture {
     this.choice = h("select.mono", { "aria-label": "topic", onchange: (event) => this._choose(event.target.value) });
     this.pause = h("button", { onclick: () => this._pause(!this.paused) });
     const limit = (index, hint) => h("input", {
-      type: "number", step: "any", placeholder: hint, "aria-label": `${hint} value`, title: `the ${hint} value of depth and other pictures of one channel; empty: what the picture has`,
+      type: "number", step: "any", placeholder: hint, "aria-label": `${hint} value`, title: `the ${hint} value of depth and other single-channel images; empty: taken from the image`,
       value: this.range?.[index] ?? "", className: "limit", hidden: true, onchange: () => this._limits(),
     });
     this.limits = [limit(0, "least"), limit(1, "greatest")];
     place.tools.append(this.choice, this.pause,
-      h("button.quiet", { title: "turn by a quarter", onclick: () => { this.turned = (this.turned + 1) % 4; this._save(); this._fit(); } }, "Turn"),
-      h("button.quiet", { title: "save this picture", onclick: () => this._png() }, "PNG"), ...this.limits);
+      h("button.quiet", { title: "rotate by 90°", onclick: () => { this.turned = (this.turned + 1) % 4; this._save(); this._fit(); } }, "Rotate"),
+      h("button.quiet", { title: "save this image", onclick: () => this._png() }, "PNG"), ...this.limits);
     this.canvas = h("canvas", { onmousemove: (event) => this._point(event), onmouseleave: () => { this.pointed = null; this._status(); } });
-    this.frame = h("div.frame", { title: "wheel or two fingers: larger; drag; double click: all of it" }, this.canvas);
+    this.frame = h("div.frame", { title: "wheel or two fingers: zoom; drag: move; double-click: show all of it" }, this.canvas);
     this.zoom = new Zoom(this.frame, () => this._fit());
     this.status = h("div.status.mono");
     this.hint = h("div.hint");
@@ -65,7 +65,7 @@ class Picture {
     const all = [...new Set([...names, ...(this.topic ? [this.topic] : [])])].sort();
     if (JSON.stringify(all) !== this.known) {
       this.known = JSON.stringify(all);
-      fill(this.choice, h("option", { value: "" }, all.length ? "choose a topic" : "no pictures yet"),
+      fill(this.choice, h("option", { value: "" }, all.length ? "choose a topic" : "no images yet"),
         all.map((name) => h("option", { value: name, selected: name === this.topic }, name)));
     }
     if (!this.topic && names.length === 1) this._choose(names[0]);
@@ -75,7 +75,7 @@ class Picture {
   _pause(paused) {
     this.paused = paused;
     this.pause.setAttribute("aria-pressed", String(paused));
-    fill(this.pause, paused ? "Go on" : "Pause");
+    fill(this.pause, paused ? "Resume" : "Pause");
     if (!paused && this.missed) this._take(...this.missed); // another one may never come
     this.missed = null;
   }
@@ -110,8 +110,8 @@ class Picture {
     this.frame.hidden = none;
     if (!none) return;
     fill(this.hint, this.topic
-      ? empty("No picture yet", `Nobody has sent one on ${this.topic} since this was opened.`)
-      : empty("No topic chosen", "Topics of pictures appear above. To see some, play a bag, or start a camera:", command("pyros1 bag play camera.bag")));
+      ? empty("No image yet", `No image has been received on ${this.topic} since this was opened.`)
+      : empty("No topic chosen", "Image topics appear above. To see some, play a bag, or start a camera:", command("pyros1 bag play camera.bag")));
   }
 
   async _take(facts, blob) {

@@ -50,9 +50,9 @@ class Joints {
     const { body, tools } = this.place;
     this.search = h("input", { placeholder: "find joints", "aria-label": "find joints", size: 10, oninput: () => this._filter() });
     this.unit = h("button", { title: "radians or degrees", onclick: () => { this.degrees = !this.degrees; this._save(); this._numbers(); } }, this.degrees ? "deg" : "rad");
-    this.centre = h("button", { title: "all joints to their zero", disabled: true, onclick: () => this._all((joint) => joint.zero) }, "Centre");
-    this.random = h("button", { title: "all joints to places anywhere between their limits", disabled: true, onclick: () => this._all(anywhere) }, "Randomize");
-    this.stop = h("button", { title: "publish the joints no more", hidden: true, onclick: () => this._publish(false) }, "Stop publishing");
+    this.centre = h("button", { title: "move all joints to zero", disabled: true, onclick: () => this._all((joint) => joint.zero) }, "Centre");
+    this.random = h("button", { title: "move all joints to random positions within their limits", disabled: true, onclick: () => this._all(anywhere) }, "Randomize");
+    this.stop = h("button", { title: "stop publishing the joints", hidden: true, onclick: () => this._publish(false) }, "Stop publishing");
     this.which = h("select.mono", { "aria-label": "robot", hidden: true, onchange: () => this._describe(this.which.value) });
     this.count = h("span.muted");
     tools.append(this.which, this.search, this.centre, this.random, this.unit, this.stop, this.count);
@@ -108,9 +108,9 @@ class Joints {
     this.hint.hidden = !free;
     if (!free) return;
     if (facts.publishers.length) {
-      fill(this.hint, h("span", {}, "Only to look at: ", h("b.mono", {}, facts.publishers.join(", ")), " takes no positions from here."));
+      fill(this.hint, h("span", {}, "View only: ", h("b.mono", {}, facts.publishers.join(", ")), " does not accept positions from here."));
     } else {
-      fill(this.hint, h("span", {}, "Nobody publishes ", h("b.mono", {}, facts.topic), "."),
+      fill(this.hint, h("span", {}, "No node publishes ", h("b.mono", {}, facts.topic), "."),
         h("button.primary", { disabled: readOnly, onclick: () => this._publish(true) }, "Publish from here"),
         h("span.muted", {}, "or, in a terminal: ", command("pyros1 run joint_state_publisher_gui joint_state_publisher_gui")));
     }
@@ -123,7 +123,7 @@ class Joints {
       fill(this.list, empty("No robot here", `The parameter ${facts.description} describes it, in URDF; a launch file sets it. Try:`,
         command("pyros1 launch two_wheeler display.launch")));
     } else if (!facts.joints.length) {
-      fill(this.list, empty("Nothing moves", "The robot's description has no joint that moves."));
+      fill(this.list, empty("No movable joints", "The robot's description has no movable joints."));
     } else {
       fill(this.list, this.rows.map((row) => row.element),
         facts.more ? h("p.muted.joints-more", {}, `and ${plural(facts.more, "joint")} more, which are not shown`) : null);
@@ -174,7 +174,7 @@ class Row {
     const { name, type, lower, upper, follows } = joint;
     this.step = 10 ** Math.floor(Math.log10((upper - lower || 1) / STEPS));
     this.slider = h("input", {
-      type: "range", "aria-label": name, title: "double click: to its zero", disabled: true, min: lower, max: upper, step: "any", value: joint.zero,
+      type: "range", "aria-label": name, title: "double-click: move to zero", disabled: true, min: lower, max: upper, step: "any", value: joint.zero,
       oninput: () => this.move(this.round(Number(this.slider.value))),
       ondblclick: () => this.move(joint.zero),
     });

@@ -110,7 +110,7 @@ class Launches {
     this._arrange(launches);
     fill(this.counter, count === all ? `${plural(launches.length, "launch").replace(/launchs$/, "launches")}, ${all} process${all === 1 ? "" : "es"}` : `${count} of ${all} processes`);
     this.rest.hidden = !more && !(all && !count);
-    fill(this.rest, more ? `${more} more launches are not shown.` : "Nothing has such a name.");
+    fill(this.rest, more ? `${more} more launches are not shown.` : "No names match.");
     if (this.wanted) this._want(launches);
     const chosen = this._find(this.selected);
     if (chosen) this._open(chosen);
@@ -121,7 +121,7 @@ class Launches {
   _nothing() {
     fill(this.groups, empty("No launch is running", "Start one, in a terminal:",
       command("pyros1 launch minimal_nodes minimal_simulator.launch"),
-      "Nodes that were started one by one are in the Nodes tab."));
+      "Nodes that were started individually are in the Nodes tab."));
   }
 
   // Those that run something come first, those that do not answer last.
@@ -141,7 +141,7 @@ class Launches {
       this.fail("");
       return;
     }
-    this.fail(`No launch runs ${this.wanted}: it was started in another way, or it has ended with its launch.`);
+    this.fail(`No launch is running ${this.wanted}: it was started in another way, or has ended with its launch.`);
   }
 
   _find(key) {

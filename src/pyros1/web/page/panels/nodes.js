@@ -115,7 +115,7 @@ class Nodes {
     const stop = async () => {
       try {
         await robot.call("nodes.kill", { node: row.name });
-        result.say("told to end");
+        result.say("asked to shut down");
       } catch (error) {
         result.fail(error.message);
       }

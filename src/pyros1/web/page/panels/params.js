@@ -33,7 +33,7 @@ class Parameters {
         { title: "kind", text: (row) => row.kind, width: "70px", least: 480 },
       ],
       details: (row) => this._details(row),
-      empty: () => empty("No parameters yet", "Programs and launch files set them. Try, in a terminal:", command("pyros1 param set /answer 42")),
+      empty: () => empty("No parameters yet", "Nodes and launch files set them. Try, in a terminal:", command("pyros1 param set /answer 42")),
     });
     this.stream = place.robot.stream("params", {}, {
       data: (changes) => this._take(changes),
@@ -94,7 +94,7 @@ class Parameters {
     if (configure && found.includes(configure)) this._configure(configure);
     if (reconfigure === undefined) return;
     const wanted = reconfigure ? found.find((name) => name === reconfigure) : found[0];
-    this.place.problem(wanted ? "" : reconfigure ? `${reconfigure} has no dynamic_reconfigure, or does not run` : "No node with dynamic_reconfigure runs.");
+    this.place.problem(wanted ? "" : reconfigure ? `${reconfigure} has no dynamic_reconfigure, or is not running` : "No node with dynamic_reconfigure is running.");
     if (!wanted) return;
     delete this.place.settings.reconfigure; // once
     this._configure(wanted);
@@ -115,7 +115,7 @@ class Parameters {
     const result = outcome();
     const sent = h("button.primary", { onclick: () => save() }, "Save");
     const undo = h("button", { onclick: () => { area.value = loaded; state(); } }, "Undo");
-    const changed = h("p.muted.hint", { hidden: true }, "Somebody has changed this parameter meanwhile.",
+    const changed = h("p.muted.hint", { hidden: true }, "This parameter has been changed elsewhere in the meantime.",
       " ", h("button", { onclick: () => load() }, "Show"));
     let loaded = "";
     let shown = `${row.kind} ${row.text}`;
@@ -127,7 +127,7 @@ class Parameters {
     };
     let [value, asYaml] = [row, false];
     const plain = () => value.kind === "text" && !value.more && !asYaml; // a text needs no quotation marks
-    const yaml = h("button.quiet", { title: "to give it another kind of value", onclick: () => { asYaml = true; load(); } }, "as YAML");
+    const yaml = h("button.quiet", { title: "to give it a value of another type", onclick: () => { asYaml = true; load(); } }, "as YAML");
     const load = async () => {
       try {
         yaml.hidden = readOnly || !plain();

@@ -87,14 +87,14 @@ class Plot {
     this.input.setAttribute("list", list.id);
     const form = h("form", { onsubmit: (event) => this._submit(event) }, this.input, list, " ", h("button.primary", {}, "Add"));
     const periods = h("select", {
-      "aria-label": "period", title: "how much is shown",
+      "aria-label": "period", title: "time range shown",
       onchange: (event) => {
         this.period = Number(event.target.value);
         if (this.range) this._show([this.range[1] - this.period, this.range[1]]); // it stays paused
         this._save();
       },
     }, [...new Set([...PERIODS, this.period])].sort((one, other) => one - other).map((seconds) => h("option", { value: seconds, selected: seconds === this.period }, seconds < 60 ? `${seconds} s` : `${seconds / 60} min`)));
-    this.pause = h("button", { "aria-pressed": "false", title: "stop the picture; drag to zoom, Shift and drag to move, double click for all; the wheel zooms, with Ctrl the height", onclick: () => this._pause() }, "Pause");
+    this.pause = h("button", { "aria-pressed": "false", title: "pause the plot; drag: zoom; Shift and drag: move; double-click: show all; wheel: zoom, with Ctrl vertically", onclick: () => this._pause() }, "Pause");
     const toggle = (label, title, key, more = () => {}) => h("button", { "aria-pressed": String(this[key]), title, onclick: (event) => {
       this[key] = !this[key];
       event.currentTarget.setAttribute("aria-pressed", String(this[key]));
@@ -103,7 +103,7 @@ class Plot {
       this._layOut();
     } }, label);
     const stack = toggle("Stack", "a chart for each curve", "stacked");
-    const same = toggle("1:1", "a unit is as long on both axes", "equal");
+    const same = toggle("1:1", "same scale on both axes", "equal");
     const choose = () => {
       stack.hidden = this.xy;
       same.hidden = !this.xy;
@@ -116,7 +116,7 @@ class Plot {
     choose();
     tools.append(form, periods, this.pause, stack, same, against,
       h("button.quiet", { title: "save all points as CSV", onclick: () => this._csv() }, "CSV"),
-      h("button.quiet", { title: "save the picture", onclick: () => this._png() }, "PNG"));
+      h("button.quiet", { title: "save the image", onclick: () => this._png() }, "PNG"));
     this.legend = h("div.legend");
     this.area = h("div.charts");
     this.when = h("span.when.mono", { hidden: true });
@@ -220,7 +220,7 @@ class Plot {
     this.lines = this._lines();
     this._drawLegend();
     if (this.xy && !this.pairs.list.some(({ y }) => y)) {
-      fill(this.area, empty("No curves yet", "Type two fields above, of which the second is drawn against the first, for example:",
+      fill(this.area, empty("No curves yet", "Type two fields above, to plot the second against the first, for example:",
         command("/odom/pose/pose/position/x:y")));
       return;
     }
@@ -283,7 +283,7 @@ class Plot {
 
   _showPause() {
     this.pause.setAttribute("aria-pressed", String(Boolean(this.range)));
-    fill(this.pause, this.range ? "Go on" : "Pause");
+    fill(this.pause, this.range ? "Resume" : "Pause");
     this.dirty = true;
   }
 

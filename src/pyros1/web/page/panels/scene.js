@@ -100,10 +100,10 @@ class Scene {
     const file = h("input", { type: "file", accept: ".rviz,.yaml,.yml", hidden: true, onchange: () => this._open(file) });
     this.toolbox = new Toolbox(this, this.place.settings.tools);
     const more = h("span.more", {}, h("label.check", {}, "follow", this.look.frames), this.toolbox.elements,
-      h("button.quiet", { title: "look from where one looked at first", onclick: () => this.look.reset() }, "Reset"),
-      h("button.quiet", { title: "save the picture", onclick: () => this._png() }, "PNG"));
+      h("button.quiet", { title: "back to the initial view", onclick: () => this.look.reset() }, "Reset"),
+      h("button.quiet", { title: "save the image", onclick: () => this._png() }, "PNG"));
     tools.append(this.fixed.element, h("label.check", {}, h("span.what", {}, "view"), this.look.views, this.look.axes),
-      h("button", { title: "see all that is shown", onclick: () => this.look.fit([...this.displays.values()]) }, "Fit"),
+      h("button", { title: "show everything", onclick: () => this.look.fit([...this.displays.values()]) }, "Fit"),
       h("button.fold-tools", { "aria-expanded": "false", onclick: ({ currentTarget }) => currentTarget.setAttribute("aria-expanded", String(more.classList.toggle("open"))) }, "Tools"), more);
     this.view = h("div.view");
     this.word = h("div.word.mono", { hidden: true, role: "status" });
@@ -169,7 +169,7 @@ class Scene {
       if (!this.fixed.frame) this._restream();
     }
     const away = [...new Set([...lost, ...[...this.displays.values()].map(({ display }) => display.astray).filter(Boolean)])];
-    this.place.problem(away.length ? `no way from ${this.fixedFrame()} to ${away.slice(0, 5).join(", ")}${away.length > 5 ? " …" : ""}: choose another fixed frame, or publish a transform between them (tf)` : "");
+    this.place.problem(away.length ? `no transform from ${this.fixedFrame()} to ${away.slice(0, 5).join(", ")}${away.length > 5 ? " …" : ""}: choose another fixed frame, or publish a transform between them (tf)` : "");
     return others;
   }
 
@@ -269,7 +269,7 @@ class Scene {
     entry.display.inspect?.(this.toolbox.using === "select");
     this._enter(entry);
     if (!kind) { // what it is will be known when the graph is
-      entry.display.word = "nobody publishes it yet";
+      entry.display.word = "no node publishes it yet";
       return;
     }
     entry.topic = topic;

@@ -22,7 +22,7 @@ class Services {
     this.types = new Map(); // service and node -> type
     this.all = Boolean(place.settings.all) || PLUMBING.test(place.settings.selected || "");
     this.services = {};
-    const everything = this.everything = h("button", { "aria-pressed": String(this.all), title: "show the services for levels of logs that every node has", onclick: () => {
+    const everything = this.everything = h("button", { "aria-pressed": String(this.all), title: "show the logger services, which every node has", onclick: () => {
       this.all = !this.all;
       everything.setAttribute("aria-pressed", String(this.all));
       this.listing.extra = { all: this.all };
@@ -38,7 +38,7 @@ class Services {
         { title: "node", text: (row) => row.nodes.join(" "), width: "minmax(0, 1fr)", least: 560 },
       ],
       details: (row) => this._details(row),
-      empty: () => empty("No services", this.all ? "Nodes that run show their services here." : "“Loggers” shows those that every node has.", command("pyros1 run turtlesim turtlesim_node")),
+      empty: () => empty("No services", this.all ? "The services of running nodes appear here." : "“Loggers” shows the ones that every node has.", command("pyros1 run turtlesim turtlesim_node")),
     });
     this.listing.extra = { all: this.all };
     this.stream = place.robot.stream("system", {}, {
@@ -121,6 +121,6 @@ class Services {
       }
     } }, "Call");
     const patience = h("input.num", { type: "number", min: 0.1, max: 600, step: "any", value: 10, "aria-label": "seconds to wait" });
-    return h("div.caller", {}, editor.element, h("div.actions", {}, button, h("label.check", { title: "how long to wait for the answer" }, "at most", patience, "s")), result.element, tree.element);
+    return h("div.caller", {}, editor.element, h("div.actions", {}, button, h("label.check", { title: "how long to wait for the response" }, "at most", patience, "s")), result.element, tree.element);
   }
 }

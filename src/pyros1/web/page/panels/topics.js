@@ -23,7 +23,7 @@ class Topics {
     this.measured = new Map(); // topic -> {hz, bytes}
     this.looks = new Map(); // topic -> how often it was seen with publishers and subscribers
     this.system = null;
-    const publish = h("button", { title: "publish on a topic that is not there yet", onclick: () => this._new() }, "New …");
+    const publish = h("button", { title: "publish on a new topic", onclick: () => this._new() }, "New …");
     this.publish = publish;
     this.all = h("button", { hidden: true, "aria-pressed": "false", onclick: () => this._measureAll() });
     this.listing = new Listing(place, {
@@ -38,7 +38,7 @@ class Topics {
         { title: "flow", text: (row) => (row.bytes ? `${bytes(row.bytes)}/s` : ""), value: (row) => row.bytes, number: true, width: "88px", least: 400 },
       ],
       details: (row) => this._details(row),
-      empty: () => empty("No topics yet", "Nodes that run show their topics here. Try, in a terminal:", command("pyros1 launch minimal_nodes minimal_simulator.launch")),
+      empty: () => empty("No topics yet", "The topics of running nodes appear here. Try, in a terminal:", command("pyros1 launch minimal_nodes minimal_simulator.launch")),
     });
     this.stream = place.robot.stream("system", {}, {
       data: (system) => { this._take(system); this._show(); this._begin(); },
@@ -90,7 +90,7 @@ class Topics {
     this.all.setAttribute("aria-pressed", String(count > 0));
     const text = count ? `Stop measuring (${count})` : "Measure all";
     if (this.all.textContent !== text) fill(this.all, text);
-    this.all.title = count ? "listen no more" : `listen to the topics that nobody subscribes to, to measure their rates: of those found, the first ${MOST_MEASURED}`;
+    this.all.title = count ? "stop listening" : `subscribe to topics without subscribers to measure their rates: the first ${MOST_MEASURED} of those found`;
   }
 
   // Those that are found and that nobody subscribes to.
@@ -111,13 +111,13 @@ class Topics {
       return row.measured ? h("button.measure.on", { title: "measured by this page; click to stop", onclick: () => this._measure(row.name) }, text) : text;
     }
     if (row.measured) return h("button.measure.on", { title: row.problem || "click to stop", onclick: () => this._measure(row.name) }, row.problem ? "problem" : "…");
-    if (!row.publishers.length) return h("span.muted", { title: "nobody publishes it" }, "–");
+    if (!row.publishers.length) return h("span.muted", { title: "no node publishes it" }, "–");
     if (row.subscribers.length) {
       if (row.hz === 0) return h("span.muted", {}, "0 Hz");
-      if (row.hz === null) return h("span.muted", { title: "two messages make a rate" }, "…");
-      return this.looks.get(row.name) < LOOKS ? h("span.muted", { title: "a moment: two looks make a rate" }, "…") : h("span.muted", { title: "nothing is connected, or its publishers do not say what they send" }, "?");
+      if (row.hz === null) return h("span.muted", { title: "a rate needs two messages" }, "…");
+      return this.looks.get(row.name) < LOOKS ? h("span.muted", { title: "a moment: a rate needs two readings" }, "…") : h("span.muted", { title: "nothing is connected, or its publishers report no statistics" }, "?");
     }
-    return h("button.measure", { title: "nobody subscribes: listen, to measure the rate", onclick: () => this._measure(row.name) }, "measure");
+    return h("button.measure", { title: "no subscribers: listen to measure the rate", onclick: () => this._measure(row.name) }, "measure");
   }
 
   _measure(name) {

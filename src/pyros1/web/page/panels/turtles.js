@@ -28,13 +28,13 @@ class Turtles {
       document.head.append(h("link", { id: "turtles-style", rel: "stylesheet", href: "panels/turtles.css" }));
     }
     this.which = h("select.mono", { "aria-label": "simulator", hidden: true, onchange: () => this._choose(this.which.value) });
-    this.buttons = [["clear", "remove what is drawn"], ["reset", "begin anew, with one turtle"]].map(([name, title]) => (
+    this.buttons = [["clear", "clear the drawing"], ["reset", "start again with one turtle"]].map(([name, title]) => (
       h("button", { title, disabled: true, onclick: () => this._call(name) }, name === "clear" ? "Clear" : "Reset")));
     place.tools.append(this.which, ...this.buttons);
     this.canvas = h("canvas", { "aria-label": "turtles", role: "img" });
     this.frame = h("div.turtles-frame", { hidden: true }, this.canvas);
     this.status = h("div.turtles-status.mono", { hidden: true });
-    this.hint = h("div.hint", { hidden: true }, empty("No turtles here", "The package turtlesim has some. To start them, and to drive one with the arrow keys:",
+    this.hint = h("div.hint", { hidden: true }, empty("No turtles here", "To start turtlesim, and to drive a turtle with the arrow keys:",
       command("pyros1 run turtlesim turtlesim_node"), command("pyros1 run turtlesim turtle_teleop_key")));
     place.body.classList.add("turtles");
     place.body.append(this.hint, this.frame, this.status);

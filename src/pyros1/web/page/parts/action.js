@@ -37,7 +37,7 @@ export class Action {
         try {
           const { subscribers } = await this.robot.call("actions.send", { action: this.name, value: await editor.message() });
           if (subscribers) this.outcome.say("sent");
-          else this.outcome.fail("no server got the goal");
+          else this.outcome.fail("no server received the goal");
         } catch (error) {
           this.outcome.fail(error.message);
         }

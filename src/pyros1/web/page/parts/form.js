@@ -39,7 +39,7 @@ export class Form {
   _message(kind, inner, depth, get, set, label) {
     const value = get();
     if (!inner || typeof value !== "object" || value === null) {
-      return h("div.row", {}, h("span.label", {}, label), h("span.type", {}, kind), h("span.muted", {}, "only as YAML"));
+      return h("div.row", {}, h("span.label", {}, label), h("span.type", {}, kind), h("span.muted", {}, "YAML only"));
     }
     return h("details.group", { open: depth < 3 && !(label === "header" && depth > 0) },
       h("summary", {}, h("span.label", {}, label), h("span.type", {}, kind)),
@@ -89,7 +89,7 @@ export class Form {
       if (this._judge(input, problem && `${label}: ${problem}`)) set(value);
     } });
     if (kind === "duration") return input;
-    return h("span.choice", {}, input, h("button", { type: "button", title: "the time of publishing", onclick: () => { input.value = "now"; this._judge(input, ""); set("now"); } }, "now"));
+    return h("span.choice", {}, input, h("button", { type: "button", title: "the time of publication", onclick: () => { input.value = "now"; this._judge(input, ""); set("now"); } }, "now"));
   }
 
   _judge(input, problem) {

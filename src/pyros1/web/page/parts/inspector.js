@@ -1,4 +1,4 @@
-// The newest message of a topic as a tree, with its rate, size and age.
+// The latest message of a topic as a tree, with its rate, size and age.
 
 import { fill, h } from "../lib/dom.js";
 import { bytes, plural, rate } from "../lib/format.js";
@@ -18,10 +18,10 @@ export class Inspector {
       plot: (path) => on.plot(`${topic}/${path.replaceAll(".", "/")}`),
       window: (path, start) => { this.windows = { ...this.windows, [path]: start }; this._change(); },
     }, topic);
-    this.freeze = h("button", { "aria-pressed": "false", title: "stay with this message", onclick: () => this._freeze() }, "Freeze");
+    this.freeze = h("button", { "aria-pressed": "false", title: "keep this message", onclick: () => this._freeze() }, "Freeze");
     this.figures = h("div.figures");
     this.problem = h("div.outcome.wrong", { role: "alert", hidden: true });
-    this.waiting = h("p.muted.hint", {}, "No message yet. This page listens; messages show as they come.");
+    this.waiting = h("p.muted.hint", {}, "No message yet. This page is listening; messages will appear as they arrive.");
     this.element = h("div.inspector", {}, h("div.actions", {}, this.figures, h("span.gap"), this.freeze), this.problem, this.waiting, this.tree.element);
     this.stream = robot.stream("message", this._args(), {
       data: (data) => this._take(data),
@@ -46,7 +46,7 @@ export class Inspector {
   _freeze() {
     this.frozen = !this.frozen;
     this.freeze.setAttribute("aria-pressed", String(this.frozen));
-    fill(this.freeze, this.frozen ? "Go on" : "Freeze");
+    fill(this.freeze, this.frozen ? "Resume" : "Freeze");
     this._change();
   }
 
@@ -72,7 +72,7 @@ export class Inspector {
   async _askForWords(times = 5) {
     try {
       const { type, fields } = await this.robot.call("topics.form", { topic: this.topic });
-      if (type !== this.data.type) throw new Error("another type has come meanwhile");
+      if (type !== this.data.type) throw new Error("a message of another type has arrived in the meantime");
       this.tree.fields = fields;
       this.tree.show(this.data.value);
     } catch {
@@ -90,11 +90,11 @@ export class Inspector {
     const figure = (label, text, title) => text && h("span.figure", { title }, h("span.muted", {}, label), text);
     const quiet = !this.frozen && age > Math.max(QUIET, hz ? 3 / hz : 0);
     fill(this.figures,
-      figure("rate", quiet ? "0 Hz" : rate(hz) || "…", "messages per second, of the last 5 s; of slow topics, of the newest two messages"),
+      figure("rate", quiet ? "0 Hz" : rate(hz) || "…", "messages per second over the last 5 s; for slow topics, between the latest two messages"),
       figure("flow", quiet || !flow ? "" : `${bytes(flow)}/s`, "bytes per second"),
       figure("size", bytes(size), "of this message"),
-      figure("delay", delay !== null && Math.abs(delay) < 1e5 ? seconds(delay) : "", "from its stamp to its arrival here"),
-      figure("age", age < 1 && !this.frozen ? "now" : seconds(age), "since it has come"),
+      figure("delay", delay !== null && Math.abs(delay) < 1e5 ? seconds(delay) : "", "time from its stamp to its arrival here"),
+      figure("age", age < 1 && !this.frozen ? "now" : seconds(age), "time since it arrived"),
       figure("from", publisher, "its publisher"), latched && h("span.badge", {}, "latched"), h("span.muted", {}, plural(count, "message")));
   }
 }

@@ -40,7 +40,7 @@ export class Listing {
     const { body, tools } = this.place;
     this.field = h("input.search", {
       value: this.search, placeholder: `find ${this.options.word}s`, type: "search", size: Math.max(14, this.options.word.length + 9), "aria-label": `find ${this.options.word}s`,
-      title: "words that the name or type must have; /.../ is a regular expression",
+      title: "words that the name or type must contain; /.../ is a regular expression",
       oninput: () => { this.search = this.field.value; this._filter(); this.save(); },
       onkeydown: (event) => { if (event.key === "ArrowDown") { this.table.element.focus(); event.preventDefault(); } },
     });
@@ -128,7 +128,7 @@ export class Listing {
     const nothing = this.rows && !count;
     this.nothing.hidden = !nothing;
     if (!nothing) return;
-    fill(this.nothing, all ? h("div.empty", {}, h("h3", {}, "Nothing has such a name"), h("p", {}, `${plural(all, this.options.word)} in all.`)) : this.options.empty());
+    fill(this.nothing, all ? h("div.empty", {}, h("h3", {}, "No names match"), h("p", {}, `${plural(all, this.options.word)} in all.`)) : this.options.empty());
   }
 
   save() {

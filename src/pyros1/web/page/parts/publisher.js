@@ -15,7 +15,7 @@ export class Publisher {
     this.onState = () => {
       if (!this.stream || robot.state === "connected") return;
       this._stop();
-      this.outcome.fail("the connection was lost, so publishing has ended");
+      this.outcome.fail("the connection was lost, so publishing has stopped");
     };
     robot.addEventListener("state", this.onState);
     robot.call("topics.form", type ? { type } : { topic }).then((form) => this._build(form), (error) => {
@@ -39,7 +39,7 @@ export class Publisher {
     fill(this.element, this.editor.element,
       h("div.actions", {}, h("button.primary", { onclick: () => this._once() }, "Publish"),
         this.repeat, h("label.check", {}, this.rate, "Hz"),
-        h("label.check", { title: "subscribers that come later get the last message, too" }, this.latch, "latched")),
+        h("label.check", { title: "later subscribers also receive the last message" }, this.latch, "latched")),
       this.outcome.element);
   }
 

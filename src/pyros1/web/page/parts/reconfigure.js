@@ -68,7 +68,7 @@ export class Reconfigure {
       await this.robot.call("reconfigure.turn", { node: this.node, groups });
     } catch (error) {
       this.forgets = true; // stock's servers in Python do
-      this.outcome.say(`This node does not keep which groups are closed: ${error.message}`);
+      this.outcome.say(`This node does not store which groups are closed: ${error.message}`);
     } finally {
       group.told -= 1;
     }

@@ -19,8 +19,8 @@ export class Latest {
     this.facts = h("span.muted");
     this.definition = h("pre.mono");
     const text = h("details", { ontoggle: () => text.open && this._define() }, h("summary", {}, "Definition"), this.definition);
-    this.element = h("section", {}, text, h("h3", {}, "newest message ", this.facts), this.value);
-    if (!published) fill(this.value, h("p.muted", {}, "Nobody publishes it."));
+    this.element = h("section", {}, text, h("h3", {}, "latest message ", this.facts), this.value);
+    if (!published) fill(this.value, h("p.muted", {}, "No node publishes it."));
     else if (LARGE.test(type) || flow > HEAVY) fill(this.value, h("button", { title: "this subscribes to the topic", onclick: () => this._open() }, "Show messages"));
     else this._open();
   }
@@ -43,7 +43,7 @@ export class Latest {
   }
 
   _open() {
-    fill(this.value, h("p.muted", {}, "none has come yet"));
+    fill(this.value, h("p.muted", {}, "none received yet"));
     this.stream = this.place.robot.stream("message", { topic: this.topic }, {
       data: (data) => {
         this.data = data;

@@ -19,10 +19,10 @@ export const MODES = [
   ["all", "Nodes/Topics (all)"],
 ];
 export const HIDING = [
-  ["debug", "debug", "rosout, statistics, logger levels, and the nodes of tools that only look"],
+  ["debug", "debug", "rosout, statistics, logger levels, and nodes of monitoring tools"],
   ["tf", "tf", "the topics of coordinate frames"],
-  ["leaf", "leaf topics", "topics that only one node has to do with"],
-  ["dead", "dead sinks", "topics that nobody subscribes to"],
+  ["leaf", "leaf topics", "topics that only one node uses"],
+  ["dead", "dead sinks", "topics without subscribers"],
 ];
 export const MANY = 150; // boxes
 export const MOST_BOXES = 3000;

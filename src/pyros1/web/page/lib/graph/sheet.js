@@ -70,7 +70,7 @@ export class Sheet {
   }
 
   _node({ name }, { uri, gone, silent, publishes, subscribes, services, missing }) {
-    if (gone) return [name, "node", h("p", {}, "This node has ended.")];
+    if (gone) return [name, "node", h("p", {}, "This node has exited.")];
     const process = h("dd.mono.muted", {}, "…");
     const connections = h("div.muted", {}, "…");
     if (!silent) this._ask(name, process, connections);
@@ -101,7 +101,7 @@ export class Sheet {
 
   _stop(name) {
     const where = h("span");
-    const ask = () => fill(where, h("button.danger", { title: "tell the node to end", onclick: question }, "Stop …"));
+    const ask = () => fill(where, h("button.danger", { title: "ask the node to shut down", onclick: question }, "Stop …"));
     const question = () => {
       const yes = h("button.danger", { onclick: stop }, "Stop it");
       fill(where, h("span.question", { role: "alertdialog", "aria-label": "stop the node" }, `Stop ${name}?`), " ", yes, " ", h("button", { onclick: ask }, "No"));
@@ -111,7 +111,7 @@ export class Sheet {
       fill(where, h("span.muted", {}, "stopping …"));
       try {
         await this.place.robot.call("nodes.kill", { node: name });
-        fill(where, h("span.muted", {}, "it was told to end"));
+        fill(where, h("span.muted", {}, "it was asked to shut down"));
       } catch (error) {
         fill(where, h("span.trouble", {}, error.message));
       }
@@ -121,11 +121,11 @@ export class Sheet {
   }
 
   _topic({ name }, { type, publishers, subscribers, missing, gone }) {
-    if (gone) return [name, "topic", h("p", {}, "Nobody has to do with this topic any more.")];
+    if (gone) return [name, "topic", h("p", {}, "No node uses this topic any more.")];
     const flow = h("dd.mono");
     this.live.push((system) => {
       const topic = system.topics[name];
-      const text = topic?.hz === null ? "…" : topic?.hz === undefined ? "not known: it is counted per connection" : topic.hz && !topic.bytes ? rate(topic.hz) // nothing is encoded within a process
+      const text = topic?.hz === null ? "…" : topic?.hz === undefined ? "unknown: it is counted per connection" : topic.hz && !topic.bytes ? rate(topic.hz) // nothing is encoded within a process
         : `${rate(topic.hz)}${topic.hz ? ` of ${bytes(topic.bytes / topic.hz)}` : ""}, ${bytes(topic.bytes, "B/s")}`;
       if (flow.textContent !== text) fill(flow, text);
     });
@@ -133,14 +133,14 @@ export class Sheet {
     this.latest = new Latest(this.place, name, type, publishers.length > 0, this.flow(name));
     return [name, "topic",
       h("dl", {}, h("dt", {}, "type"), h("dd.mono", {}, type || "unknown"), h("dt", {}, "flow"), flow),
-      missing.length > 0 && h("p.trouble", {}, `${plural(missing.length, "connection")} should be there, but ${missing.length === 1 ? "is" : "are"} not.`),
+      missing.length > 0 && h("p.trouble", {}, `${plural(missing.length, "connection")} ${missing.length === 1 ? "is" : "are"} missing.`),
       missing.length > 0 && findings(this.place.robot, "topic", name, true),
       this._list("publishers", publishers, (node) => this._nodeLink(node)),
       this._list("subscribers", subscribers, (node) => this._nodeLink(node)),
       this.latest.element,
       h("div.buttons", {},
-        h("button", { title: "the newest message as a tree", onclick: () => this.place.open("topics", { selected: name }) }, "Inspect"),
-        h("button", { title: "the first number of its messages over time; a click on another number plots that", onclick: () => this.latest.plot() }, "Plot"),
+        h("button", { title: "the latest message as a tree", onclick: () => this.place.open("topics", { selected: name }) }, "Inspect"),
+        h("button", { title: "plot the first number of its messages; click another number to plot that one", onclick: () => this.latest.plot() }, "Plot"),
         !missing.length && findings(this.place.robot, "topic", name, false))];
   }
 
@@ -156,12 +156,12 @@ export class Sheet {
     const pairs = edge.links.filter(({ publisher, subscriber }) => publisher && subscriber);
     return [`${from} → ${to}`, pairs.length > 1 ? plural(pairs.length, "connection") : "connection",
       broken.length > 0 && h("p.trouble", {}, "These nodes should be connected, but are not. Why:"),
-      unknown && h("p.trouble", {}, "Nobody knows whether they are connected: one of them does not answer, or has just begun."),
+      unknown && h("p.trouble", {}, "It is not known whether they are connected: one of them does not answer, or has just started."),
       broken.slice(0, 5).map((topic) => findings(this.place.robot, "topic", topic, true)),
       this._list("between", pairs, ({ topic, publisher, subscriber, state, hz, bytes: size }) => h("span", {}, this._link(`t:${topic}`, topic), " ",
         h("span.muted", {}, state === "ok" ? (hz === null ? "" : `${rate(hz)}${size ? `, ${bytes(size, "B/s")}` : ""}`) : state === "broken" ? "not connected" : "not known"),
         h("div.muted", {}, this._nodeLink(publisher), " → ", this._nodeLink(subscriber)))),
-      !pairs.length && h("p.muted", {}, "Nobody is connected here: the topic has only one end."),
+      !pairs.length && h("p.muted", {}, "No connection here: the topic has only one end."),
     ];
   }
 

@@ -31,13 +31,13 @@ export class CameraView {
     this.sheet = new THREE.Scene().add(this.picture);
     this.eye = new THREE.PerspectiveCamera();
     this.object = null; // nothing in the scene
-    this.word = "no picture yet";
+    this.word = "no image yet";
     this.problem = "";
     this.controls = {
-      alpha: { text: "picture over it", kind: "number", usual: 0.2, least: 0, most: 1, step: 0.05 },
-      behind: { text: "picture behind it", kind: "check", usual: true },
+      alpha: { text: "overlay alpha", kind: "number", usual: 0.2, least: 0, most: 1, step: 0.05 },
+      behind: { text: "image in background", kind: "check", usual: true },
       zoom: { text: "zoom", kind: "number", usual: 1, least: 0.1, most: 20, step: 0.1 },
-      info: { text: "CameraInfo", kind: "text", usual: "", none: "beside it" },
+      info: { text: "CameraInfo", kind: "text", usual: "", none: "next to the image" },
     };
     this.options = { alpha: 0.2, behind: true, zoom: 1, info: "" };
     this.draw = () => this._draw();
@@ -64,7 +64,7 @@ export class CameraView {
       this.seen = facts.camera && facts.pose ? { ...facts.camera, width: facts.camera.width || width, height: facts.camera.height || height } : null;
       if (this.seen) this._look(facts.pose, this.seen);
       this.word = `${width} × ${height}, from ${facts.frame}`;
-      this.problem = facts.why || (facts.pose ? "" : `no way to the frame ${facts.frame || "“”"}`);
+      this.problem = facts.why || (facts.pose ? "" : `no transform to the frame ${facts.frame || "“”"}`);
     } catch (error) {
       this.problem = error.message;
     }

@@ -55,7 +55,7 @@ export class Display {
   _aboutPoint(index) {
     const { indices, values, by, bytes } = this.told || {};
     const place = [...this.points.places.positions.slice(3 * index, 3 * index + 3)];
-    const rows = [["point", indices ? indices[index] : `${index} of those that are drawn`], ["x, y, z", numbers(place)]];
+    const rows = [["point", indices ? indices[index] : `${index} of the points drawn`], ["x, y, z", numbers(place)]];
     if (values) rows.push([by, numbers([values[index]])]);
     if (bytes) rows.push([by, `${bytes[4 * index + 2]}, ${bytes[4 * index + 1]}, ${bytes[4 * index]}`]);
     return rows;
@@ -89,7 +89,7 @@ export class Display {
     this.frame = (data.frame ?? "").replace(/^\//, "");
     this.astray = data.pose ? "" : this.frame;
     if (!data.pose) {
-      this.problem = `no way to the frame ${data.frame || "“”"}`;
+      this.problem = `no transform to the frame ${data.frame || "“”"}`;
       this.lost = true;
       this.object.visible = false;
       return;
@@ -259,7 +259,7 @@ export class Display {
   _say() {
     const { count, faults, unseen } = this.markers;
     this.word = `${plural(count, "marker")}${unseen.size ? `, ${unseen.size} transparent (color.a is 0)` : ""}`;
-    this.problem = this.astray === undefined ? [...faults.values()][0] || "" : `no way to the frame ${this.astray}`;
+    this.problem = this.astray === undefined ? [...faults.values()][0] || "" : `no transform to the frame ${this.astray}`;
   }
 
   _style() {

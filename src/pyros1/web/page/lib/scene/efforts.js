@@ -133,7 +133,7 @@ export class EffortSet {
     else this.problem = "";
     const parts = names.map((name, index) => [name, this.joints.get(name)?.effort ? Math.abs(efforts[index]) / this.joints.get(name).effort : 0]);
     const [most, part] = parts.sort((one, other) => other[1] - one[1])[0] || [];
-    if (this.now.kind) this.word = !names.length ? "no efforts in its messages" : `${names.length} joints${part > 0 ? `; ${most} has ${Math.round(100 * part)} % of its limit` : ""}`;
+    if (this.now.kind) this.word = !names.length ? "its messages have no efforts" : `${names.length} joints${part > 0 ? `; ${most} has ${Math.round(100 * part)}% of its limit` : ""}`;
   }
 
   _clear() {

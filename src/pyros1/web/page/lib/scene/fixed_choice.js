@@ -9,7 +9,7 @@ export class FixedChoice {
   constructor(frame, chosen) {
     this.frame = frame;
     this.chosen = chosen;
-    this.list = h("select.mono", { "aria-label": "fixed frame", title: "the frame that stands still", onchange: () => this._listed(this.list.value) });
+    this.list = h("select.mono", { "aria-label": "fixed frame", title: "the fixed frame of the view", onchange: () => this._listed(this.list.value) });
     this.field = h("input.mono", { "aria-label": "name of the fixed frame", placeholder: "frame", size: 10, maxLength: 200, hidden: true,
       onchange: () => this._take(this.field.value.trim().replace(/^\/+/, "") || this.frame), onblur: () => this._typing(false),
       onkeydown: (event) => { if (event.key === "Escape") this._typing(false); } });

@@ -22,7 +22,7 @@ export class FrameSet {
     this.controls = {
       names: { text: "names", kind: "check", usual: true },
       axes: { text: "axes", kind: "check", usual: true },
-      lines: { text: "lines to parents", kind: "check", usual: true },
+      lines: { text: "lines to parent frames", kind: "check", usual: true },
       size: { text: "length of axes", kind: "number", usual: 0.3, least: 0.01, most: 100, step: 0.05 },
     };
     this.options = { names: true, axes: true, lines: true, size: 0.3 };

@@ -138,7 +138,7 @@ export class InteractiveSet {
   _tell() {
     const count = this.known.size;
     this.word = count ? `${count} interactive marker${count === 1 ? "" : "s"}` : "no markers yet";
-    this.problem = this.lost ? `no way to the frame ${this.lost}` : [...this.faults][0] || "";
+    this.problem = this.lost ? `no transform to the frame ${this.lost}` : [...this.faults][0] || "";
   }
 }
 

@@ -16,8 +16,8 @@ export class DisplayList {
     const offers = this.host.offers();
     this.lines = new Map();
     const focused = this.element.contains(document.activeElement) ? document.activeElement.dataset.mark : null;
-    fill(this.element, h("h4", {}, h("button.quiet.fold-displays", { "aria-expanded": String(this.element.classList.contains("open")), onclick: ({ currentTarget }) => currentTarget.setAttribute("aria-expanded", String(this.element.classList.toggle("open"))) }, `Displays (${entries.length})`), h("button.quiet", { title: "show what a file of rviz shows", onclick: () => this.host.open() }, "Open …")), entries.map((entry) => this._row(entry)),
-      offers.length ? h("h4", {}, "Add") : entries.every(({ fixed }) => fixed) && h("p.muted", {}, "No topics that can be drawn are published: scans, clouds, maps, markers, paths, poses, pictures."),
+    fill(this.element, h("h4", {}, h("button.quiet.fold-displays", { "aria-expanded": String(this.element.classList.contains("open")), onclick: ({ currentTarget }) => currentTarget.setAttribute("aria-expanded", String(this.element.classList.toggle("open"))) }, `Displays (${entries.length})`), h("button.quiet", { title: "show the displays of an rviz file", onclick: () => this.host.open() }, "Open …")), entries.map((entry) => this._row(entry)),
+      offers.length ? h("h4", {}, "Add") : entries.every(({ fixed }) => fixed) && h("p.muted", {}, "No topics are published that can be drawn: scans, clouds, maps, markers, paths, poses, images."),
       offers.map((offer) => (offer.field ? this._field(offer) : h("button.quiet.add", { title: offer.text, onclick: () => this.host.add(offer.key) }, "+ ", h("span.mono", {}, offer.title), " ", h("span.muted", {}, offer.kind)))));
     if (focused) [...this.element.querySelectorAll("[data-mark]")].find((each) => each.dataset.mark === focused)?.focus();
     for (const entry of entries) this.tell(entry);

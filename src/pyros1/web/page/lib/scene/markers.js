@@ -57,7 +57,7 @@ export function markerObject(marker, host) {
   if (type === POINTS) return points(marker);
   if (type === TEXT) {
     const text = label(marker.text, { height: LETTER * scale[2], color });
-    if (text.userData.missing) host.failed("there are too many texts to draw them all");
+    if (text.userData.missing) host.failed("too many text markers to draw them all");
     return text;
   }
   if (type === TRIANGLES) return triangles(marker);

@@ -52,7 +52,7 @@ export async function textureOf(uri, token) {
     texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
     return texture;
   } catch {
-    throw new Error(`${short(uri)} is no picture that a browser can show`);
+    throw new Error(`${short(uri)} is not an image that a browser can show`);
   } finally {
     URL.revokeObjectURL(url);
   }
@@ -60,7 +60,7 @@ export async function textureOf(uri, token) {
 
 async function ask(uri, token) {
   if (!uri) throw new Error("a mesh or a texture without a name");
-  if (!/^(package|file):\/\//.test(uri)) throw new Error(`${short(uri)}: only package:// and file:// are read`);
+  if (!/^(package|file):\/\//.test(uri)) throw new Error(`${short(uri)}: only package:// and file:// are supported`);
   const answer = await fetch(fileUrl(uri, token));
   if (!answer.ok) throw new Error((await answer.text()).trim().slice(0, 300));
   return answer;
@@ -68,7 +68,7 @@ async function ask(uri, token) {
 
 async function load(uri, token) {
   const kind = uri.split(".").pop().toLowerCase();
-  if (uri && !LOADERS[kind]) throw new Error(`${short(uri)}: STL, OBJ and DAE are read, not ${kind.slice(0, 20)}`);
+  if (uri && !LOADERS[kind]) throw new Error(`${short(uri)}: STL, OBJ and DAE are supported, not ${kind.slice(0, 20)}`);
   const answer = await ask(uri, token);
   const bytes = await answer.arrayBuffer();
   remember(uri, bytes.byteLength);
@@ -119,7 +119,7 @@ function stl(loader, bytes) {
   else if (bytes.byteLength < 84) throw new Error("it is too short");
   else {
     const faces = new DataView(bytes).getUint32(80, true);
-    if (84 + 50 * faces > bytes.byteLength) throw new Error(`it says that it has ${faces} triangles, but has ${bytes.byteLength} bytes`);
+    if (84 + 50 * faces > bytes.byteLength) throw new Error(`it claims to have ${faces} triangles, but has ${bytes.byteLength} bytes`);
   }
   const geometry = quietly(() => loader.parse(content));
   const colours = geometry.hasColors;
@@ -155,7 +155,7 @@ function dae(loader, bytes) {
   // As in rviz, z is up whatever the file says: a robot's description turns its meshes as it needs them.
   const text = decode(bytes).replace(/<up_axis>\s*[XZ]_UP\s*<\/up_axis>/, "<up_axis>Y_UP</up_axis>");
   const fault = new DOMParser().parseFromString(text, "application/xml").querySelector("parsererror");
-  if (fault) throw new Error("it is no XML");
+  if (fault) throw new Error("it is not XML");
   const found = quietly(() => loader.parse(text, ""));
   if (!found?.scene) throw new Error("it has no scene");
   const outer = new THREE.Group(); // the scene's scale is that of the file's unit
@@ -189,7 +189,7 @@ function tidy(object, uri) {
     if (!each.isMesh) return;
     const places = each.geometry.getAttribute("position");
     corners += places?.count || 0;
-    if (places && !places.array.every(Number.isFinite)) throw new Error(`${short(uri)} has places that are no numbers`);
+    if (places && !places.array.every(Number.isFinite)) throw new Error(`${short(uri)} has positions that are not numbers`);
     const normals = places && soundNormals(places.array, each.geometry.getAttribute("normal")?.array, each.geometry.index?.array);
     if (normals) each.geometry.setAttribute("normal", new THREE.BufferAttribute(normals, 3));
     for (const material of [each.material].flat()) {

@@ -37,7 +37,7 @@ const SURE = {
 const POSE = { tint: TINT, alpha: opacity(), ...ARROW, ...CROSS };
 
 export const OPTIONS = {
-  DepthCloud: { colour: { ...choice("colours of", ""), none: "no picture" }, info: { text: "CameraInfo", kind: "text", usual: "", none: "beside it" }, most: MOST, ...looks(2), local: check("axes of its own frame", true) },
+  DepthCloud: { colour: { ...choice("colours of", ""), none: "no image" }, info: { text: "CameraInfo", kind: "text", usual: "", none: "next to the image" }, most: MOST, ...looks(2), local: check("axes of its own frame", true) },
   AccelStamped: SCREW, TwistStamped: SCREW, WrenchStamped: SCREW,
   LaserScan: { by: BY, ...looks(3) }, PointCloud: CLOUD, PointCloud2: CLOUD,
   Map: { scheme: choice("colours", "map", SCHEMES), alpha: opacity(0.7), behind: check("behind all", false) },

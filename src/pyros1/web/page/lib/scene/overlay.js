@@ -6,11 +6,11 @@ import { drawPicture } from "../images.js";
 export class Overlay {
   // place: the element over which it lies.
   constructor(place, title, changed) {
-    this.canvas = h("canvas", { "aria-label": `picture of ${title}` });
+    this.canvas = h("canvas", { "aria-label": `image of ${title}` });
     this.figure = h("figure.overlay", { title, onclick: () => this.figure.classList.toggle("large") }, this.canvas, h("figcaption.mono", {}, title));
     place.append(this.figure);
     this.object = null; // nothing in the scene
-    this.word = "no picture yet";
+    this.word = "no image yet";
     this.problem = "";
     this.changed = changed;
   }

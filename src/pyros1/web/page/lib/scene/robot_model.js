@@ -121,7 +121,7 @@ export class RobotModel {
       this.links.set(name, { group: this._link(links.get(name)), joint });
       for (const each of below.get(name) || []) waiting.push([each.child, each]);
     }
-    if (this.links.size < links.size) this.faults.push(`${links.size - this.links.size} links are in a circle of joints`);
+    if (this.links.size < links.size) this.faults.push(`${links.size - this.links.size} links are in a loop of joints`);
     this._look();
   }
 
@@ -211,7 +211,7 @@ export class RobotModel {
     const faults = [...new Set(this.faults)];
     if (this.why) this.problem = this.why;
     else if (faults.length) this.problem = some(faults, "; ");
-    else if (lost.length && lost.length === this.links.size) this.problem = "no tf of its links: all joints are drawn at 0. What sends it: pyros1 run robot_state_publisher robot_state_publisher";
+    else if (lost.length && lost.length === this.links.size) this.problem = "no tf of its links: all joints are drawn at 0. To publish it: pyros1 run robot_state_publisher robot_state_publisher";
     else if (lost.length) this.problem = `no tf of ${some(lost, ", ")}: drawn with the joint at 0`;
     else this.problem = "";
     const count = this.links.size;

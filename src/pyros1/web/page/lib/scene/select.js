@@ -159,7 +159,7 @@ export class SelectTool {
   _tell() {
     fill(this.panel, this.chosen.length
       ? this.chosen.map((each) => this._about(each))
-      : h("p.muted", {}, "Click something, or drag a box around it. With Shift, it is added to what is selected."));
+      : h("p.muted", {}, "Click something, or drag a box around it. Hold Shift to add to the selection."));
   }
 
   _about({ entry, part, place, indices, total }) {

@@ -3,14 +3,14 @@
 import { h } from "../dom.js";
 
 const TOOLS = {
-  select: ["Select", "what a thing is, and the values of points"],
-  measure: ["Measure", "how far places are from each other"],
+  select: ["Select", "what an object is, and the values of points"],
+  measure: ["Measure", "measure distances"],
   goal: ["Nav goal", "rviz's 2D Nav Goal: tell the robot where to go"],
   estimate: ["Pose estimate", "rviz's 2D Pose Estimate: tell the robot where it is"],
   point: ["Point", "rviz's Publish Point"],
 };
 const WRITING = { goal: "/move_base_simple/goal", estimate: "/initialpose", point: "/clicked_point" }; // tools that publish, and where
-const HINTS = { point: "click the place that is published", goal: "press at the place, and release in the direction", estimate: "press at the place, and release in the direction" };
+const HINTS = { point: "click the point to publish", goal: "press at the position, and release in the direction", estimate: "press at the position, and release in the direction" };
 
 export class Toolbox {
   // scene: the panel; of it are used stage, lib, view, displays, mouse, place, say(text), again(entry), keep() and fixedFrame().

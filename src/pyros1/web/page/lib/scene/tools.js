@@ -127,7 +127,7 @@ export class MeasureTool {
   _begin(told) {
     this.points = [];
     this._show();
-    told("click places on things or on the ground; a double click begins anew");
+    told("click points on objects or on the ground; double-click to start again");
   }
 
   _add(point, told) {

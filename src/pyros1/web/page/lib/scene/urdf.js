@@ -12,9 +12,9 @@ const GREATEST = 1e30; // graphics cards calculate with what 32 bits can hold
 export function readUrdf(text) {
   const document = new DOMParser().parseFromString(text, "application/xml");
   const fault = document.querySelector("parsererror");
-  if (fault) throw new Error(`this is no XML: ${fault.textContent.replace(/\s+/g, " ").replace(/^.*?(error on line)/, "$1").slice(0, 200)}`);
+  if (fault) throw new Error(`this is not XML: ${fault.textContent.replace(/\s+/g, " ").replace(/^.*?(error on line)/, "$1").slice(0, 200)}`);
   const robot = document.documentElement;
-  if (robot.nodeName !== "robot") throw new Error(`this is no URDF: it begins with <${robot.nodeName.slice(0, 50)}>, not <robot>`);
+  if (robot.nodeName !== "robot") throw new Error(`this is not URDF: it begins with <${robot.nodeName.slice(0, 50)}>, not <robot>`);
   const problems = [];
   const materials = new Map(children(robot, "material").map((each) => [each.getAttribute("name") || "", material(each)]));
   const links = new Map();
@@ -87,7 +87,7 @@ function geometry(element) {
     case "cylinder": return { kind: "cylinder", radius: positive("radius"), length: positive("length") };
     case "sphere": return { kind: "sphere", radius: positive("radius") };
     case "mesh": return { kind: "mesh", uri: found.getAttribute("filename") || "", scale: scale(found) };
-    default: throw new Error(`<${found.nodeName.slice(0, 50)}> is no shape of URDF`);
+    default: throw new Error(`<${found.nodeName.slice(0, 50)}> is not a URDF shape`);
   }
 }
 

@@ -12,10 +12,10 @@ export class ViewChoice {
     this.kept = view && typeof view === "object" ? view : null;
     this.target = String(target || ""); // the frame that is followed
     this.host = host;
-    this.frames = h("select.mono", { "aria-label": "followed frame", title: "the frame that the view goes along with", onchange: (event) => this._goWith(event.target.value) });
-    this.views = h("select", { "aria-label": "view", title: "from where one looks; ground moves on the ground; behind and in frame turn with the followed frame; walk with the mouse, its wheel and W, A, S, D; flat is from above and without perspective", onchange: (event) => this._look(event.target.value) },
+    this.frames = h("select.mono", { "aria-label": "followed frame", title: "the frame that the view follows", onchange: (event) => this._goWith(event.target.value) });
+    this.views = h("select", { "aria-label": "view", title: "viewpoint; ground: moves on the ground; behind, in frame: turn with the followed frame; walk: mouse, wheel and W, A, S, D; flat: from above, without perspective", onchange: (event) => this._look(event.target.value) },
       Object.entries(VIEWS).map(([name, text]) => h("option", { value: name }, text)));
-    this.axes = h("select.mono", { hidden: true, "aria-label": "axis", title: "the axis of the frame along which one looks", onchange: (event) => this._axis(event.target.value) },
+    this.axes = h("select.mono", { hidden: true, "aria-label": "axis", title: "the axis of the frame along which the view looks", onchange: (event) => this._axis(event.target.value) },
       ["", ...AXES].map((name) => h("option", { value: name, disabled: !name }, name ? name.replace("-", "−") : "turned")));
   }
 

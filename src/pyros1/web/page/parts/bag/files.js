@@ -46,11 +46,11 @@ export class Files {
       more && h("p.muted.hint", {}, "This folder has more than can be shown."));
     const filter = !this.folders && files.length > FEW && h("input", { placeholder: "filter", "aria-label": "filter", value: this.filter, oninput: (event) => { this.filter = event.target.value; this._drawAgain(); } });
     const nothing = !this.folders && !files.length && (folders.length
-      ? h("p.muted.hint", {}, "There are no bags in this folder; its folders may have some. ● Record makes one; bags of elsewhere are shown by ", command("pyros1 web --bags FOLDER"))
-      : empty("No bags here", "Record one with ● Record above, or in a terminal:", command("pyros1 bag record -a"), "Bags of another folder are shown by:", command("pyros1 web --bags FOLDER")));
+      ? h("p.muted.hint", {}, "There are no bags in this folder; its subfolders may have some. Record one with ● Record, or show another folder: ", command("pyros1 web --bags FOLDER"))
+      : empty("No bags here", "Record one with ● Record above, or in a terminal:", command("pyros1 bag record -a"), "To show bags in another folder:", command("pyros1 web --bags FOLDER")));
     const none = !folder && !folders.length;
     fill(this.element, h("div.place-name.mono", {}, h("span", {}, folder || (none ? "" : "folders of this server")), h("span.gap"), filter),
-      none ? empty("No folder with bags", "Tell the server which folder pages may see:", command("pyros1 web --bags FOLDER")) : [list, nothing]);
+      none ? empty("No folder with bags", "Tell the server which folder to show:", command("pyros1 web --bags FOLDER")) : [list, nothing]);
   }
 
   _drawAgain() {

@@ -75,7 +75,7 @@ export class Inspector {
       h("b.mono", { title: topic.type }, name), h("span.muted", {}, topic.type), h("span.gap"), h("span.steps", {}, when,
       h("button.quiet", { title: "message before (←)", "aria-label": `message before on ${name}`, onclick: () => this.on.step([name], false) }, "‹"),
       h("button.quiet", { title: "next message (→)", "aria-label": `next message on ${name}`, onclick: () => this.on.step([name], true) }, "›"),
-      h("button.quiet", { title: "show it no more", "aria-label": `deselect ${name}`, onclick: () => this.on.drop(name) }, "✕")));
+      h("button.quiet", { title: "hide it", "aria-label": `deselect ${name}`, onclick: () => this.on.drop(name) }, "✕")));
     const section = { element: h("section.topic-message", { dataset: { topic: name } }, head, body), tree, when, body, name };
     if (topic.image) this._picture(section);
     return section;
@@ -113,7 +113,7 @@ export class Inspector {
       const found = messages[section.name];
       if (!found || found.problem) {
         if (found) fill(section.body, h("p.hint.wrong", {}, found.problem));
-        else if (!section.body.querySelector(".first")) fill(section.body, h("p.hint.muted", {}, "No message yet at this time. ", h("button.first", { onclick: () => this.on.step([section.name], true) }, "Go to its first")));
+        else if (!section.body.querySelector(".first")) fill(section.body, h("p.hint.muted", {}, "No message yet at this time. ", h("button.first", { onclick: () => this.on.step([section.name], true) }, "Go to the first one")));
         fill(section.when);
         continue;
       }

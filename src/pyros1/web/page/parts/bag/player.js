@@ -32,12 +32,12 @@ export class Player {
     this.button = h("button.play", { title: "play or pause (space)", "aria-label": "play", onclick: () => this.toggle() }, "▶");
     const rates = h("select", { "aria-label": "rate", title: "speed", onchange: (event) => { this.rate = Number(event.target.value); this._changed(); } },
       RATES.map((rate) => h("option", { value: rate, selected: rate === 1 }, `${rate}×`)));
-    const mode = h("select.mode", { "aria-label": "mode", title: "whether playing publishes the messages into the robot", onchange: (event) => this._mode(event.target.value) },
-      h("option", { value: "look" }, "look only"), h("option", { value: "publish" }, "publish all"), h("option", { value: "some" }, "publish selected"));
+    const mode = h("select.mode", { "aria-label": "mode", title: "whether to publish the messages to the robot while playing", onchange: (event) => this._mode(event.target.value) },
+      h("option", { value: "look" }, "view only"), h("option", { value: "publish" }, "publish all"), h("option", { value: "some" }, "publish selected"));
     this.mode = mode;
     this.clockButton = toggle("/clock", "publish the time of the bag on /clock", "clock");
     this.clockButton.hidden = true;
-    this.element = h("span.player", { hidden: true }, this.button, rates, toggle("Loop", "begin again at the end", "loop"), mode, this.clockButton);
+    this.element = h("span.player", { hidden: true }, this.button, rates, toggle("Loop", "start again at the end", "loop"), mode, this.clockButton);
     this.onAbout = () => {
       const { read_only: only } = this.robot.about;
       for (const option of [...mode.options].slice(1)) option.disabled = only;

@@ -79,9 +79,9 @@ export class Recorder {
     const files = new Files(this.robot, { folder: (path, writable) => {
       folder = path;
       begin.disabled = !path || !writable;
-      say(path && !writable ? "this server may not write into this folder: choose another one, or start it with: pyros1 web --bags FOLDER" : "");
+      say(path && !writable ? "this server may not write to this folder: choose another one, or restart it with: pyros1 web --bags FOLDER" : "");
     }, problem: (text) => { if (text) say(text); } }, this.folder || "", true);
-    const prefix = h("input", { placeholder: "name", "aria-label": "name", title: "what the file's name has before the date", maxLength: 100, value: this.prefix || "" });
+    const prefix = h("input", { placeholder: "name", "aria-label": "name", title: "file name prefix, before the date", maxLength: 100, value: this.prefix || "" });
     const compression = h("select", { "aria-label": "compression" }, ["none", "lz4", "bz2"].map((each) => h("option", { selected: each === (this.compression || "none") }, each)));
     const list = h("div.topics", { hidden: true });
     const all = h("input", { type: "radio", name: "what", checked: true, onchange: () => { list.hidden = true; } });
@@ -107,9 +107,9 @@ export class Recorder {
         say(error.message);
       }
     } },
-    h("fieldset", {}, h("legend", {}, "what"), h("label.check", {}, all, "all topics, also new ones ", count), h("label.check", {}, some, "some"), list),
+    h("fieldset", {}, h("legend", {}, "what"), h("label.check", {}, all, "all topics, including new ones ", count), h("label.check", {}, some, "some"), list),
     h("fieldset", {}, h("legend", {}, "where"), files.element),
-    h("div.row", {}, prefix, h("label.check", { title: "lz4 is fast; bz2 is smaller, and takes long" }, "compression", compression)), problem,
+    h("div.row", {}, prefix, h("label.check", { title: "lz4 is fast; bz2 is smaller, but slow" }, "compression", compression)), problem,
     h("div.row", {}, h("span.gap"), h("button", { type: "button", onclick: () => this.dialog.close() }, "Cancel"), begin)));
     this.dialog.showModal();
   }

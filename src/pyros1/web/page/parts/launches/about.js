@@ -34,7 +34,7 @@ export class About {
 
   update(now) {
     if (!now) {
-      this.result.fail("this process is gone, with its launch");
+      this.result.fail("this process and its launch are gone");
       fill(this.actions);
       return;
     }
@@ -45,18 +45,18 @@ export class About {
       entry.pid && ["process", entry.pid],
       entry.machine && ["machine", entry.machine],
       entry.uptime !== null && ["runs for", duration(entry.uptime)],
-      entry.cpu !== null && ["CPU", `${entry.cpu.toFixed(1)} %`],
+      entry.cpu !== null && ["CPU", `${entry.cpu.toFixed(1)}%`],
       entry.memory !== null && ["memory", bytes(entry.memory)],
       ["restarts", String(restarts)],
-      entry.respawn && ["respawn", "it is started again whenever it ends"],
-      entry.required && ["required", "its launch ends when it ends; not if it is stopped here"],
+      entry.respawn && ["respawn", "it is restarted whenever it exits"],
+      entry.required && ["required", "its launch ends when it exits, but not if it is stopped here"],
     ]));
     const state = `${entry.state} ${facts.refusal} ${this.panel.place.robot.about.read_only}`;
     if (state === this.state) return;
     this.state = state;
     const launch = this.panel.launches.get(facts.param);
     fill(this.actions, may(launch, entry).map((verb) => button(verb, false, () => this._tell(verb, facts.param, entry))),
-      h("button", { title: "what the node says, in the console", onclick: () => this.panel.place.open("console", { node: entry.node }) }, "Console"),
+      h("button", { title: "the node's log, in the console", onclick: () => this.panel.place.open("console", { node: entry.node }) }, "Console"),
       h("button", { title: "its topics, services and loggers", onclick: () => this.panel.place.open("nodes", { selected: entry.node }) }, "Node"));
   }
 
@@ -71,8 +71,8 @@ export class About {
 
   _showLogs({ files, base, folder }) {
     if (!files.length) {
-      fill(this.logs, h("p.muted.hint", {}, base.startsWith(folder) ? `There is no log file ${base}*.log. With output="screen", what a node prints goes to its launch's terminal only.`
-        : `Its log files are not below this server's folder of logs, ${folder}, but at ${base}*.log`));
+      fill(this.logs, h("p.muted.hint", {}, base.startsWith(folder) ? `There is no log file ${base}*.log. With output="screen", a node's output goes only to its launch's terminal.`
+        : `Its log files are not in this server's log folder, ${folder}, but at ${base}*.log`));
       return;
     }
     fill(this.logs, files.map(({ path, size, text }) => h("div.log-file", {},

@@ -43,10 +43,10 @@ export class Launch {
     this.element.hidden = all && !entries.length;
     this._drawHead(open);
     const words = [];
-    if (!facts.problem && facts.refusal) words.push(`Only to look at: ${facts.refusal}.`);
+    if (!facts.problem && facts.refusal) words.push(`View only: ${facts.refusal}.`);
     if (entries.length > MOST_ROWS) words.push(`${entries.length - MOST_ROWS} more processes are not shown; the field above finds them.`);
     else if (facts.count > (facts.processes || []).length) words.push(`${facts.count - facts.processes.length} more processes are not shown.`);
-    if (!facts.problem && !facts.count && !facts.expected) words.push(facts.title === "roscore" ? "The master, and what collects the log." : "It runs no processes.");
+    if (!facts.problem && !facts.count && !facts.expected) words.push(facts.title === "roscore" ? "The master and rosout." : "It has no processes.");
     const text = open ? words.join(" ") : "";
     this.note.hidden = !text;
     if (this.note.textContent !== text) this.note.textContent = text;
@@ -84,10 +84,10 @@ export class Launch {
           `${open ? "▾" : "▸"} `, h("b", {}, facts.title || "a launch that does not answer")),
         h("span.muted.where", { title: facts.uri }, `${facts.host}${facts.pid ? `, process ${facts.pid}` : ""}`), this.time,
         count("died") > 0 && h("button.badge.died", { title: "show those that died", onclick: () => panel.find("died") }, `${count("died")} died`),
-        facts.expected > 0 && h("span.badge", { title: "nodes that have not begun, since what they wait for is not there" }, `${facts.expected} to come`),
+        facts.expected > 0 && h("span.badge", { title: "nodes that have not started because they are waiting for something" }, `${facts.expected} waiting`),
         facts.problem && h("span.wrong", {}, facts.problem),
         facts.problem && !panel.place.robot.about.read_only && h("button", {
-          title: "delete the parameter by which it is known; it was killed, or its machine is away", onclick: () => panel.forget(this.param),
+          title: "delete its parameter on the master; it was killed, or its machine cannot be reached", onclick: () => panel.forget(this.param),
         }, "Forget"));
     }
     const time = facts.uptime === null || facts.uptime === undefined ? "" : `for ${duration(facts.uptime)}`;
@@ -114,12 +114,12 @@ export class Launch {
       row.state = state;
       element.className = `process is-${word}`;
       fill(cells.name, h("span.mono.node", { title: entry.label }, entry.node || entry.label),
-        entry.required && h("span.badge", { title: "its launch ends when it ends" }, "required"),
-        entry.respawn && h("span.badge", { title: "it is started again whenever it ends" }, "respawn"));
+        entry.required && h("span.badge", { title: "its launch ends when it exits" }, "required"),
+        entry.respawn && h("span.badge", { title: "it is restarted whenever it exits" }, "respawn"));
       fill(cells.state, h("i.lamp"), h("span.word", { title: entry.exit }, word, entry.exit && ["died", "ended", "waiting"].includes(word) && h("span.exit", {}, `, ${entry.exit}`)));
       fill(cells.verbs, may(this, entry).map((verb) => button(verb, true, () => this._tell(verb, entry), Boolean(told))));
     }
-    put(cells.cpu, entry.cpu === null ? "" : `${entry.cpu.toFixed(1)} %`, "CPU");
+    put(cells.cpu, entry.cpu === null ? "" : `${entry.cpu.toFixed(1)}%`, "CPU");
     put(cells.memory, bytes(entry.memory), "memory");
     put(cells.uptime, duration(entry.uptime), "since its last start");
     put(cells.starts, entry.starts > 1 ? `× ${entry.starts}` : "", `started ${entry.starts} times`);

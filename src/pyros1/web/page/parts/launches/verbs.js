@@ -3,9 +3,9 @@
 import { h } from "../../lib/dom.js";
 
 const WORDS = {
-  stop: ["Stop", "■", "end it; its launch does not start it again"],
-  start: ["Start", "▶", "start it as its launch file says"],
-  restart: ["Restart", "↻", "end it and start it again"],
+  stop: ["Stop", "■", "stop it; its launch does not restart it"],
+  start: ["Start", "▶", "start it as in its launch file"],
+  restart: ["Restart", "↻", "stop it and start it again"],
 };
 
 // The verbs that fit the state of a process; none if this page may not use them.

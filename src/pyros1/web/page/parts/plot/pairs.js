@@ -99,7 +99,7 @@ export class Pairs {
 
 // Two fields of one message are named once: /pose x, y.
 function pairLabel({ x, y }) {
-  if (!y) return `${x}: type what is drawn against it`;
+  if (!y) return `${x}: type the field to plot against it`;
   const folder = x.slice(0, x.lastIndexOf("/") + 1);
   return y.startsWith(folder) && !y.slice(folder.length).includes("/") ? `${folder.slice(0, -1)} ${x.slice(folder.length)}, ${y.slice(folder.length)}` : `${x}, ${y}`;
 }
