@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Offers the action count: counts down, one number every tenth of a second, until 0 or until it is stopped.
+"""Offers the action count: counts down, one number every tenth of a second, until 0 or until it is cancelled.
 
 pyros1 run my_package count_server.py
 pyros1 run my_package count_client.py 20         in another terminal

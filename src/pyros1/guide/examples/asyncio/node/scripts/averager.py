@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Averages numbers in an asyncio program: receives, publishes and serves, all on one thread.
+"""Averages numbers in an asyncio program: subscribes, publishes and offers a service, all on one thread.
 
 pyros1 run my_package averager.py
 pyros1 topic pub -r 5 numbers std_msgs/Float64 1.5     sends some, in another terminal
@@ -15,7 +15,7 @@ from pyros1.msgs.std_srvs.srv import Empty, EmptyResponse
 
 
 class Averager:
-    """The numbers that have come. No locks: whoever uses them runs on the asyncio loop."""
+    """The numbers received. No locks are needed: everything that uses them runs on the asyncio loop."""
 
     def __init__(self, node):
         self.node = node

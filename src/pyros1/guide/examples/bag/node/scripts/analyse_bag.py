@@ -19,7 +19,7 @@ X, SPEED = "pose.pose.position.x", "twist.twist.linear.x"
 
 
 def table(path, topic):
-    """Return the odometry as a table, with the time in s since the bag's beginning as its index."""
+    """Return the odometry as a table, indexed by the time in s since the start of the bag."""
     with pyros1.bag.open(path) as bag:
         frame = pandas.DataFrame(bag.arrays(topic, [X, SPEED]))
     frame["time"] -= frame["time"].iloc[0]

@@ -17,7 +17,7 @@ except ImportError:
 
 
 def table(path, topic):
-    """Return the odometry as a table, with the time in s since the bag's beginning as its index."""
+    """Return the odometry as a table, indexed by the time in s since the start of the bag."""
     with rosbag.Bag(path) as bag:
         rows = [
             (time.to_sec(), message.pose.pose.position.x, message.twist.twist.linear.x)

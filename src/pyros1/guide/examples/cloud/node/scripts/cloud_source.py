@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Publishes point clouds as a depth camera does: a floor, and a ball that bounces on it.
+"""Publishes point clouds like a depth camera: a floor, and a ball that bounces on it.
 
 pyros1 run my_package cloud_source.py
 pyros1 web scene --open                          shows them; choose camera as the fixed frame

@@ -13,7 +13,7 @@ from sensor_msgs.msg import PointCloud2
 
 
 class Filter:
-    """Publishes what is left of each cloud that comes.
+    """Publishes what is left of each cloud that is received.
 
     Args:
         floor: height of the floor, in m.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Finds the edges in pictures, with numpy: publishes how much the brightness changes at each pixel.
+"""Finds edges in images, with numpy: publishes how much the brightness changes at each pixel.
 
 pyros1 run my_package edges.py                   from the topic image to the topic edges
 pyros1 run my_package edges.py image:=/camera/image_raw
@@ -14,7 +14,7 @@ CHANNELS = {"mono8": 1, "rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4}
 
 
 def brightness(image):
-    """Return an array of rows and columns, 0 to 255; None if the encoding is not one of ours."""
+    """Return an array of rows and columns, 0 to 255; None if the encoding is not supported."""
     channels = CHANNELS.get(image.encoding)
     if channels is None:
         return None

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Publishes pictures as a camera does: a bright square that wanders over a dark ground.
+"""Publishes images like a camera: a bright square that moves over a dark background.
 
 pyros1 run my_package picture_source.py
 pyros1 web image --open                          shows them

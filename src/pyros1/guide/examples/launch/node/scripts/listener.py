@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Prints what is said on the topic chatter.
+"""Prints the messages on the topic chatter.
 
 pyros1 launch my_package robot.launch
 pyros1 run my_package listener.py --prefix heard chatter:=/r1/words

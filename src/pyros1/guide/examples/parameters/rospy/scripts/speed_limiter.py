@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Reads parameters, and limits the speeds that come on cmd_vel by them.
+"""Limits the speeds received on cmd_vel, as its parameters say.
 
 pyros1 launch my_package speed_limiter.launch               with the limits of config/speed_limiter.yaml
 pyros1 run my_package speed_limiter.py                      with the usual ones

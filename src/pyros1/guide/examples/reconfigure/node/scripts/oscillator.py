@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""An oscillator whose amplitude, frequency and shape can be changed while it runs.
+"""An oscillator whose amplitude, frequency and shape can be changed while it is running.
 
 pyros1 run my_package oscillator.py
 pyros1 dynparam set oscillator amplitude 2.5

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Offers the service divide. Whoever divides by zero is refused, and told why.
+"""Offers the service divide. Division by zero is rejected with an error.
 
 pyros1 run my_package divide_server.py
 pyros1 service call divide 7 2          calls it, in another terminal

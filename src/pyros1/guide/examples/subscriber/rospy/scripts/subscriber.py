@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Prints the numbers that come on the topic numbers, and their mean.
+"""Prints the numbers received on the topic numbers, and their mean.
 
 pyros1 run my_package subscriber.py
 pyros1 topic pub -r 2 numbers std_msgs/Float64 1.5     sends some, in another terminal
@@ -10,7 +10,7 @@ from std_msgs.msg import Float64
 
 
 class Mean:
-    """The mean of all numbers that have come."""
+    """The mean of all numbers received."""
 
     def __init__(self):
         self.count = 0

@@ -1,4 +1,4 @@
-"""Tests of doubler.py with pytest. Each has a master of its own, and all that it starts ends with it.
+"""Tests of doubler.py with pytest. Each has its own master, and everything it starts is stopped at its end.
 
 python3 -m pytest my_package/tests
 """
@@ -8,7 +8,7 @@ import pytest
 
 @pytest.fixture
 def doubled(ros_run, ros_node, ros_listen):
-    """Return a function that gives the doubler a number, and returns what it answers."""
+    """Return a function that sends the doubler a number, and returns its answer."""
     heard = ros_listen("output", "std_msgs/Float64")
     ros_run("my_package", "doubler.py")
     sender = ros_node("sender").advertise("input", "std_msgs/Float64", latch=True)

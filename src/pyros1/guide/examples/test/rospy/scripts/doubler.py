@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Doubles numbers: those that come on input go out on output. tests/ has tests of it.
+"""Doubles numbers: it receives them on input, and publishes on output. tests/ has tests for it.
 
 pyros1 run my_package doubler.py
 pyros1 test my_package doubler.test

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Publishes where a robot is: it drives round the world's origin, with a laser on it that never moves.
+"""Publishes where a robot is: it circles the world's origin, with a laser fixed to it.
 
 pyros1 run my_package tf_broadcaster.py
 pyros1 tf tree                                   world -> base_link -> laser
@@ -17,7 +17,7 @@ SPEED = 0.5  # rad/s
 
 
 def transform(parent, child, x, y, z, yaw):
-    """Return where the child is in its parent, in m and rad, now."""
+    """Return where the child is relative to its parent now, in m and rad."""
     found = TransformStamped(child_frame_id=child)
     found.header.frame_id = parent
     found.header.stamp = node.now()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Says where one frame is in another.
+"""Prints where one frame is relative to another.
 
 pyros1 run my_package tf_listener.py world laser
 pyros1 tf static_transform_publisher 1 0 0.5 0 0 0 world laser     a frame, if nobody publishes any
@@ -10,7 +10,7 @@ import argparse
 import pyros1
 from pyros1.tf import Buffer, TransformException, TransformListener
 
-parser = argparse.ArgumentParser(description="Says where one frame is in another.")
+parser = argparse.ArgumentParser(description="Prints where one frame is relative to another.")
 parser.add_argument("target", nargs="?", default="world", help="the frame in which the place is told")
 parser.add_argument("source", nargs="?", default="laser", help="the frame whose place it is")
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Says where one frame is in another.
+"""Prints where one frame is relative to another.
 
 pyros1 run my_package tf_listener.py world laser
 pyros1 tf static_transform_publisher 1 0 0.5 0 0 0 world laser     a frame, if nobody publishes any
@@ -12,13 +12,13 @@ import tf2_ros
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Says where one frame is in another.")
+    parser = argparse.ArgumentParser(description="Prints where one frame is relative to another.")
     parser.add_argument("target", nargs="?", default="world", help="the frame in which the place is told")
     parser.add_argument("source", nargs="?", default="laser", help="the frame whose place it is")
     frames = parser.parse_args(rospy.myargv()[1:])
     rospy.init_node("tf_listener", anonymous=True)
     buffer = tf2_ros.Buffer()
-    listener = tf2_ros.TransformListener(buffer)  # noqa: F841 - it fills the buffer as long as it is there
+    listener = tf2_ros.TransformListener(buffer)  # noqa: F841 - it fills the buffer as long as it exists
     latest = rospy.Time(0)  # the latest that there is; or the stamp of a message
     while not rospy.is_shutdown():
         try:
