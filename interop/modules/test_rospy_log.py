@@ -207,3 +207,42 @@ def test_name_of_the_file(launcher: Master, tmp_path: Path, face: str) -> None:
     finally:
         done.close()
     assert "information" in log.read_text()
+
+
+OWN_HANDLERS = """
+import logging, sys
+import rospy
+def add(name, stream):
+    handler = logging.StreamHandler(stream)
+    handler.setFormatter(logging.Formatter("own %(name)s %(message)s"))
+    logging.getLogger(name).addHandler(handler)
+when, name, stream = sys.argv[1:]
+logging.raiseExceptions = False
+if when == "basic":
+    logging.basicConfig(level=logging.INFO, stream=getattr(sys, stream))
+if when == "before":
+    add(name, getattr(sys, stream))
+rospy.init_node("handlers")
+if when == "after":
+    add(name, getattr(sys, stream))
+    logging.basicConfig(level=logging.DEBUG)
+rospy.loginfo("rospy's")
+logging.getLogger("mine").warning("mine")
+logging.warning("root's")
+"""
+
+
+@pytest.mark.parametrize("stream", ["stdout", "stderr"])
+@pytest.mark.parametrize(
+    "when", [("basic", ""), *((when, name) for when in ("before", "after") for name in ("", "rosout", "mine"))]
+)
+def test_no_message_comes_twice_with_handlers_of_the_program(
+    launcher: Master, when: tuple[str, str], stream: str
+) -> None:
+    said = []
+    for face in FACES:
+        program = start(face, launcher, OWN_HANDLERS, *when, stream, ROSCONSOLE_FORMAT="${message}")
+        assert program.wait() == 0
+        lines = [line for line in program.lines if "rospy's" in line or "mine" in line or "root's" in line]
+        said.append(sorted(lines))
+    assert said[0] == said[1]

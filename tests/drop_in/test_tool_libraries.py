@@ -131,3 +131,18 @@ for ask in (
 
 def test_a_master_that_does_not_answer() -> None:
     run(NO_MASTER, {"ROS_MASTER_URI": "http://127.0.0.1:1"})
+
+
+EMPTY = """
+import rosparam
+rosparam.upload_params("/n", {"a": {}, "b": {"c": {}, "d": 1}})
+assert rosparam.get_param("/n") == {"a": {}, "b": {"c": {}, "d": 1}}
+rosparam.set_param("/n/a/x", "5")
+rosparam.upload_params("/n", {"a": {}})
+rosparam.upload_params("/", {})
+assert rosparam.get_param("/n/a") == {"x": 5}
+"""
+
+
+def test_empty_dictionaries_are_kept(environ: dict[str, str]) -> None:
+    run(EMPTY, environ)

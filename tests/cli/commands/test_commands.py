@@ -92,6 +92,20 @@ def test_parameters(run: Any) -> None:
     assert (code, out) == (1, "") and err.startswith("ERROR: ")
 
 
+def test_empty_dictionaries_are_kept(run: Any, tmp_path: Path) -> None:
+    file = tmp_path / "in.yaml"
+    file.write_text("a: {}\nb: {c: {}, d: 1}\n")
+    assert run("param", "load", str(file), "/n") == (0, "", "")
+    assert run("param", "get", "/n") == (0, "a: {}\nb:\n  c: {}\n  d: 1\n\n", "")
+    assert run("param", "set", "/n/a/x", "5") == (0, "", "")
+    assert run("param", "load", str(file), "/n") == (0, "", "")  # what is in a namespace stays
+    assert run("param", "get", "/n/a") == (0, "x: 5\n\n", "")
+    assert run("param", "set", "/n/b/d", "{}") == (0, "", "")
+    assert run("param", "get", "/n/b/d") == (0, "{}\n\n", "")
+    assert run("param", "set", "/", "{}") == (0, "", "")
+    assert run("param", "list", "/n") == (0, "/n/a/x\n", "")
+
+
 def test_services(run: Any, make_node: Callable[..., Any]) -> None:
     """L76-L78"""
     node = make_node("server", rosout=False)

@@ -7,11 +7,11 @@ from typing import Any
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.shared.integers import INT_RANGE
-from pyros1.ground.errors import MasterError, MasterUnreachableError
+from pyros1.ground.errors import MasterError, MasterUnreachableError, ParameterNotSetError
 
 
 def set_leaves(invocation: Invocation, name: str, value: Any, form: str = "") -> None:
-    """Set a value.
+    """Set a value. Empty dictionaries are kept, too, where there is no namespace yet; the stock tool drops them.
 
     Args:
         invocation: the command.
@@ -24,6 +24,8 @@ def set_leaves(invocation: Invocation, name: str, value: Any, form: str = "") ->
         if item is None:
             raise CommandError(f"Parameter [{leaf}] cannot be set to null")
         try:
+            if item == {} and _is_namespace(invocation, leaf):
+                continue  # its parameters stay
             invocation.master.set_param(leaf, item)
         except MasterUnreachableError:
             raise
@@ -34,11 +36,18 @@ def set_leaves(invocation: Invocation, name: str, value: Any, form: str = "") ->
 
 
 def leaves(name: str, value: Any) -> list[tuple[str, Any]]:
-    """Yield the leaves of a value with their full names."""
-    if not isinstance(value, dict):
+    """Return the leaves of a value with their full names; an empty dictionary is one."""
+    if not isinstance(value, dict) or not value:
         return [(name, value)]
     prefix = name.rstrip("/")
     return [leaf for key, item in value.items() for leaf in leaves(f"{prefix}/{key}", item)]
+
+
+def _is_namespace(invocation: Invocation, name: str) -> bool:
+    try:
+        return isinstance(invocation.master.get_param(name), dict)
+    except ParameterNotSetError:
+        return False
 
 
 def _check(value: Any) -> None:

@@ -28,7 +28,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise CommandError(str(error)) from None
     if options.verbose:
         for leaf, value in leaves(name, tree):
-            print(f"{leaf}={value}")
+            if value != {}:
+                print(f"{leaf}={value}")
     from pyros1.values import dump_yaml  # noqa: PLC0415
 
     text = dump_yaml(tree)

@@ -176,7 +176,7 @@ def set_param(param: str, value: str, verbose: bool = False) -> None:
 
 @_answered()
 def set_param_raw(param: str, value: Any, verbose: bool = False) -> None:
-    """Set a parameter; those of a dictionary one by one.
+    """Set a parameter; those of a dictionary one by one. An empty one is kept where there is no namespace yet.
 
     Raises:
         OverflowError: a whole number has more than 32 bits, which XML-RPC cannot send.
@@ -184,10 +184,13 @@ def set_param_raw(param: str, value: Any, verbose: bool = False) -> None:
     if isinstance(value, dict):
         for key, each in value.items():
             set_param_raw(param if not key else ns_join(param, key), each, verbose=verbose)
-        return
+        if value:
+            return
     _check(value)
-    name = _resolve(param)
-    get_param_server().setParam(name, value)
+    name, server = _resolve(param), get_param_server()
+    if value == {} and server.hasParam(name) and isinstance(server.getParam(name), dict):
+        return  # its parameters stay
+    server.setParam(name, value)
     if verbose:
         print(f"set parameter [{name}] to [{value}]")
 

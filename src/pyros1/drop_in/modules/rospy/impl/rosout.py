@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import logging
 import os
+import sys
 from collections.abc import Callable, Iterator, MutableMapping
 from typing import TYPE_CHECKING, Any
 
@@ -202,9 +203,23 @@ def connect(node: Node, argv: list[str], config: str) -> None:
         _load(config)
     node.log.use_levels(Levels())
     node.log.explain_with(_words)
-    logging.getLogger("rosout").addHandler(RosOutHandler(node, shows=not config))
+    root, rosout = logging.getLogger(), logging.getLogger("rosout")
     if not config:
-        logging.getLogger().addHandler(_FileHandler(node))
+        for logger in (root, rosout):
+            _leave_terminal(logger)
+        root.addHandler(_FileHandler(node))
+    rosout.addHandler(RosOutHandler(node, shows=not config))
+
+
+def _leave_terminal(logger: logging.Logger) -> None:
+    """Remove handlers that print, as of ``logging.basicConfig``: each message of rospy would come twice.
+
+    Stock's configuration removes all handlers that are there before the node starts; ours leaves those that write
+    elsewhere.
+    """
+    terminal = (sys.stdout, sys.stderr, sys.__stdout__, sys.__stderr__)
+    for handler in [each for each in logger.handlers if getattr(each, "stream", None) in terminal]:
+        logger.removeHandler(handler)
 
 
 def show_topic() -> None:
