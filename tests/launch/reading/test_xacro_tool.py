@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.finding.packages import OWN_PACKAGES
-from pyros1.launch.reading.xacro_tool import MISSING, xacro_words
+from pyros1.launch.reading.xacro_tool import MISSING, missing_input, xacro_words
 
 SOURCE = Path(__file__).resolve().parents[3] / "src"
 # The real one asks for packages in this way.
@@ -60,3 +60,17 @@ def test_without_it_the_error_says_what_to_install(tmp_path: Path) -> None:
     (broken / "__init__.py").write_text("raise ImportError")
     done = ask(tmp_path, "$(find xacro)/xacro a.xacro")
     assert MISSING in done.stderr
+
+
+def test_a_file_that_is_not_there_is_said_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "python" / "xacro").mkdir(parents=True)
+    (tmp_path / "python" / "xacro" / "__init__.py").write_text("def main():\n    raise OSError('a traceback')\n")
+    said = ask(tmp_path, "xacro gone.xacro n:=5").stderr
+    assert said.startswith("xacro: there is no file gone.xacro\nUnable to load file") and said.count("\n") == 2
+
+
+def test_which_file_is_missing(tmp_path: Path) -> None:
+    there, gone = str(tmp_path), str(tmp_path / "gone")
+    assert missing_input([there]) == missing_input([]) == missing_input([gone, gone]) == ""
+    assert missing_input(["-o", there, "--verbosity", "1", gone, "a:=b", "--inorder"]) == gone
+    assert missing_input(["--root-dir", there, "gone"]) == ""

@@ -11,12 +11,15 @@ import os
 import shutil
 import sys
 import types
+import xml.parsers.expat  # noqa: F401 - xacro names it when it reports an error, but does not import it
 
 from pyros1.finding.packages import OWN_PACKAGES, PackageIndex
 from pyros1.ground.errors import PackageNotFoundError
 
 MISSING = "xacro is not installed: pip install xacro"
 _NAMES = ("xacro", "xacro.py")
+_VALUED = ("-o", "--verbosity", "--root-dir")
+"""Options of xacro that a value follows."""
 
 
 def xacro_words(words: list[str]) -> list[str]:
@@ -34,6 +37,18 @@ def xacro_words(words: list[str]) -> list[str]:
         found = importlib.util.find_spec("xacro")
         ours = (found is not None and found.origin is not None) or shutil.which(words[0]) is None
     return [sys.executable, "-m", __name__, *words[1:]] if ours else words
+
+
+def missing_input(words: list[str]) -> str:
+    """Return the file that a command line of xacro names, if it is not there. Empty if it is, or is not known."""
+    names, value = [], False
+    for word in words:
+        if not value and not word.startswith("-") and ":=" not in word:
+            names.append(word)
+        value = not value and word in _VALUED
+    if len(names) != 1 or os.path.exists(names[0]) or any(word.startswith("--root-dir") for word in words):
+        return ""
+    return names[0]
 
 
 def main() -> int:
@@ -55,6 +70,10 @@ def main() -> int:
     except ImportError:
         sys.stderr.write(MISSING + "\n")
         return 1
+    missing = missing_input(sys.argv[1:])
+    if missing:
+        sys.stderr.write(f"xacro: there is no file {missing}\n")
+        return 2
     try:
         xacro.main()
     except PackageNotFoundError as error:

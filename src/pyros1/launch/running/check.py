@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 from pyros1.ground.errors import Error, LaunchError, PackageNotFoundError, SerializationError
@@ -11,6 +14,7 @@ from pyros1.ground.timing import Time
 from pyros1.launch.plan import NodePlan, Plan
 from pyros1.launch.reading.resources import PackageFinder
 from pyros1.launch.running.command_line import check_prefix, check_script, locate
+from pyros1.launch.running.python_files import python_problems
 from pyros1.net.hosts import is_local
 from pyros1.wire.xmlrpc import dumps_call
 
@@ -64,6 +68,20 @@ def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str
             check_prefix(node, environ)
         except LaunchError as error:
             yield _error(node, str(error))
+
+
+def unrunnable_python(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
+    """Yield an error for each syntax error and missing import of the nodes in Python that run on this machine.
+
+    Stock does not look into programs. Nothing of them is executed here.
+    """
+    nodes: dict[Path, NodePlan] = {}
+    for node in [*plan.nodes, *plan.tests]:
+        with suppress(LaunchError, PackageNotFoundError):  # `missing_parts` has it
+            if not is_remote(plan, node) and not any("python" in os.path.basename(word) for word in node.prefix):
+                nodes.setdefault(locate(node.package, node.type, packages), node)
+    for problem in python_problems({file: {**environ, **node.env} for file, node in nodes.items()}):
+        yield _error(nodes[problem.file], f"it cannot run: {problem.text}")
 
 
 def check_on_death(node: NodePlan) -> None:

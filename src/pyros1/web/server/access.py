@@ -25,6 +25,14 @@ LOOPBACK = frozenset({"localhost", "127.0.0.1", "::1"})
 _HOST = re.compile(r"(?:\[(?P<six>[0-9A-Fa-f:.]+)\]|(?P<name>[A-Za-z0-9._-]+))(?::(?P<port>\d{1,5}))?\Z", re.ASCII)
 
 
+_OLD = "This link is of an earlier start of the server: pyros1 web makes a new token each time."
+_WITHOUT = "This link lacks its token."
+_WHAT_TO_DO = (
+    "Use the link that the server printed, or type pyros1 web graph, which opens it. "
+    "Links stay valid if the server is started with --token and a secret of your own."
+)
+
+
 @dataclass(frozen=True)
 class Access:
     """The rules of one server.
@@ -82,13 +90,15 @@ class Access:
         """
         return bool(self.token)
 
-    def has_token(self, path: str) -> bool:
-        """Return whether the query of a path has the token."""
+    def token_trouble(self, path: str) -> str:
+        """Return what is wrong with the token in the query of a path, and what to do; empty if it is right."""
         try:
             given = parse_qs(urlsplit(path).query, max_num_fields=20).get("token", [""])[0]
         except ValueError:
-            return False
-        return not self.token or hmac.compare_digest(given.encode(), self.token.encode())
+            given = ""
+        if not self.token or hmac.compare_digest(given.encode(), self.token.encode()):
+            return ""
+        return f"{_OLD if given else _WITHOUT} {_WHAT_TO_DO}"
 
     def may_see(self, name: str) -> bool:
         """Return whether pages may see a topic, service or parameter."""

@@ -175,8 +175,8 @@ class WebServer:
         if path == SOCKET or (path in _OTHERS and _wants_socket(request)):
             return self._admit(request)
         if path == PACKAGE_FILE:
-            if not self._access.has_token(request.path):
-                return _plain(HTTPStatus.UNAUTHORIZED, "The link has a token. Use the link that the server printed.\n")
+            if trouble := self._access.token_trouble(request.path):
+                return _plain(HTTPStatus.UNAUTHORIZED, f"{trouble}\n")
             loop = asyncio.get_running_loop()
             return await loop.run_in_executor(self._calls, self._package_file, request.path)
         return self._file(path, request.headers.get("If-None-Match"))
@@ -187,8 +187,8 @@ class WebServer:
         from_anywhere = _is_of_a_program(request) and self._access.lets_programs_in_from_anywhere
         if not from_anywhere and not self._access.is_our_page(origin, host):
             return _plain(HTTPStatus.FORBIDDEN, "Another site's page may not come in.\n")
-        if not self._access.has_token(request.path):
-            return _plain(HTTPStatus.UNAUTHORIZED, "The link has a token. Use the link that the server printed.\n")
+        if trouble := self._access.token_trouble(request.path):
+            return _plain(HTTPStatus.UNAUTHORIZED, f"{trouble}\n")
         if self._pages >= self._access.most_pages:
             text = f"At most {self._access.most_pages} pages and programs may be connected (option --most-pages).\n"
             return _plain(HTTPStatus.SERVICE_UNAVAILABLE, text)

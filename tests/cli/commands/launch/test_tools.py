@@ -138,6 +138,22 @@ def test_a_file_of_a_package_that_lies_here_is_checked_x05(ask: Ask, tmp_path: P
     assert ask("--check", "mine/good", "SET_HERE=1", cwd=tmp_path).out.endswith("passed\n")
 
 
+def test_programs_in_python_are_read_but_not_executed(ask: Ask, tmp_path: Path) -> None:
+    for name, text in (("old", "print 'a'\n"), ("lacking", "import nothing_of_that_name\nopen('here', 'w')\n")):
+        script = tmp_path / "mine" / "scripts" / name
+        script.parent.mkdir(exist_ok=True)
+        script.write_text(f"#!{sys.executable}\n{text}")
+        script.chmod(0o755)
+    nodes = "".join(f'<node pkg="mine" type="{name}" name="{name}"/>' for name in ("old", "lacking"))
+    (tmp_path / "mine" / "launch" / "python.launch").write_text(f"<launch>{nodes}</launch>")
+    code, out, _ = ask("--check", "launch/python.launch")
+    assert code == 1 and len(out.splitlines()) == 2
+    assert f"node [/old]: it cannot run: {tmp_path}/mine/scripts/old:2: Missing parentheses" in out
+    assert f"node [/lacking]: it cannot run: {tmp_path}/mine/scripts/lacking:2: {sys.executable} finds no module" in out
+    assert ask("--check", "-o", "r.xml", "launch/python.launch").code == 1
+    assert not (tmp_path / "mine" / "here").exists()
+
+
 def test_the_check_under_its_stock_name_l174(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], ask: Ask, tmp_path: Path
 ) -> None:

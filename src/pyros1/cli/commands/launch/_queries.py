@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
+from pyros1.cli.invocation import called_as
 from pyros1.ground.errors import Error, LaunchError
 from pyros1.ground.names import canonicalize_name, ns_join
 from pyros1.ground.suggest import did_you_mean
@@ -15,11 +16,13 @@ from pyros1.launch.reading.resources import Resources
 
 def check(files: list[str], arguments: dict[str, str], resources: Resources) -> int:
     """Print every problem of launch files, and everything they need that is missing here. Return the exit code."""
-    from pyros1.launch.running.check import missing_parts  # noqa: PLC0415 - one of many questions
+    from pyros1.launch.running.check import missing_parts, unrunnable_python  # noqa: PLC0415 - one of many questions
 
     problems: list[LaunchError] = []
     plan = load_plan(files, arguments, resources, problems=problems)
     texts = [*map(str, problems), *plan.warnings, *map(str, missing_parts(plan, resources.packages, resources.environ))]
+    if not called_as("roslaunch-check"):
+        texts += map(str, unrunnable_python(plan, resources.packages, resources.environ))
     for text in texts:
         print(text)
     if not texts:

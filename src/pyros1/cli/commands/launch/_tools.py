@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pyros1.cli.failures import UsageError
-from pyros1.cli.invocation import MASTER_TIMEOUT, Invocation
+from pyros1.cli.invocation import MASTER_TIMEOUT, Invocation, called_as
 from pyros1.cli.parsing import leave_words, parse_all_words, parse_these
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.running import run_verb
@@ -23,7 +23,7 @@ from pyros1.launch.reading.resources import Resources
 from pyros1.launch.reading.scope import ArgNotSetError
 from pyros1.launch.reading.words import find_files, parse_arguments
 from pyros1.launch.reading.world import make_resources
-from pyros1.launch.running.check import missing_parts
+from pyros1.launch.running.check import missing_parts, unrunnable_python
 
 
 def run_tool(argv: list[str]) -> int:
@@ -255,6 +255,8 @@ def _problems(file: str, arguments: dict[str, str], resources: Resources, option
     if options.ignore_unset_args:
         errors = [error for error in errors if not _is_unset_arg(error)]
     texts = [*map(str, errors), *map(str, missing_parts(plan, resources.packages, resources.environ))]
+    if not called_as("roslaunch-check"):
+        texts += map(str, unrunnable_python(plan, resources.packages, resources.environ))
     for package, names in undeclared(file_needs(plan), test_depends=options.test_depends).items():
         if names:
             texts.append(f"Missing package dependencies: {package}/package.xml: {', '.join(sorted(names))}")

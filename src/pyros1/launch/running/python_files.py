@@ -1,0 +1,156 @@
+"""What keeps nodes in Python from starting: syntax of another Python, and imports that are not installed."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import subprocess
+import warnings
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from pyros1.launch.running.command_line import executable_words, is_own, program_environment
+
+_MOST_BYTES = 4 << 20
+_PATIENCE = 30.0
+_PYTHON2 = (
+    "Missing parentheses in call to",
+    "multiple exception types must be",
+    "inconsistent use of tabs",
+    "invalid decimal literal",
+    "leading zeros in decimal",
+)
+"""How errors of syntax begin that Python 3 finds in programs for Python 2."""
+_CONVERT = "it looks like a program for Python 2: pip install fissix && fissix -w {} does most of the conversion"
+_SEARCH = """
+import importlib.util, json, sys
+wanted, missing = json.loads(sys.argv[1]), []
+for folder, name in wanted:
+    sys.path.insert(0, folder)
+    try:
+        found = importlib.util.find_spec(name) is not None
+    except (ImportError, ValueError):
+        found = name in sys.modules
+    del sys.path[0]
+    if not found:
+        missing.append([folder, name])
+print()
+print(json.dumps(missing))
+"""
+"""A program that prints which modules Python does not find, without importing them."""
+
+
+class Import(NamedTuple):
+    """An import that a program always makes."""
+
+    module: str
+    line: int
+
+
+class Problem(NamedTuple):
+    """Why a file cannot run."""
+
+    file: Path
+    text: str
+
+
+def python_problems(files: Mapping[Path, Mapping[str, str]]) -> Iterator[Problem]:
+    """Yield what keeps programs from running. They are not executed: their Pythons are only asked for modules.
+
+    Args:
+        files: executables, each with its environment variables; those that are not in Python, and pyros1's own, are
+            left out.
+    """
+    groups: dict[tuple[str, ...], dict[Path, list[Import]]] = {}
+    for file, environ in files.items():
+        python = _python_of(file, environ)
+        if not python:
+            continue
+        try:
+            source = file.read_bytes()[:_MOST_BYTES]
+        except OSError:
+            continue
+        try:
+            found = imports(source, str(file))
+        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+            yield Problem(file, _syntax(file, error))
+        else:
+            groups.setdefault((environ.get("PYTHONPATH", ""), *python), {})[file] = found
+    for (_, *words), group in groups.items():
+        missing = _missing(words, group, files[next(iter(group))])
+        for file, each in ((file, each) for file, all in group.items() for each in all):
+            if (str(file.resolve().parent), each.module) in missing:
+                yield Problem(file, f"{file}:{each.line}: {words[-1]} finds no module {each.module}")
+
+
+def imports(source: bytes, name: str = "?") -> list[Import]:
+    """Return the modules of other packages that a program imports whenever it runs, each once.
+
+    Imports in functions, and those whose failure a ``try`` catches, may be left out on purpose.
+
+    Args:
+        source: the program.
+        name: its file, for errors.
+
+    Raises:
+        SyntaxError, ValueError: it is not in Python 3.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        tree = ast.parse(source, name)
+    found: dict[str, Import] = {}
+    statements = list(tree.body)
+    for statement in statements:
+        if isinstance(statement, ast.If) and "__name__" in ast.dump(statement.test):
+            statements += statement.body
+        elif isinstance(statement, ast.Import):
+            for each in statement.names:
+                module = each.name.partition(".")[0]
+                found.setdefault(module, Import(module, statement.lineno))
+        elif isinstance(statement, ast.ImportFrom) and not statement.level and statement.module:
+            module = statement.module.partition(".")[0]
+            found.setdefault(module, Import(module, statement.lineno))
+    return list(found.values())
+
+
+def _python_of(file: Path, environ: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the words that start the Python of a program; none if it is another program, or Python 2 runs it."""
+    if is_own(file):
+        return ()
+    try:
+        with file.open("rb") as stream:
+            first = stream.readline(256).decode(errors="replace")
+    except OSError:
+        return ()
+    named = first[2:].split() if first.startswith("#!") else []
+    if not any("python" in os.path.basename(word) for word in named) or any("python2" in word for word in named):
+        return ()
+    words = executable_words(file, environ)
+    return (words[0],) if len(words) > 1 else tuple(word for word in named if not word.startswith("-"))
+
+
+def _syntax(file: Path, error: BaseException) -> str:
+    line = f":{error.lineno}" if isinstance(error, SyntaxError) and error.lineno else ""
+    text = error.msg if isinstance(error, SyntaxError) else str(error)
+    hint = f"; {_CONVERT.format(file)}" if text.startswith(_PYTHON2) else ""
+    return f"{file}{line}: {text}{hint}"
+
+
+def _missing(python: list[str], files: Mapping[Path, list[Import]], environ: Mapping[str, str]) -> set[tuple[str, str]]:
+    """Return folder and module of each import that a Python does not find."""
+    wanted = sorted({(str(file.resolve().parent), each.module) for file, all in files.items() for each in all})
+    around = {**environ, **program_environment(next(iter(files)), environ)}
+    try:
+        done = subprocess.run(
+            [*python, "-c", _SEARCH, json.dumps(wanted)],
+            env=around,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=_PATIENCE,
+            check=True,
+        )
+        return {(folder, module) for folder, module in json.loads(done.stdout.splitlines()[-1])}
+    except (OSError, subprocess.SubprocessError, ValueError, IndexError):
+        return set()  # that this Python cannot be started is said elsewhere

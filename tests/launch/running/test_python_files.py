@@ -1,0 +1,86 @@
+"""Programs in Python that cannot run, found without running them."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from pyros1.launch.running.python_files import imports, python_problems
+
+OURS = f"#!{sys.executable}\n"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "beside.py").write_text("raise SystemExit('it was executed')\n")
+    return tmp_path
+
+
+def problems(folder: Path, text: str, **environ: str) -> list[str]:
+    """Return what is said of a program, without the program's path."""
+    file = folder / "node"
+    file.write_text(text)
+    return [each.text.replace(str(file), "FILE") for each in python_problems({file: {**os.environ, **environ}})]
+
+
+def test_what_can_run(folder: Path) -> None:
+    text = "import os, beside, rospy\nimport xml.dom\nfrom std_msgs.msg import String\nfrom . import other\n"
+    text += "try:\n    import nothing_a\nexcept ImportError:\n    pass\ndef run():\n    import nothing_b\n"
+    text += "if os.environ.get('HERE'):\n    import nothing_c\nraise SystemExit('it was executed')\n"
+    assert problems(folder, OURS + text) == []
+
+
+def test_modules_that_are_not_installed(folder: Path) -> None:
+    text = "import os, nothing_a.part as a\nfrom nothing_b.msg import X\nimport nothing_a\n"
+    text += "if __name__ == '__main__':\n    import nothing_c\n"
+    assert problems(folder, OURS + text) == [
+        f"FILE:{line}: {sys.executable} finds no module {name}"
+        for line, name in ((2, "nothing_a"), (3, "nothing_b"), (6, "nothing_c"))
+    ]
+
+
+def test_the_nodes_own_environment_counts(folder: Path) -> None:
+    (folder / "more").mkdir()
+    (folder / "more" / "nothing_a.py").touch()
+    assert problems(folder, OURS + "import nothing_a\n", PYTHONPATH=str(folder / "more")) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("print 'a'\n", "FILE:2: Missing parentheses in call to 'print'"),
+        ("try:\n    pass\nexcept A, e:\n    pass\n", "FILE:4: "),
+        ("x = 0777\n", "FILE:2: leading zeros in decimal"),
+    ],
+)
+def test_programs_for_python_2(folder: Path, text: str, said: str) -> None:
+    (found,) = problems(folder, "#!/usr/bin/env python\n" + text)
+    assert found.startswith(said) and "pip install fissix && fissix -w FILE" in found
+
+
+def test_other_errors_of_syntax(folder: Path) -> None:
+    (found,) = problems(folder, OURS + "a b\n")
+    assert found == "FILE:2: invalid syntax"
+    (found,) = problems(folder, OURS + "x = '\\0'\n\0\n")
+    assert found.startswith("FILE") and "null bytes" in found
+
+
+@pytest.mark.parametrize("first", ["#!/bin/sh", "#!/usr/bin/env python2", "#!/usr/bin/python2.7", "", "\x7fELF"])
+def test_other_programs(folder: Path, first: str) -> None:
+    assert problems(folder, first + "\nprint 'a'\nimport nothing_a\n") == []
+
+
+def test_a_python_that_is_not_there(folder: Path) -> None:
+    assert problems(folder, "#!/nowhere/python3\nimport nothing_a\n") == []
+    assert [*python_problems({folder / "nothing": os.environ})] == []
+
+
+def test_imports_that_are_always_made() -> None:
+    assert [tuple(each) for each in imports(b"import a.b, c\nfrom d.e import f\nfrom .g import h\n")] == [
+        ("a", 1),
+        ("c", 1),
+        ("d", 2),
+    ]
