@@ -282,6 +282,13 @@ class Bag:
         others = (each.definition for each in self.reader.connections.values() if (each.type, each.md5sum) == kind)
         return self._classes.get(*kind, connection.definition, others)
 
+    def definition(self, connection: Connection) -> str:
+        """Return the full text of a connection's definition: of its `message_class`, or, if it has none, as it is."""
+        try:
+            return self.message_class(connection)._full_text
+        except MessageError:
+            return connection.definition
+
     def close(self) -> None:
         """Close the file."""
         self.reader.close()

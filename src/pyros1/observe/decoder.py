@@ -12,10 +12,11 @@ class Decoder:
     Args:
         type_name: the type that the master has for the topic, if all messages are of one: it counts more than what a
             publisher says, as for stock's tools.
+        by_name: see `pyros1.msgs.odd_definitions.find_class`.
     """
 
-    def __init__(self, type_name: str = "") -> None:
-        self._cache = DefinitionCache(by_name=True)
+    def __init__(self, type_name: str = "", *, by_name: bool = True) -> None:
+        self._cache = DefinitionCache(by_name=by_name)
         self._type_name = type_name
 
     def message_class(self, raw: AnyMsg) -> type[Message]:

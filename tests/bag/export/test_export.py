@@ -172,7 +172,7 @@ def test_what_cannot_be_exported_leaves_nothing(
     with BagWriter(tmp_path / "bad.bag") as writer:
         conn = writer.add_connection("/x", header_of(load_message("std_msgs/String")))
         writer.write(conn, 0, b"\1\0\0\0a")
-        writer.write(conn, 10**9, b"\xff\0\0\0a")
+        writer.write(conn, 10**9, b"\xff\0\0")
     before = files(tmp_path)
     result = run("export", *words)
     assert (result[0], text in result[2]) == (code, True), result

@@ -175,6 +175,6 @@ def test_columns_are_for_numpy_and_pandas(make_bag: Make) -> None:
 
 def test_a_wrong_definition_says_where(tmp_path: Path) -> None:
     with BagWriter(tmp_path / "x.bag") as writer:
-        writer.write(writer.add_connection("/x", HEADER), 5, b"\xff\xff\xff\xff")
+        writer.write(writer.add_connection("/x", HEADER), 5, b"\xff\xff\xff")
     with pyros1.bag.open(tmp_path / "x.bag") as bag, pytest.raises(Error, match=r"x\.bag: message on /x at .*std_msgs"):
         next(iter(bag.messages()))

@@ -380,7 +380,9 @@ def test_echo_scans_a_bag_whose_index_is_damaged(tmp_path: Path, call_main: Any)
 
 def test_echo_names_the_bag_in_which_a_message_cannot_be_shown(tmp_path: Path, call_main: Any) -> None:
     path = write_bag(tmp_path / "x.bag", count=1)
-    path.write_bytes(path.read_bytes().replace(b"int32 data", b"int64 data"))
+    path.write_bytes(
+        path.read_bytes().replace(b"da5909fbe378aeaf85e547e830cc1bb7", b"0" * 32).replace(b"int32 data", b"int64 data")
+    )
     code, _, err = call_main(topic, "echo", "-b", path, "/a")
     assert code == 1
     assert err.startswith(f"ERROR: {path}: at 100.000000: a message of type [std_msgs/Int32] on /a cannot be shown: ")

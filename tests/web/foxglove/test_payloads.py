@@ -9,7 +9,7 @@ import pytest
 from pyros1.ground.errors import MessageError
 from pyros1.ground.timing import Time
 from pyros1.msgs.geometry_msgs.msg import PoseStamped
-from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.web.foxglove.payloads import check_encoding, decode, encode, message_class
 from pyros1.web.foxglove.requests import ClientChannel, FrameError
 
@@ -33,9 +33,10 @@ def test_types() -> None:
 def test_ros1() -> None:
     payload = encode(Float64(2.5), "ros1")
     assert decode(Float64, "ros1", payload, NOW).data == 2.5  # type: ignore[attr-defined]
-    for wrong in (b"", payload + b"x"):
+    assert decode(Float64, "ros1", payload + b"x", NOW).data == 2.5  # type: ignore[attr-defined]
+    for cls, wrong in ((Float64, b""), (Float64, payload[:-1]), (String, b"\5\0\0\0text")):
         with pytest.raises(MessageError):
-            decode(Float64, "ros1", wrong, NOW)
+            decode(cls, "ros1", wrong, NOW)
 
 
 def test_json() -> None:

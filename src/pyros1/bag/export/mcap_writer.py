@@ -34,7 +34,6 @@ from pyros1.bag.export.mcap import (
     pack_schema,
     pack_text,
 )
-from pyros1.bag.export.readable import Readable
 from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import U32, U64, Connection
 
@@ -77,7 +76,6 @@ class Ros1McapWriter:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = os.fspath(path)
-        self._readable = Readable()
         self._schemas: dict[tuple[str, bytes], Schema] = {}
         self._channels: dict[tuple[str, tuple[tuple[str, bytes], ...]], Channel] = {}
         self._numbers: dict[int, int] = {}
@@ -135,8 +133,6 @@ class Ros1McapWriter:
     def _add(self, connection: Connection) -> int:
         """Return a connection's channel; identical connections share one."""
         definition = connection.header["message_definition"]
-        if (readable := self._readable.definition(connection)) != connection.definition:
-            definition = readable.encode("utf-8", "surrogateescape")
         known = (connection.type, definition)
         key = (connection.topic, tuple(connection.header.items()))
         if key in self._channels:

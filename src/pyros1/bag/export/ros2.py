@@ -17,11 +17,11 @@ from rosbags.typesys import Stores, TypesysError, get_typestore
 
 from pyros1.bag.errors import BagError
 from pyros1.bag.export.legal_names import LegalNames
-from pyros1.bag.export.readable import Readable
 from pyros1.bag.export.schemas import Convert, adopt, converter, empty_store, parsed, ros2_name
 from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import Connection
 from pyros1.ground.errors import MessageError
+from pyros1.msgs import DefinitionCache
 
 STORAGES = {"sqlite3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}
 """Kinds of storage in a ROS 2 bag."""
@@ -52,7 +52,7 @@ class Ros2Writer:
         self.path = Path(path)
         self._target = get_typestore(Stores(f"ros2_{distribution}"))
         self.names = LegalNames(frozenset(self._target.fielddefs))
-        self._readable = Readable()
+        self._classes = DefinitionCache()
         self._converters: dict[tuple[str, str], Convert] = {}
         self._connections: dict[int, tuple[Ros2Connection, Convert]] = {}
         self._known: dict[tuple[str, str, bool], Ros2Connection] = {}
@@ -113,19 +113,22 @@ class Ros2Writer:
         try:
             return convert(stored.data)
         except SerdeError:
+            # It may have bytes behind its end, which do not matter.
+            connection, data = stored.connection, stored.data
             try:
-                body = self._readable.body(stored.connection, stored.data)
+                cls = self._classes.get(connection.type, connection.md5sum, connection.definition)
+                data = cls._encode(cls._decode(data, 0, len(data)))
             except MessageError:
-                body = stored.data
-            if len(body) == len(stored.data):
+                pass
+            if data == stored.data:
                 raise
-            return convert(body)
+            return convert(data)
 
     def _converter(self, connection: Connection) -> Convert:
         key = (connection.type, connection.md5sum)
         if key not in self._converters:
             source = empty_store()
-            source.register(self.names.types(parsed(connection.type, self._readable.definition(connection))))
+            source.register(self.names.types(parsed(connection.type, connection.definition)))
             name = self.names.type(ros2_name(connection.type))
             adopt(self._target, source, name)
             self._converters[key] = converter(source, self._target, name, name, to_ros2=True)

@@ -265,4 +265,4 @@ def _checked(kind: str, md5sum: str, text: str) -> _Definition:
             return _Definition(kind, md5sum, cls._full_text)
     except Error:
         pass  # it is not installed here
-    return _Definition(kind, md5sum, DefinitionCache(by_name=True).get(kind, md5sum, text)._full_text)
+    return _Definition(kind, md5sum, DefinitionCache().get(kind, md5sum, text)._full_text)

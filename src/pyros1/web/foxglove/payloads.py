@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from pyros1.ground.errors import MessageError, UnknownTypeError
+from pyros1.ground.errors import LengthError, MessageError, UnknownTypeError
 from pyros1.ground.timing import Time
 from pyros1.msgs import DefinitionCache, Message, load_message
 from pyros1.msgs.json_form import from_json, to_json
@@ -54,7 +54,12 @@ def decode(cls: type[Message], encoding: str, payload: bytes, now: Time) -> Mess
         MessageError: the payload is not such a message.
     """
     if encoding == "ros1":
-        found: Message = cls._decode(payload, 0, len(payload))
+        try:
+            found: Message = cls._decode(payload, 0, len(payload), True)
+        except LengthError as error:
+            if error.surplus < 0:
+                raise
+            found = cls._decode(payload, 0, len(payload))  # bytes behind the message do not matter, as in stock
         return found
     try:
         value = loads(payload)

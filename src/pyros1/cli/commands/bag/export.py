@@ -7,11 +7,13 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import Any
 
 from pyros1.bag.api import Bag
 from pyros1.bag.edit.editing import Choice
 from pyros1.bag.format.reader import RawMessage
+from pyros1.bag.format.records import Connection
 from pyros1.cli.commands.bag._options import CHOICE, QUIET, choice_of
 from pyros1.cli.commands.bag._writing.files import different, whole_or_nothing
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
@@ -228,6 +230,7 @@ class _Export:
         self._choice = choice
         self._owners = {id(connection): bag for bag in bags for connection in bag.connections}
         types = _image_types() if images else None
+        self._usable: dict[int, Connection] = {}
         self._ids = [_wanted(bag, choice, types) for bag in bags]
         pairs = zip(bags, self._ids, strict=True)
         self.topics = sorted({bag.reader.connections[number].topic for bag, ids in pairs for number in ids})
@@ -259,7 +262,7 @@ class _Export:
         for stored in self._messages():
             progress(int((stored.time - begin) * pace))
             if raw:
-                writer.write_raw(stored)
+                writer.write_raw(self._with_usable_definition(stored))
                 count += 1
                 continue
             topic = stored.connection.topic
@@ -272,6 +275,17 @@ class _Export:
                 reasons[str(error)] = reasons.get(str(error), 0) + 1
             del stored, message  # it may be large, and must not stay in memory while the next one is read
         return count
+
+    def _with_usable_definition(self, stored: RawMessage) -> RawMessage:
+        """Return a message whose connection has a definition that other programs can read, if one is known."""
+        connection = stored.connection
+        if id(connection) not in self._usable:
+            text = self._owners[id(connection)].definition(connection)
+            header = {**connection.header, "message_definition": text.encode("utf-8", "surrogateescape")}
+            same = text == connection.definition
+            self._usable[id(connection)] = connection if same else replace(connection, header=header)
+        usable = self._usable[id(connection)]
+        return stored if usable is connection else stored._replace(connection=usable)
 
     def skipped_texts(self) -> Iterator[str]:
         """Yield warnings about messages that were left out."""

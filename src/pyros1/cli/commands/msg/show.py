@@ -13,11 +13,9 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.definitions import MESSAGES, Kind, find, library, near, type_argument
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
-from pyros1.ground.errors import DefinitionError, MessageError, UnknownTypeError
+from pyros1.ground.errors import DefinitionError, UnknownTypeError
 
 if TYPE_CHECKING:
-    from pyros1.bag import Bag
-    from pyros1.bag.format.records import Connection
     from pyros1.msgs.spec import MessageSpec, ServiceSpec
 
 MOST_LINES = 100_000
@@ -116,7 +114,7 @@ def _from_bag(path: str, name: str, raw: bool) -> Iterator[str]:
     from pyros1.msgs.spec import parse_message  # noqa: PLC0415
 
     with bags.open(path) as bag:
-        texts = {_definition(bag, connection): connection.type for connection in bag.connections}
+        texts = {bag.definition(connection): connection.type for connection in bag.connections}
     shown = set()
     for text, type_name in texts.items():
         parts = split_full_text(type_name, text)
@@ -127,13 +125,6 @@ def _from_bag(path: str, name: str, raw: bool) -> Iterator[str]:
             yield (text if type_name == name else parts[name]).removesuffix("\n")
         else:
             yield _describe(parse_message(name, parts[name], path), partial(_part, parts, path))
-
-
-def _definition(bag: Bag, connection: Connection) -> str:
-    try:
-        return bag.message_class(connection)._full_text
-    except MessageError:
-        return connection.text("message_definition")
 
 
 def _part(texts: Mapping[str, str], path: str, name: str) -> MessageSpec:

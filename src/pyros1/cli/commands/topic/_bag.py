@@ -68,7 +68,9 @@ def replay(path: str, topics: list[str] | None, take: Callable[[str, AnyMsg, Tim
         topics: None means all.
     """
     with _open(path) as bag:
+        definitions = {connection.id: bag.definition(connection) for connection in bag.connections}
         for message in bag.messages(topics, raw=True):
+            message.message._connection_header["message_definition"] = definitions[message.connection.id]
             if not take(message.topic, message.message, message.time):
                 return
             del message  # it may be large, and must not stay in memory while the next one is read

@@ -176,7 +176,7 @@ class Printer:
         show: Show,
         expression: Expression | None,
         limit: int | None,
-        kind: str = "",
+        kind: str | None = None,
     ) -> None:
         self.count = 0
         self.done = threading.Event()
@@ -186,7 +186,8 @@ class Printer:
         self._show = show
         self._expression = expression
         self._limit = limit
-        self._decoder = Decoder(kind)
+        self._decoder = Decoder(kind or "", by_name=kind is not None)
+        self._goes_on = kind is not None
         self._said: set[str] = set()
         self._out = data_stream()  # text from messages is clean already, and --clear works for files, too, as stock's
 
@@ -216,10 +217,10 @@ class Printer:
         """Return the message, the value and its type, None if it is not to be printed."""
         try:
             message = self._decoder.decode(raw)
-        except DeserializationError as error:  # other messages, or those of another publisher, may be right
-            self._warn(f"a message on {self._topic} cannot be shown: {error}")
-            return None
         except MessageError as error:
+            if self._goes_on and isinstance(error, DeserializationError):  # others may be right
+                self._warn(f"a message on {self._topic} cannot be shown: {error}")
+                return None
             type_name = (raw._connection_header or {}).get("type", "unknown type")
             raise CommandError(
                 f"a message of type [{one_line(type_name)}] on {self._topic} cannot be shown: {error}"
