@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Coroutine
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 import pyros1.aio
+from pyros1.aio.watching import Sightings
 from pyros1.ground.errors import InvalidNameError, NodeShutdownError
 from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.node.watching.telling import MOST_WAITING
 
 
 def run(work: Callable[[pyros1.aio.Node], Coroutine[Any, Any, None]], environ: dict[str, str]) -> None:
@@ -75,3 +78,23 @@ def test_a_message_that_is_late_is_not_lost(environ: dict[str, str]) -> None:
                 assert (await anext(messages)).data == number
 
     run(work, environ)
+
+
+def test_of_news_that_wait_the_newest_come_in_order() -> None:
+    """An iteration that is slow misses the oldest."""
+
+    async def main() -> None:
+        told: list[Callable[[Any], None]] = []
+
+        def begin(tell: Callable[[Any], None]) -> Any:
+            told.append(tell)
+            return SimpleNamespace(close=lambda: None)
+
+        sightings = Sightings(asyncio.get_running_loop(), begin)
+        news = [object() for _ in range(MOST_WAITING + 20)]
+        for each in news:
+            told[0](each)
+        sightings.close()
+        assert [each async for each in sightings] == news[20:]
+
+    asyncio.run(main())

@@ -7,7 +7,17 @@ from time import monotonic, time
 
 from pyros1.doctor.facts import HANGS, OTHER, REFUSED, TIMEOUT, UNRESOLVED, Failure, NodeFacts, Offer
 from pyros1.graph import NodeApi
-from pyros1.ground.errors import DeadlineError, Error, MasterError, ProtocolError, UnreachableError, XmlRpcFault
+from pyros1.ground.errors import (
+    DeadlineError,
+    Error,
+    LengthError,
+    MasterError,
+    MessageError,
+    ProtocolError,
+    UnreachableError,
+    XmlRpcFault,
+)
+from pyros1.msgs import DefinitionCache
 from pyros1.net.hosts import parse_uri
 from pyros1.net.resolve import LookUp
 from pyros1.net.xmlrpc_client import XmlRpcClient
@@ -17,6 +27,8 @@ from pyros1.wire.xmlrpc import dumps_call
 NODE_TIMEOUT = 2.5
 """Timeout for the answers of a node in seconds."""
 _PROBE_TIMEOUT = 0.3
+_MOST_BYTES = 1 << 20
+"""Largest message, in bytes, that is looked at."""
 
 
 def failure_of(error: BaseException) -> Failure:
@@ -125,8 +137,15 @@ def clock_offset(caller_id: str, host: str, port: int) -> float | None:
         connection.close()
 
 
-def ask_publisher(caller_id: str, uri: str, topic: str) -> Offer:
-    """Ask a publisher for type, md5sum and definition, with the header of a subscriber that accepts any type."""
+def ask_publisher(caller_id: str, uri: str, topic: str, listen: float = 0.0) -> Offer:
+    """Ask a publisher for type, md5sum and definition, with the header of a subscriber that accepts any type.
+
+    Args:
+        caller_id: name of the node that asks.
+        uri: URI of the publisher's node.
+        topic: the topic's name.
+        listen: seconds to wait for a message, to see whether it ends where it should.
+    """
     api = XmlRpcClient(uri, timeout=NODE_TIMEOUT)
     try:
         answer = api.call("requestTopic", caller_id, topic, [["TCPROS"]])
@@ -134,24 +153,59 @@ def ask_publisher(caller_id: str, uri: str, topic: str) -> Offer:
         if code != 1 or not protocol or protocol[0] != "TCPROS":
             return Offer(failure=Failure(OTHER, f"it refuses the connection: {text}"))
         greeting = {"callerid": caller_id, "topic": topic, "type": "*", "md5sum": "*", "message_definition": ""}
-        header = _greet(str(protocol[1]), int(protocol[2]), greeting)
+        header, body = _greet(str(protocol[1]), int(protocol[2]), greeting, listen)
         if "error" in header:
             return Offer(failure=Failure(OTHER, f"it refuses the connection: {header['error']}"))
-        return Offer(header.get("type", "*"), header.get("md5sum", "*"), None, header.get("message_definition", ""))
+        kind, md5sum, text = header.get("type", "*"), header.get("md5sum", "*"), header.get("message_definition", "")
+        return Offer(kind, md5sum, None, text, 0 if body is None else _surplus(kind, md5sum, text, body))
     except (Error, OSError, ValueError, TypeError, LookupError) as error:
         return Offer(failure=failure_of(error))
     finally:
         api.close()
 
 
-def _greet(host: str, port: int, greeting: dict[str, str]) -> dict[str, str]:
+def _greet(host: str, port: int, greeting: dict[str, str], listen: float = 0.0) -> tuple[dict[str, str], bytes | None]:
+    """Return a publisher's header, and the first message that comes within some seconds."""
+    reader = HeaderReader()
     with socket.create_connection((host, port), NODE_TIMEOUT) as sock:
         sock.sendall(encode_header(greeting))
-        return _read_header(sock, monotonic() + NODE_TIMEOUT)
+        header = _read_header(sock, reader, monotonic() + NODE_TIMEOUT)
+        return header, _first_message(sock, reader.rest, monotonic() + listen) if listen else None
 
 
-def _read_header(sock: socket.socket, deadline: float) -> dict[str, str]:
-    reader = HeaderReader()
+def _first_message(sock: socket.socket, data: bytes, deadline: float) -> bytes | None:
+    """Return a publisher's first message; None if it is large, or does not come in time."""
+    while (missing := _missing(data)) and monotonic() < deadline and len(data) + missing < _MOST_BYTES:
+        sock.settimeout(max(0.001, deadline - monotonic()))
+        try:
+            piece = sock.recv(missing)
+        except OSError:
+            return None
+        if not piece:
+            return None
+        data += piece
+    return None if missing else data[4 : 4 + int.from_bytes(data[:4], "little")]
+
+
+def _missing(data: bytes) -> int:
+    """Return how many bytes are missing to a whole frame."""
+    size = 4 + int.from_bytes(data[:4], "little") if len(data) >= 4 else 4
+    return max(0, size - len(data))
+
+
+def _surplus(kind: str, md5sum: str, text: str, body: bytes) -> int:
+    """Return how many bytes are behind a message."""
+    try:
+        cls = DefinitionCache(by_name=True).get(kind, md5sum, text)
+        cls._decode(body, 0, len(body), True)
+    except LengthError as error:
+        return error.surplus
+    except MessageError:
+        pass  # another finding, or none of ours
+    return 0
+
+
+def _read_header(sock: socket.socket, reader: HeaderReader, deadline: float) -> dict[str, str]:
     while True:
         sock.settimeout(max(0.001, deadline - monotonic()))
         data = sock.recv(4096)

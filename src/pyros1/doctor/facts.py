@@ -115,12 +115,15 @@ class Offer(NamedTuple):
         type, md5sum: the type and its checksum; ``*`` means any.
         failure: why it did not report them; None if it did.
         definition: full text of the type's definition, if a publisher gave it.
+        surplus: number of bytes behind the first message that came while the publisher was asked; negative: so many are
+            missing at its end.
     """
 
     type: str = "*"
     md5sum: str = "*"
     failure: Failure | None = None
     definition: str = ""
+    surplus: int = 0
 
 
 @dataclass

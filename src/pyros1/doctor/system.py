@@ -17,6 +17,8 @@ from pyros1.net.master_client import MasterClient
 
 ROUND = NODE_TIMEOUT + 0.5
 """Timeout for one round of questions in seconds."""
+LISTEN = 0.5
+"""Seconds to wait for a message of a publisher, to see whether it ends where it should."""
 SETTLE = 1.0
 """Seconds that new nodes get to connect."""
 
@@ -103,7 +105,7 @@ def _ask_for_types(master: MasterClient, system: System) -> None:
         if node in nodes and nodes[node].failure is None
     ]
     offers = together(
-        {end: partial(ask_publisher, master.caller_id, nodes[end.node].uri, end.topic) for end in ends}, ROUND
+        {end: partial(ask_publisher, master.caller_id, nodes[end.node].uri, end.topic, LISTEN) for end in ends}, ROUND
     )
     system.publications = _offers(offers)
     lonely = dict.fromkeys(edge.subscriber for edge in missing_edges(system))

@@ -17,7 +17,7 @@ _NEAR = 0.75
 
 def check_topics(system: System) -> list[Finding]:
     """Return the problems with the topics of a system."""
-    checks = (_clock, _types, _unheard, _links)
+    checks = (_clock, _types, _odd_ends, _unheard, _links)
     return [finding for check in checks for finding in check(system)]
 
 
@@ -65,6 +65,25 @@ def _types(system: System) -> Iterator[Finding]:
                 f"compare `pyros1 msg md5 {name}` on their machines, rebuild the older package, and restart its nodes",
                 tuple(f"{who}: {offer.md5sum}" for who, offer in offers.items()),
             )
+
+
+def _odd_ends(system: System) -> Iterator[Finding]:
+    """Check for publishers whose messages do not end where they should."""
+    odd = [(end, offer) for end, offer in sorted(system.publications.items()) if offer.surplus]
+    if odd:
+        yield Finding(
+            "odd-ends",
+            WARNING,
+            "The messages of the following publishers do not end where their type does, which subscribers ignore:",
+            "compare the definition of the type there with `pyros1 msg show` here; boards with an old library of "
+            "rosserial send a checksum byte: update it",
+            tuple(f"{end.node}: {end.topic} ({offer.type}): {_end_text(offer.surplus)}" for end, offer in odd),
+        )
+
+
+def _end_text(surplus: int) -> str:
+    many = f"{abs(surplus)} byte{'s' * (abs(surplus) != 1)}"
+    return f"{many} too many" if surplus > 0 else f"{many} missing"
 
 
 def _known(offers: Mapping[End, Offer], topic: str) -> list[tuple[End, Offer]]:

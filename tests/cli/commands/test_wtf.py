@@ -21,10 +21,12 @@ import pyros1
 from pyros1.cli.running import run_command
 from pyros1.doctor import asking, here, system
 from pyros1.master.server import Master
+from pyros1.msgs import AnyMsg
 from pyros1.msgs.dynamic import from_definition
 from pyros1.msgs.rosgraph_msgs.msg import Clock, Log
 from pyros1.msgs.std_msgs.msg import Int32, String
 from pyros1.net.master_client import MasterClient
+from pyros1.node.topic_type import topic_type
 
 Found = dict[str, dict[str, Any]]
 MakeNode = Callable[..., Any]
@@ -255,6 +257,23 @@ def test_one_type_with_two_definitions(findings: Callable[..., Found], make_node
     found = findings()["md5-mismatch"]
     assert "different definitions of std_msgs/String" in found["text"] and len(found["items"]) == 2
     assert "pyros1 msg md5 std_msgs/String" in found["cure"]
+
+
+def test_messages_that_do_not_end_where_they_should(findings: Callable[..., Found], make_node: MakeNode) -> None:
+    """A board sends a checksum byte with each message."""
+    node = make_node("board", rosout=False)
+    for name, body in (("odd", b"\5\0\0\0\x55"), ("cut", b"\5\0\0\0abc"), ("fine", b"\5\0\0\0"), ("silent", None)):
+        cls = String if name == "cut" else Int32
+        publisher = node.advertise(name, AnyMsg, raw_type=topic_type(cls), latch=True)
+        make_node(f"listener_{name}", rosout=False).subscribe(name, cls, lambda message: None)
+        if body is not None:
+            publisher.publish(AnyMsg(body))
+    found = findings()["odd-ends"]
+    assert found["items"] == [
+        "/board: /cut (std_msgs/String): 2 bytes missing",
+        "/board: /odd (std_msgs/Int32): 1 byte too many",
+    ]
+    assert found["severity"] == "warning" and "rosserial" in found["cure"]
 
 
 def test_nearly_the_same_name(findings: Callable[..., Found], make_node: MakeNode) -> None:
