@@ -47,6 +47,20 @@ def test_of_messages_that_are_larger_than_the_room_the_newest_stays() -> None:
     assert numbers(box) == [4]
 
 
+def test_for_lack_of_room_the_oldest_go_of_the_channel_that_takes_most() -> None:
+    box = Outbox(room=10_000, channel_room=ALL)
+    small, large = box.open(), box.open()
+    for number in range(3):
+        box.put(message(small, -3 + number))
+    for number in range(100):
+        box.put(message(large, number))
+    found = box.take(ALL)
+    assert [each.time for each in found if each.ticket == small] == [-3, -2, -1]
+    kept = [each.time for each in found if each.ticket == large]
+    assert 3 < len(kept) < 8 and kept == [*range(100 - len(kept), 100)]
+    assert box.dropped == 100 - len(kept)
+
+
 def test_the_newest_latched_message_of_each_publisher_is_kept() -> None:
     box = Outbox(channel_room=5_000)
     ticket = box.open()

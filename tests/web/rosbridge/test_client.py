@@ -126,15 +126,17 @@ def test_calls_without_end_are_refused(robot: Robot) -> None:
     begun: list[Callable[[], object]] = []
     client = Client(robot, begun.append, lambda: None)
     try:
-        call = json.dumps({"op": "call_service", "service": "/rosapi/get_time", "id": 1})
-        client.handle([call] * (MOST_CALLS + 5))
+        calls = [{"op": "call_service", "service": "/rosapi/get_time", "id": n} for n in range(MOST_CALLS + 5)]
+        client.handle(map(json.dumps, calls))
         assert len(begun) == AT_ONCE
         told = [json.loads(frame) for frame in client.take(monotonic())[0]]
         assert [each["result"] for each in told] == [False] * 5
         for run in begun:  # which grows: one that ends makes room for the next
             run()
         assert len(begun) == MOST_CALLS
-        assert all(json.loads(frame)["result"] for frame in client.take(monotonic())[0])
+        answers = [json.loads(frame) for frame in client.take(monotonic())[0]]
+        assert all(each["result"] for each in answers)
+        assert [each["id"] for each in answers] == list(range(MOST_CALLS))  # in their order
     finally:
         client.close()
 

@@ -43,6 +43,18 @@ def test_no_more_at_once_than_there_may_be() -> None:
     threads.shutdown()
 
 
+def test_the_work_of_a_lane_is_done_in_order() -> None:
+    threads = Threads(1, "test")
+    go_on, done = threading.Event(), []
+    threads.submit(go_on.wait, PATIENCE)
+    lane = threads.lane()
+    futures = [lane.submit(done.append, number) for number in range(10)]
+    go_on.set()
+    wait(futures, PATIENCE)
+    assert done == list(range(10))
+    threads.shutdown()
+
+
 def test_what_has_not_begun_is_left_out_at_the_end() -> None:
     threads = Threads(1, "test")
     begun, go_on = threading.Event(), threading.Event()

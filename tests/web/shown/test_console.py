@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -47,6 +48,16 @@ def test_long_and_strange_texts_are_bounded() -> None:
     (long, strange), _ = console.after(0, 10)
     assert len(long.text) < 21_000
     json.loads(wire.result(1, strange))
+
+
+def test_of_long_texts_fewer_are_kept_the_newest(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.web.shown.console.MOST_CHARACTERS", 5_000)
+    console = Console()
+    for number in range(50):
+        console.take(log(f"{number:02}" + "x" * 1_000))
+    entries, dropped = console.after(0, 100)
+    assert [entry.text[:2] for entry in entries] == ["46", "47", "48", "49"]
+    assert dropped == 46
 
 
 def test_what_is_told_at_once_is_bounded() -> None:

@@ -32,6 +32,17 @@ def test_a_constant_rate_is_constant(hz: float) -> None:
     assert found and all(each == pytest.approx(hz, rel=0.01) for each in found), found
 
 
+def test_of_many_messages_the_newest_make_the_rate() -> None:
+    """At most ten thousand are kept; those before were quicker."""
+    meter, at = Meter(0.0), 0.0
+    for period in (0.00001, 0.0001):
+        for _ in range(10_000):
+            at += period
+            meter.arrived(at, SIZE)
+    rate = meter.rate(at)
+    assert rate is not None and rate.hz == pytest.approx(10_000.0)
+
+
 def test_the_looks_may_lie_in_between() -> None:
     found = [each for each in looked(0.5, 60, 1.1) if each]
     assert all(0.4 < each < 0.65 for each in found), found

@@ -93,7 +93,7 @@ def test_of_the_colours_those_that_were_seen_with_the_depths(make_node: Make, wa
     colours = node.advertise("/cam/rgb", Image)
     watched = watch("scene_depth", topic="/cam/depth", fixed="optical", colour="/cam/rgb")
     assert colours.wait_for_subscribers(timeout=PATIENCE)
-    for second, data in [(1, b"aaaaaa"), (2, b"bbbbbb"), (3, b"cccccc")]:
+    for second, data in [*((0, b"------") for _ in range(9)), (1, b"aaaaaa"), (2, b"bbbbbb"), (3, b"cccccc")]:
         image = picture("rgb8", data)
         image.header.stamp.secs = second
         colours.publish(image)
