@@ -18,6 +18,8 @@ from pyros1.msgs.std_srvs.srv import Empty
 from pyros1.net.master_client import MasterClient
 from pyros1.node.registrar import Registrar
 
+from ..parts import context_of
+
 
 @pytest.fixture
 def late_master(free_port: int) -> Iterator[Any]:
@@ -234,6 +236,19 @@ def test_registering_waits_while_the_master_is_away(
     late_master()
     advertising.join()
     assert "/t" in [name for name, _ in node.master.get_published_topics()]
+
+
+def test_the_master_is_called_in_order(make_node: Any, late_master: Any) -> None:
+    late_master()
+    node = make_node("n", rosout=False)
+    registrar = Registrar(context_of(node), node.master_uri, lambda *_: None, lambda: None)
+    entry = ("registerPublisher", "/t", "std_msgs/Float64", node.uri)
+    waits = [registrar.begin_register(*entry), registrar.begin_unregister(*entry)]
+    registrar.start()
+    for wait in waits:
+        wait()
+    assert "/t" not in {name for name, _ in node.master.get_system_state()[0]}
+    registrar.close()
 
 
 def test_unregistering_needs_no_master(make_node: Any, late_master: Any) -> None:

@@ -55,6 +55,20 @@ def test_levels_p37(capsys: Any) -> None:
     assert re.fullmatch(r"(\[(WARN|ERROR|FATAL)\] \[\d+\.\d{6}\]: a \w+\n){4}", err)
 
 
+def test_what_is_logged_while_a_message_is_written_comes_behind_it_in_order(setting: Setting) -> None:
+    published = setting.records.append
+
+    def publish(record: Any) -> None:
+        published(record)
+        if record.text == "outer":
+            for text in ("first", "second", "third"):
+                setting.log.info(text)
+
+    setting.sink.publish = publish
+    setting.log.info("outer")
+    assert setting.texts == ["outer", "first", "second", "third"]
+
+
 def test_notes_go_everywhere_but_to_the_terminal(tmp_path: Path, capsys: Any) -> None:
     setting = Setting(path=str(tmp_path / "n.log"))
     setting.log.note("hello 100%")
