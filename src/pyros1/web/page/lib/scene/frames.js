@@ -31,8 +31,10 @@ export class FrameSet {
   }
 
   // Take a push of the view scene_frames.
-  take({ fixed, names, parents }, blob) {
+  take({ fixed, names, parents, lost = [], trees = [] }, blob) {
     this.fixed = fixed;
+    this.lost = new Set(lost);
+    this.trees = trees;
     const poses = new Float64Array(blob.buffer, blob.offset);
     const places = this.poses = new Map(names.map((name, index) => [name, poses.subarray(7 * index, 7 * index + 7)]));
     this.parents = new Map(names.map((name, index) => [name, parents[index]]));
@@ -50,11 +52,21 @@ export class FrameSet {
       if (parent) ends.push(...pose.subarray(0, 3), ...parent.subarray(0, 3));
     });
     const nameless = [...this.axes.values()].filter((axes) => axes.children[1].userData.missing).length;
-    this.word = names.length ? `${names.length} frames${nameless ? `, ${nameless} without their names: these are too many` : ""}` : "no frames yet";
+    this.word = names.length ? `${names.length} frames${nameless ? `, ${nameless} without their names: these are too many` : ""}` : lost.length ? "" : "no frames yet";
+    this.problem = names.length ? "" : this.apart;
     dispose(this.lines);
     this.lines.clear();
     const count = ends.length / 3;
     if (count) this.lines.add(ribbons(Float32Array.from(ends), shades("#e0a000", 1, count), 1, pairs(count), "pixels"));
+  }
+
+  // Why frames are not connected to the fixed one, and what there is; empty if there is nothing else.
+  get apart() {
+    if (!this.lost?.size) return "";
+    const each = this.trees.map(([root, count]) => `${root} (${count} frame${count === 1 ? "" : "s"})`).join(", ");
+    const one = this.trees.length === 1;
+    const no = this.poses.size ? `${this.lost.size} frames are not connected to ${this.fixed}` : `no frame is connected to ${this.fixed}`;
+    return each ? `${no}; there ${one ? "is the tree" : "are the trees"} ${each}: choose ${one ? "its root" : "one of these roots"} as fixed frame` : no;
   }
 
   _axes(name) {

@@ -25,10 +25,10 @@ const MOST_FAULTS = 20;
 export function faultOf({ type, scale, finite = true, points: { length: points }, colors: { length: colours } }) {
   if (!finite) return "some of its numbers are infinite, or not numbers";
   const sizes = { [LINE_STRIP]: [0], [LINE_LIST]: [0], [POINTS]: [0, 1], [TEXT]: [2] }[type];
-  const needed = sizes || (type === ARROW ? [0, 1] : []);
+  const needed = sizes || (type === ARROW && !points ? [0, 1] : []);
   const none = needed.find((axis) => (sizes ? !(scale[axis] > 0) : !scale[axis]));
   if (none !== undefined) return `scale.${"xyz"[none]} is ${scale[none]}`;
-  if (!sizes && scale.every((size) => !size)) return "its scale is 0";
+  if (!sizes && scale.slice(0, type === ARROW ? 2 : 3).every((size) => !size)) return "its scale is 0";
   if (type === ARROW && points === 1) return "an arrow has two points, or none";
   if (type === LINE_LIST && points % 2) return `${points} points are not pairs`;
   if (type === TRIANGLES && points % 3) return `${points} points are not triples`;

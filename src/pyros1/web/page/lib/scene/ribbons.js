@@ -55,27 +55,33 @@ export function ribbons(places, colours, width, chains, unit = "metres") {
   const geometry = new THREE.BufferGeometry().setIndex(corners);
   const attributes = { position: [positions, 3], along: [ways, 3], side: [sides, 1], colour: [shades, 4, true] };
   for (const [name, values] of Object.entries(attributes)) geometry.setAttribute(name, new THREE.BufferAttribute(...values));
-  const uniforms = { width: { value: width }, pixels: { value: 0 }, high: { value: 1 } };
-  const mesh = new THREE.Mesh(geometry, new THREE.ShaderMaterial({
+  geometry.userData.spine = new THREE.BufferGeometry().setIndex(spine).setAttribute("position", geometry.getAttribute("position"));
+  const uniforms = { width: { value: width }, pixels: { value: unit === "pixels" ? width : 0 }, high: { value: 1 } };
+  return new Ribbons(geometry, new THREE.ShaderMaterial({
     vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms, side: THREE.DoubleSide, transparent: sheer(colours), depthWrite: !sheer(colours),
   }));
-  mesh.frustumCulled = false;
-  if (unit === "pixels") {
-    const seen = new THREE.Vector4();
-    mesh.onBeforeRender = (renderer) => {
-      uniforms.pixels.value = width * renderer.getPixelRatio();
-      uniforms.high.value = renderer.getCurrentViewport(seen).w;
-    };
+}
+
+const seen = new THREE.Vector4();
+
+class Ribbons extends THREE.Mesh {
+  constructor(...parts) {
+    super(...parts);
+    this.frustumCulled = false;
   }
+
+  onBeforeRender(renderer) {
+    this.material.uniforms.high.value = renderer.getCurrentViewport(seen).w / renderer.getPixelRatio();
+  }
+
   // What is hit is the line in the middle: the sides are known to the graphics card alone.
-  const middle = new THREE.LineSegments(new THREE.BufferGeometry().setIndex(spine).setAttribute("position", geometry.getAttribute("position")));
-  mesh.raycast = (caster, hits) => {
-    middle.matrixWorld.copy(mesh.matrixWorld);
+  raycast(caster, hits) {
+    const middle = new THREE.LineSegments(this.geometry.userData.spine);
+    middle.matrixWorld.copy(this.matrixWorld);
     const from = hits.length;
     middle.raycast(caster, hits);
-    for (const hit of hits.slice(from)) hit.object = mesh;
-  };
-  return mesh;
+    for (const hit of hits.slice(from)) hit.object = this;
+  }
 }
 
 // Whether any of the colours is not opaque.

@@ -53,13 +53,23 @@ export class RobotModel {
     this.place(this.frames);
   }
 
+  // The frame of the link on which the others stand; empty if there is no robot.
+  get root() {
+    const [name] = this.robot?.roots || [];
+    return name ? this._frame(name) : "";
+  }
+
+  _frame(link) {
+    const { prefix } = this.options;
+    return prefix ? `${prefix}/${link}` : link;
+  }
+
   // Put each link where its frame is. One without a frame stands where it would if its joint were at 0.
   place(frames) {
     this.frames = frames;
-    const { prefix } = this.options;
     const lost = [];
     for (const [name, { group, joint }] of this.links) { // parents come first
-      const pose = frames?.pose(prefix ? `${prefix}/${name}` : name);
+      const pose = frames?.pose(this._frame(name));
       if (pose) put(group, pose);
       else {
         lost.push(name);
@@ -207,10 +217,16 @@ export class RobotModel {
     });
   }
 
+  // Whether tf has links that are lost, but in another tree.
+  _isApart(lost) {
+    return lost.some((name) => this.frames?.lost?.has(this._frame(name)));
+  }
+
   _tell(lost) {
     const faults = [...new Set(this.faults)];
     if (this.why) this.problem = this.why;
     else if (faults.length) this.problem = some(faults, "; ");
+    else if (lost.length && this._isApart(lost)) this.problem = `no transform from ${this.frames.fixed} to ${some(lost, ", ")}, drawn with joints at 0: ${this.frames.apart}`;
     else if (lost.length && lost.length === this.links.size) this.problem = "no tf of its links: all joints are drawn at 0. To publish it: pyros1 run robot_state_publisher robot_state_publisher";
     else if (lost.length) this.problem = `no tf of ${some(lost, ", ")}: drawn with the joint at 0`;
     else this.problem = "";

@@ -20,6 +20,7 @@ const VIEWS = {
   third: { position: [-5, 0, 2.5] },
   frame: { position: [0, 0, 0], walks: true, sits: true },
 };
+const FARTHEST = 1e7; // metres
 const FLAT_HEIGHT = 16; // metres that the flat view shows from top to bottom
 
 export class Stage {
@@ -155,10 +156,11 @@ export class Stage {
   // Look at things as a whole, from where one looks now. Returns whether there is anything.
   fit(...objects) {
     const box = new THREE.Box3();
-    for (const object of objects) {
-      object.traverse((each) => each.userData.bound?.());
-      box.expandByObject(object);
-    }
+    for (const object of objects) object.traverse((each) => {
+      each.userData.bound?.();
+      const own = roomOf(each);
+      if (own) box.union(own);
+    });
     const ball = box.getBoundingSphere(new THREE.Sphere());
     if (box.isEmpty() || !(ball.radius > 0)) return false;
     const narrow = Math.max(1, 1 / this.cameras[0].aspect); // a picture that is high shows less to the sides
@@ -268,6 +270,17 @@ export class Stage {
     this.render();
     return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png"));
   }
+}
+
+// The room that an object takes without its children; null if it is none, or none that could be seen: one mesh with wrong
+// numbers must not hide the others.
+function roomOf(object) {
+  if (!object.geometry) return null;
+  object.updateWorldMatrix(true, false);
+  if (object.isInstancedMesh) object.computeBoundingBox();
+  else if (!object.geometry.boundingBox) object.geometry.computeBoundingBox();
+  const own = (object.isInstancedMesh ? object : object.geometry).boundingBox.clone().applyMatrix4(object.matrixWorld);
+  return [...own.min.toArray(), ...own.max.toArray()].every((value) => Math.abs(value) < FARTHEST) ? own : null;
 }
 
 // Browsers say by name who draws.
