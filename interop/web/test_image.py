@@ -221,3 +221,15 @@ def test_two_fingers_make_a_picture_larger(browser: Browser, picture: Callable[[
         "at('pointerdown', 1, 200); at('pointerdown', 2, 300); at('pointermove', 2, 400); at('pointerup', 1, 200);"
     )
     browser.wait("document.querySelector('.image canvas').getBoundingClientRect().width === 2 * arguments[0]", wide)
+
+
+def test_a_picture_that_cannot_be_shown_is_not_called_absent(
+    browser: Browser, web: Web, make_node: Callable[..., Any]
+) -> None:
+    publisher = make_node("camera").advertise("picture", Image, latch=True)
+    browser.open(panel_link(web.link, "image", {"topic": "/picture"}))
+    browser.wait_for_text("No message has arrived on /picture since this panel was opened.")
+    publisher.publish(Image(width=1, height=1, encoding="rgb9", step=3, data=b"123"))
+    browser.wait_for_text("What arrives on /picture cannot be shown: the encoding rgb9 is not known here")
+    publisher.publish(Image(width=1, height=1, encoding="bayer_rggb16", step=2, data=b"12"))
+    browser.wait("getComputedStyle(document.querySelector('.image .hint')).display === 'none'")

@@ -88,7 +88,7 @@ def test_depths_are_points_in_the_colours_of_a_picture(browser: Browser, web: We
     browser.click(f"button[aria-label='options of {DEPTH}']")
     browser.choose(".options select", "/cam/rgb")
     browser.wait(f"{display(DEPTH)}.word === '{count} points, colour: rgb'")
-    corner = f"""const {{points, object}} = {display(DEPTH)}, cloud = points.object.geometry;
+    corner = f"""const {{points, object}} = {display(DEPTH)}, cloud = points.drawn.geometry;
         object.updateMatrixWorld(true);
         const place = {SCENE}.stage.controls.target.clone().fromArray(cloud.getAttribute('position').array);
         place.applyMatrix4(points.object.matrixWorld);

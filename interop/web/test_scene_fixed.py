@@ -42,13 +42,37 @@ def test_messages_without_tf_are_shown_in_their_frame(
     assert browser.run(f"return {FIXED}.selectedOptions[0].textContent") == "laser (there is no tf)"
     browser.choose("select[aria-label='fixed frame']", "\n")  # another one
     browser.type("[aria-label='name of the fixed frame']", "map")
-    browser.wait_for_text("no way from map to laser: choose another fixed frame, or publish a transform")
+    browser.wait_for_text("no transform from map to laser: choose another fixed frame, or publish a transform")
     assert browser.run(f"return [...{FIXED}.options].map((each) => each.value)") == ["", "laser", "map", "\n"]
     StaticTransformBroadcaster(node).send_transform(frame("map", "laser", 1.0))
     browser.wait("document.querySelector('.panel .note').hidden")
     browser.choose("select[aria-label='fixed frame']", "")
     browser.wait(f"{FIXED}.selectedOptions[0].textContent === 'the root (map)'")
     browser.wait(f"{WORD} === '3 points'")
+
+
+URDF = """<robot name="arm"><link name="base"/><link name="arm"/><joint name="shoulder" type="fixed">
+    <parent link="base"/><child link="arm"/></joint></robot>"""
+
+
+def test_a_fixed_frame_without_connection_names_the_trees_that_there_are(
+    browser: Browser, web: Web, make_node: Callable[..., Any]
+) -> None:
+    node = make_node("robot")
+    node.params["/robot_description"] = URDF
+    pairs = [("world", "table"), ("table", "lamp"), ("base", "arm")]
+    StaticTransformBroadcaster(node).send_transform([frame(*pair, 1.0) for pair in pairs])
+    robot, tf = (f"{SCENE}?.displays.get('{key}')?.display" for key in ("robot:/robot_description", "frames"))
+    trees = "there are the trees world (3 frames), base (2 frames): choose one of these roots as fixed frame"
+    browser.open(panel_link(web.link, "scene", {"fixed": "world"}))
+    browser.wait(f"{robot}?.problem === arguments[0]", f"no transform from world to base, arm, drawn with joints at 0: "
+        f"2 frames are not connected to world; {trees}")  # fmt: skip
+    browser.wait_for_text("2 frames are not connected to world; there are the trees world (3 frames), base (2 frames)")
+    assert browser.run(f"return [{tf}.word, {tf}.problem]") == ["3 frames", ""]
+    browser.open(panel_link(web.link, "scene", {"fixed": "nowhere"}))
+    browser.wait(f"{tf}?.problem === arguments[0]", f"no frame is connected to nowhere; {trees}")
+    browser.open(panel_link(web.link, "scene", {}))  # without a choice, what the robot stands on stands still
+    browser.wait(f"{SCENE}?.fixedFrame() === 'base' && {robot}?.problem === ''")
 
 
 def test_names_of_frames_do_not_cover_each_other(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:

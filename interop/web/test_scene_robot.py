@@ -290,3 +290,16 @@ def test_a_robot_alone_is_looked_at_where_it_is(browser: Browser, web: Web, make
     StaticTransformBroadcaster(node).send_transform([link])
     browser.open(web.page("joints"))
     browser.wait("document.querySelector('.scene')?.scene?.stage?.controls.target.x > 49")
+
+
+def test_the_view_is_fitted_though_a_mesh_has_wrong_numbers(
+    browser: Browser, web: Web, make_node: Callable[..., Any], package: Path
+) -> None:
+    far = struct.pack("<f", 3e38)
+    (package / "meshes" / "far.stl").write_bytes(STL[:-6] + far + STL[-2:])
+    node = make_node("robot")
+    node.params["/robot_description"] = urdf('<box size="1 1 1"/>', mesh("far.stl"))
+    browser.open(panel_link(web.link, "scene", {}))
+    browser.wait(f"{ROBOT}?.word === 'r: 1 link' && {SCENE}.stage.place.name === 'orbit'")
+    eye = f"Math.hypot(...{SCENE}.stage.place.position)"
+    browser.wait(f"{eye} > 1 && {eye} < 5")

@@ -34,6 +34,14 @@ def display(key: str) -> str:
     return f"{SCENE}?.displays.get('{key}')?.display"
 
 
+def line_colour(key: str) -> str:
+    """Return JavaScript for red, green, blue and opacity of a display's first line."""
+    return f"""((found) => {{
+        {display(key)}?.object.traverse((each) => {{ found ||= each.geometry?.getAttribute('colour'); }});
+        return found && [...found.array.slice(0, 4)];
+    }})()"""
+
+
 def steps(*places: float) -> Way:
     message = Way(poses=[PoseStamped() for _ in places])
     message.header.frame_id = "map"
@@ -71,9 +79,8 @@ def test_displays_colours_and_view(browser: Browser, start_web: Callable[..., We
         "/plan": True,
         "/other_plan": False,
     }
-    line = f"return '#' + {display('/plan')}.object.children[0]?.material.color.getHexString()"
-    assert browser.run(line) == "#00a000"
-    points = f"const {{mode, size, tint}} = {display('/scan')}.points.material.uniforms;"
+    assert browser.run(f"return {line_colour('/plan')}") == [0, 160, 0, 255]
+    points = f"const {{mode, size, tint}} = {display('/scan')}.points.uniforms;"
     assert browser.run(f"{points} return [mode.value, size.value, ...tint.value.toArray()]") == [3, 6, 1, 0, 0]
     assert browser.run(f"return {SCENE}.stage.grid.word") == "6 m"
     place = browser.run(f"return {SCENE}.stage.place")
@@ -106,13 +113,13 @@ def test_colours_of_ones_choice(browser: Browser, start_web: Callable[..., Web],
     browser.wait(f"{display('/plan')}?.word === '3 poses'")
     browser.click("button[aria-label='options of /plan']")
     browser.type("input[type=color]", "#123456")
-    line = f"'#' + {display('/plan')}?.object.children[0]?.material.color.getHexString()"
-    browser.wait(f"{line} === '#123456'")
+    changed = f"{line_colour('/plan')}?.join() === '18,52,86,255'"
+    browser.wait(changed)
     browser.click("button[aria-label='options of Grid']")
     browser.type("input[data-mark='grid count']", "4")
     browser.wait(f"{SCENE}.stage.grid.word === '4 m'")
     browser.driver.refresh()  # it is kept
-    browser.wait(f"{line} === '#123456' && {SCENE}.stage.grid.word === '4 m'")
+    browser.wait(f"{changed} && {SCENE}.stage.grid.word === '4 m'")
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from pyros1.node.topic_type import topic_type
 from pyros1.tf import StaticTransformBroadcaster
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
-from pyros1.web.views.scene.frames import root_of_most
+from pyros1.web.views.scene.frames import roots_of
 
 PATIENCE = 20.0
 Make = Callable[..., Any]
@@ -67,18 +67,34 @@ def test_a_message_comes_again_when_there_is_a_way_to_its_frame(make_node: Make,
 
 
 @pytest.mark.parametrize(
-    ("parents", "root"),
+    ("parents", "roots"),
     [
-        ({}, ""),
-        ({"head": "", "camera": "head", "map": "", "odom": "map", "base": "odom"}, "map"),
-        ({"one": "", "two": ""}, "one"),
-        ({"a": "b", "b": "c", "c": "a", "map": "", "odom": "map", "lost": "a"}, "map"),
-        ({"odom": "map", "base": "odom"}, "map"),
-        ({"a": "b", "b": "a"}, ""),
+        ({}, {}),
+        ({"odom": "map", "base": "odom", "cup": ""}, {"odom": "map", "base": "map", "map": "map", "cup": "cup"}),
+        ({"a": "b", "b": "c", "c": "a", "lost": "a", "one": ""}, {"one": "one"}),
     ],
 )
-def test_the_root_of_the_largest_tree(parents: dict[str, str], root: str) -> None:
-    assert root_of_most(parents) == root
+def test_roots_of_frames(parents: dict[str, str], roots: dict[str, str]) -> None:
+    assert roots_of(parents) == roots
+
+
+def test_what_stands_still_is_the_chosen_frame_or_the_robots_root_or_that_of_the_largest_tree(
+    make_node: Make, watch: Make
+) -> None:
+    pairs = [("world", "table"), ("table", "lamp"), ("base", "arm")]
+    links = [TransformStamped(child_frame_id=child) for _, child in pairs]
+    for link, (parent, _) in zip(links, pairs, strict=True):
+        link.header.frame_id, link.transform.rotation.w = parent, 1.0
+    StaticTransformBroadcaster(make_node("robot")).send_transform(links)
+    for args, fixed, lost in [
+        ({}, "world", ["base", "arm"]),
+        ({"robot": "arm"}, "base", ["world", "table", "lamp"]),
+        ({"robot": "nothing"}, "world", ["base", "arm"]),
+        ({"fixed": "nowhere", "robot": "arm"}, "nowhere", ["world", "table", "lamp", "base", "arm"]),
+    ]:
+        data = watch("scene_frames", **args).until(lambda data: len(data["names"]) + len(data["lost"]) == 5)
+        assert (data["fixed"], sorted(data["lost"])) == (fixed, sorted(lost))
+        assert data["trees"] == [("world", 3), ("base", 2)]
 
 
 def test_a_map_and_what_changes_in_it(make_node: Make, watch: Make) -> None:

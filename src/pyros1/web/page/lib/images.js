@@ -15,12 +15,13 @@ const SINGLE = { // of one channel: bytes of a value, and how to read it
   mono16: [2, "getUint16"], "16uc1": [2, "getUint16"], "16sc1": [2, "getInt16"],
   "32sc1": [4, "getInt32"], "32fc1": [4, "getFloat32"], "64fc1": [8, "getFloat64"],
 };
-// Colours at the places (even row, even column), (even, odd), (odd, even), (odd, odd).
-const BAYER = { __proto__: null, bayer_rggb8: "RGGB", bayer_bggr8: "BGGR", bayer_gbrg8: "GBRG", bayer_grbg8: "GRBG" };
+const READ = { __proto__: null, "8u": "getUint8", "8s": "getInt8", "16u": "getUint16", "16s": "getInt16", "32s": "getInt32", "32f": "getFloat32", "64f": "getFloat64" };
+const SEVERAL = /^((?:8|16|32|64)[usf])c([2-4])$/; // channels as OpenCV has them: blue, green, red and another
+const BAYER = /^bayer_(rggb|bggr|gbrg|grbg)(8|16)$/; // colours at (even row, even column), (even, odd), (odd, even), (odd, odd)
 const MOST_PIXELS = 40e6;
 
 // Return {pixels: ImageData, least, most} of a picture, or throw an Error that says what is wrong with it.
-// range: [least, most] of the values that are black and white in pictures of one channel; null takes what there is.
+// range: [least, most] of the values that are dark and bright in pictures of numbers; null takes what there is.
 export function pixelsOf({ encoding, width, height, step, bigendian }, data, range) {
   const kind = encoding.trim().toLowerCase();
   if (!width || !height) throw new Error(`an image of ${width} x ${height} pixels`);
@@ -37,15 +38,21 @@ export function pixelsOf({ encoding, width, height, step, bigendian }, data, ran
   } else if (WIDE[kind]) {
     need(2 * WIDE[kind][0]);
     wide(out, data, width, height, step, WIDE[kind], bigendian);
-  } else if (BAYER[kind]) {
-    need(1);
-    bayer(out, data, width, height, step, BAYER[kind]);
+  } else if (BAYER.test(kind)) {
+    const [, order, bits] = BAYER.exec(kind);
+    need(bits / 8);
+    bayer(out, data, width, height, step, order.toUpperCase(), bits / 8, bigendian);
   } else if (kind === "yuv422" || kind === "yuv422_yuy2" || kind === "uyvy" || kind === "yuyv") {
     need(2);
     yuv(out, data, width, height, step, kind === "yuv422" || kind === "uyvy");
   } else if (SINGLE[kind]) {
     need(SINGLE[kind][0]);
     return { pixels, ...single(out, data, width, height, step, SINGLE[kind], bigendian, range) };
+  } else if (READ[SEVERAL.exec(kind)?.[1]]) {
+    const [, value, count] = SEVERAL.exec(kind);
+    const size = Number.parseInt(value, 10) / 8;
+    need(size * count);
+    return { pixels, ...several(out, data, width, height, step, [size, READ[value], Number(count)], bigendian, range) };
   } else {
     throw new Error(`the encoding ${encoding} is not supported`);
   }
@@ -74,7 +81,8 @@ function wide(out, data, width, height, step, [size, ...places], bigendian) {
 }
 
 // Each pixel takes the colours that it lacks from its block of two by two.
-function bayer(out, data, width, height, step, order) {
+function bayer(out, data, width, height, step, order, size, bigendian) {
+  const high = size === 2 && !bigendian ? 1 : 0; // the upper byte is enough for a screen
   const place = (colour) => order.indexOf(colour);
   const [red, blue] = [place("R"), place("B")];
   const greens = [...order].flatMap((colour, index) => (colour === "G" ? [index] : []));
@@ -84,7 +92,7 @@ function bayer(out, data, width, height, step, order) {
     const top = Math.min(row & ~1, lastRow & ~1);
     for (let column = 0; column < width; column += 1, to += 4) {
       const left = Math.min(column & ~1, lastColumn & ~1);
-      const at = (index) => data[(top + (index >> 1)) * step + left + (index & 1)];
+      const at = (index) => data[(top + (index >> 1)) * step + (left + (index & 1)) * size + high];
       out[to] = at(red);
       out[to + 1] = (at(greens[0]) + at(greens[1])) >> 1;
       out[to + 2] = at(blue);
@@ -134,6 +142,31 @@ function single(out, data, width, height, step, [size, read], bigendian, range) 
       out[to + 3] = 255;
     }
   }
+  return { least: Number.isFinite(least) ? least : null, most: Number.isFinite(most) ? most : null };
+}
+
+// Two channels are blue and green, three red as well; a fourth is not shown. What is not a number is dark.
+function several(out, data, width, height, step, [size, read, count], bigendian, range) {
+  const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
+  const shown = Math.min(3, count);
+  const each = (visit) => {
+    for (let row = 0, to = 0; row < height; row += 1) {
+      for (let column = 0, from = row * step; column < width; column += 1, from += size * count, to += 4) {
+        for (let channel = 0; channel < shown; channel += 1) visit(view[read](from + channel * size, !bigendian), to + 2 - channel);
+        out[to + 3] = 255;
+      }
+    }
+  };
+  let [least, most] = range || (read === "getUint8" ? [0, 255] : [Infinity, -Infinity]);
+  if (least > most) {
+    each((value) => {
+      if (!Number.isFinite(value)) return;
+      if (value < least) least = value;
+      if (value > most) most = value;
+    });
+  }
+  const scale = most > least ? 255 / (most - least) : 0;
+  each((value, to) => { out[to] = Number.isFinite(value) ? (value - least) * scale : 0; });
   return { least: Number.isFinite(least) ? least : null, most: Number.isFinite(most) ? most : null };
 }
 

@@ -87,6 +87,7 @@ class Picture {
     this.stream = null;
     this.topic = topic;
     this.facts = null;
+    this.why = ""; // what came on the topic cannot be shown
     this.zoom.reset();
     this.choice.value = topic;
     this.place.problem("");
@@ -100,8 +101,14 @@ class Picture {
         this.missed = [data, blob];
         return null;
       },
-      problem: (text) => this.place.problem(text),
+      problem: (text) => this._failed(text),
     });
+  }
+
+  _failed(text) {
+    this.why = text;
+    this.place.problem(text);
+    this._showHint();
   }
 
   _showHint() {
@@ -109,8 +116,10 @@ class Picture {
     this.hint.hidden = !none;
     this.frame.hidden = none;
     if (!none) return;
-    fill(this.hint, this.topic
-      ? empty("No image yet", `No image has been received on ${this.topic} since this was opened.`)
+    fill(this.hint, this.why
+      ? empty("No image", `What arrives on ${this.topic} cannot be shown: ${this.why}`)
+      : this.topic
+      ? empty("No image yet", `No message has arrived on ${this.topic} since this panel was opened.`)
       : empty("No topic chosen", "Image topics appear above. To see some, play a bag, or start a camera:", command("pyros1 bag play camera.bag")));
   }
 
@@ -122,7 +131,7 @@ class Picture {
       this.place.problem("");
       this.values = bounds.least === null ? "" : `  ${number(bounds.least)} … ${number(bounds.most)}`;
     } catch (error) {
-      this.place.problem(error.message);
+      this._failed(error.message);
       return;
     }
     const ranged = this.values && !["mono8", "8uc1"].includes((facts.encoding || "").toLowerCase());

@@ -72,7 +72,7 @@ class Scene {
     });
     this.toolbox.mayWrite();
     this.system = robot.stream("system", {}, { data: (data) => this._system(data) });
-    this.world = robot.stream("scene_frames", { fixed: this.fixed.frame }, {
+    this.world = robot.stream("scene_frames", this._standing(), {
       data: (data, blob) => this._frames(data, blob),
       problem: (text) => this.place.problem(text),
     });
@@ -169,15 +169,23 @@ class Scene {
       if (!this.fixed.frame) this._restream();
     }
     const away = [...new Set([...lost, ...[...this.displays.values()].map(({ display }) => display.astray).filter(Boolean)])];
-    this.place.problem(away.length ? `no transform from ${this.fixedFrame()} to ${away.slice(0, 5).join(", ")}${away.length > 5 ? " …" : ""}: choose another fixed frame, or publish a transform between them (tf)` : "");
+    const { apart } = this.frames;
+    const what = `no transform from ${this.fixedFrame()} to ${away.slice(0, 5).join(", ")}${away.length > 5 ? " …" : ""}`;
+    this.place.problem(away.length ? `${what}${apart ? `: ${apart}` : ": choose another fixed frame"}, or publish a transform between them (tf)` : "");
     return others;
   }
 
   _fix() {
     this.stage.followed = null;
-    this.world.change({ fixed: this.fixed.frame });
+    this.world.change(this._standing());
     this._restream();
     this.keep();
+  }
+
+  // What stands still: the chosen frame, or what the robot stands on.
+  _standing() {
+    const [robot] = this._robots();
+    return { fixed: this.fixed.frame, robot: robot?.root || "" };
   }
 
   _restream() {
@@ -246,7 +254,7 @@ class Scene {
     });
     const entry = this._enter({ key: ROBOT + name, title: name, kind: "RobotModel", display });
     entry.stream = this.place.robot.stream("param", { param: name }, {
-      data: (data) => { display.take(data); display.place(this.frames); this._touched(entry); },
+      data: (data) => { display.take(data); display.place(this.frames); this.world?.change(this._standing()); this.look.seeRobot(true); this._touched(entry); },
       problem: (text) => { entry.trouble = text; this.list.tell(entry); },
     });
   }
@@ -328,8 +336,12 @@ class Scene {
   // The robot, if nothing else is shown, as soon as its shapes are there.
   _robotAlone() {
     if (this.topics.length) return null;
-    const robot = [...this.displays.values()].map(({ display }) => display).find((each) => each instanceof this.lib.RobotModel && each.links.size);
+    const [robot] = this._robots();
     return robot && !robot.loading ? robot.object : null;
+  }
+
+  _robots() {
+    return [...this.displays.values()].map(({ display }) => display).filter((each) => each instanceof this.lib.RobotModel && each.links.size);
   }
 
   say(text) {

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _MOST_FRAMES = 2_000
+_MOST_TREES = 10
 _USUAL = "map"
 """The fixed frame as long as there are no frames."""
 
@@ -22,22 +23,26 @@ class SceneFramesView(View):
     """The poses of all frames in one of them.
 
     Args (of the page):
-        fixed: the frame in which poses are told; empty for the root of the largest tree, or map.
+        fixed: the frame in which poses are told; empty for the root of a tree, or map.
+        robot: a frame whose tree is that one, if it is in any; else it is the largest.
 
-    Pushes ``{"fixed": NAME, "names": [...], "parents": [...], "lost": [...]}`` with seven float64 for each name: x, y,
-    z in metres, and a quaternion x, y, z, w. Lost are frames without a connection to the fixed one.
+    Pushes ``{"fixed": NAME, "names": [...], "parents": [...], "lost": [...], "trees": [[ROOT, COUNT], ...]}`` with
+    seven float64 for each name: x, y, z in metres, and a quaternion x, y, z, w. Lost are frames without a connection to
+    the fixed one. The trees are the largest ones, with how many frames each has.
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
-        self._fixed = text(args, "fixed", "").lstrip("/")
+        self.change(args)
         self._end = robot.world.look(wake)
 
     def take(self) -> Push | None:
         world = self.robot.world
         states = world.buffer.states()[:_MOST_FRAMES]
         parents = {state.name: state.parent or "" for state in states}
-        fixed = self._fixed or root_of_most(parents) or _USUAL
+        roots = roots_of(parents)
+        sizes = Counter(roots.values())
+        fixed = self._fixed or roots.get(self._robot) or max(sizes, key=sizes.__getitem__, default=_USUAL)
         names, lost, numbers = [], [], array("d")
         for name in parents:
             pose = world.pose(fixed, name)
@@ -46,21 +51,28 @@ class SceneFramesView(View):
             else:
                 names.append(name)
                 numbers.extend(pose)
-        facts = {"fixed": fixed, "names": names, "parents": [parents[name] for name in names], "lost": lost}
+        facts = {
+            "fixed": fixed,
+            "names": names,
+            "parents": [parents[name] for name in names],
+            "lost": lost,
+            "trees": sizes.most_common(_MOST_TREES),
+        }
         return Push(facts, numbers.tobytes())
 
     def change(self, args: Mapping[str, Any]) -> None:
         self._fixed = text(args, "fixed", "").lstrip("/")
+        self._robot = text(args, "robot", "").lstrip("/")
 
     def close(self) -> None:
         self._end()
 
 
-def root_of_most(parents: Mapping[str, str]) -> str:
-    """Return the root of the largest tree; of the first, if several are as large; "" if there are no frames.
+def roots_of(parents: Mapping[str, str]) -> dict[str, str]:
+    """Return the root of the tree that each frame is in.
 
     Args:
-        parents: frame -> its parent; "" for roots. Frames may go round in circles, which have no root.
+        parents: frame -> its parent; "" for roots. Frames may go round in circles, which have no root and are left out.
     """
     roots: dict[str, str] = {}
     for name in parents:
@@ -70,5 +82,4 @@ def root_of_most(parents: Mapping[str, str]) -> str:
             at = parents[at]
         root = roots.get(at, "" if at in way else at)
         roots.update(dict.fromkeys([*way, at], root))
-    sizes = Counter(root for root in roots.values() if root)
-    return max(sizes, key=sizes.__getitem__, default="")
+    return {name: root for name, root in roots.items() if root}

@@ -68,6 +68,7 @@ class Ribbons extends THREE.Mesh {
   constructor(...parts) {
     super(...parts);
     this.frustumCulled = false;
+    this.isRibbons = true; // lines, though they are meshes
   }
 
   onBeforeRender(renderer) {

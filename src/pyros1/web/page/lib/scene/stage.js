@@ -262,7 +262,7 @@ export class Stage {
   // The nearest place of something solid under a place of the canvas, else of the ground; null if there is none.
   surface(x, y) {
     const solid = [];
-    this.scene.traverseVisible((each) => { if (each.isMesh && !each.userData.tool) solid.push(each); });
+    this.scene.traverseVisible((each) => { if (each.isMesh && !each.isRibbons && !each.userData.tool) solid.push(each); });
     return this.ray(x, y).intersectObjects(solid, false)[0]?.point || this.ground(x, y);
   }
 
