@@ -46,7 +46,7 @@ def test_value_is_that_of_python(text: str) -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "", "(", "1 +", "x", "x = 1", "(x := 1)", "lambda: 1", "*l", "str(*l)", "dict(**{})", "{**{}}",
+        "", "(", "1 +", "x", "x = 1", "(x := 1)", "lambda: 1", "*l", "str(*5)", "dict(**{})", "{**{}}",
         "await i", "i @ i", "s.__class__", "s._x", "s.format_map({})", "f.real", "math", "math.prod([1])", "(lambda: 1)()", "str(i)()", "l[0]()", "i()", "1 / 0", "l[7]", "'a' + 1", "\0", "\ud800", "1\n2",
         "l[:i:0]", "-s", "{l: 1}", "b'%d' % 1", "(" * 5000, "-" * 9000 + "1", "1" + "+1" * 4900, "[" * 80 + "]" * 80 + "[0]" * 900,
     ],

@@ -8,12 +8,14 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 from pyros1.ground.expressions import ExpressionError, Interpreter, UnknownNameError
 from pyros1.ground.expressions.functions import MATH, functions
 from pyros1.ground.timing import TVal
 from pyros1.msgs import Message
+from pyros1.observe.modules import Module
 
 __all__ = ["FUNCTIONS", "MAX_ITEMS", "TIME_METHODS", "Expression", "ExpressionError"]
 
@@ -24,9 +26,12 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     **{name: MATH[name] for name in ("sqrt", "sin", "cos", "atan2", "hypot", "isnan", "isinf")},
 }
 """Functions that every expression may call, besides hasattr and getattr."""
-TIME_METHODS = frozenset({"secs", "nsecs", "to_sec", "to_nsec", "is_zero"})
+TIME_METHODS = frozenset({"secs", "nsecs", "to_sec", "to_nsec", "to_time", "is_zero"})
 """Members of times and durations that expressions may use."""
-_LOOKS = frozenset({"getattr", "hasattr"})
+_DESCRIPTION = frozenset({"_type", "_md5sum", "_full_text", "_slot_types", "_has_header", "__slots__", "__name__"})
+"""What a message's class says of its type."""
+_OF_MESSAGE = _DESCRIPTION - {"__name__"} | {"_connection_header"}
+_LOOKS = frozenset({"getattr", "hasattr", "type"})
 
 
 class Expression:
@@ -34,15 +39,16 @@ class Expression:
 
     Args:
         text: for example ``m.data > 3 and any('x' in name for name in m.names)``.
+        more: more names that it may use, with their values: functions, and modules.
 
     Raises:
         ExpressionError: the expression is malformed or uses something that is not allowed.
     """
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, more: Mapping[str, Any] = MappingProxyType({})) -> None:
         self.text = text
         try:
-            self._filter = _Filter(text)
+            self._filter = _Filter(text, more)
         except ExpressionError as error:
             raise ExpressionError(f"[{text}]: {error}") from None
 
@@ -65,13 +71,14 @@ class MessageLanguage(Interpreter):
     """The common part of expressions on messages, here and in topic_tools; see `Interpreter`."""
 
     max_items = MAX_ITEMS
+    private = _DESCRIPTION | _OF_MESSAGE
 
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
         """Return the value of a name; see `Interpreter`."""
         if name in names:
             return names[name]
         if name in _LOOKS:
-            return self._has if name == "hasattr" else self._get
+            return {"hasattr": self._has, "getattr": self._get, "type": _kind_of}[name]
         if name in FUNCTIONS:
             return FUNCTIONS[name]
         raise UnknownNameError(f"unknown name {name!r}; known names: {self.known(names)}")
@@ -83,7 +90,14 @@ class MessageLanguage(Interpreter):
     def attribute(self, owner: Any, name: str) -> Any:
         """Return a field of a message, or a useful member of times, strings and other values; see `Interpreter`."""
         if isinstance(owner, Message):
-            allowed = name in owner.__slots__ or name.isupper()
+            allowed = name in owner.__slots__ or name.isupper() or name in _OF_MESSAGE
+        elif isinstance(owner, type):
+            of_message = issubclass(owner, Message) and (name.isupper() or name in _DESCRIPTION)
+            allowed = of_message or name == "__name__"
+        elif isinstance(owner, Module):
+            return owner.get(name)
+        elif isinstance(owner, _Kind):
+            allowed = name == "__name__"
         else:
             allowed = isinstance(owner, TVal) and name in TIME_METHODS
         if allowed:
@@ -97,7 +111,8 @@ class MessageLanguage(Interpreter):
 
     def _get(self, owner: Any, name: str, *default: Any) -> Any:
         """Return getattr() for what expressions can access."""
-        if not isinstance(name, str) or name.startswith("_") or len(default) > 1:
+        hidden = isinstance(name, str) and name.startswith("_") and name not in self.private
+        if not isinstance(name, str) or hidden or len(default) > 1:
             raise ExpressionError(f"{name!r} is not accessible")
         try:
             return self.attribute(owner, name)
@@ -107,15 +122,41 @@ class MessageLanguage(Interpreter):
             raise
 
 
+class _Kind:
+    """What type() returns for values whose class expressions shall not call."""
+
+    def __init__(self, name: str) -> None:
+        self.__name__ = name
+
+    def __repr__(self) -> str:
+        return f"<class {self.__name__!r}>"
+
+
+def _kind_of(value: Any) -> Any:
+    """Return type() of a message or plain value."""
+    kind = type(value)
+    return kind if isinstance(value, Message) or kind in FUNCTIONS.values() else _Kind(kind.__name__)
+
+
 class _Filter(MessageLanguage):
+    def __init__(self, text: str, more: Mapping[str, Any]) -> None:
+        self._more = more
+        super().__init__(text)
+
     def check(self, node: ast.AST) -> None:
         super().check(node)
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not is_function(node.func.id):
-            known = ", ".join(sorted({*FUNCTIONS, *_LOOKS}))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not self._is_function(node.func.id):
+            functions = [name for name, value in self._more.items() if not isinstance(value, Module)]
+            known = ", ".join(sorted({*FUNCTIONS, *_LOOKS, *functions}))
             raise ExpressionError(f"unknown function {node.func.id}; known functions: {known}")
 
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
+        if name not in names and name in self._more:
+            return self._more[name]
         return math.pi if name == "pi" and name not in names else super().name(name, names)
+
+    def _is_function(self, name: str) -> bool:
+        return is_function(name) or name in self._more
 
 
 def is_function(name: str) -> bool:

@@ -16,6 +16,7 @@ from typing import Any
 from pyros1.ground.expressions.limits import ExpressionError, bounded, require, size
 
 _MAX_DIGITS = 400
+_ENCODINGS = ("ascii", "latin-1", "utf-8", "utf8", "utf-16")
 
 MATH: Mapping[str, Any] = {
     name: getattr(math, name)
@@ -33,13 +34,20 @@ _STR_METHODS = frozenset(
         *("splitlines", "startswith", "strip", "swapcase", "title", "upper"),
     )
 )
-_BYTES_METHODS = frozenset(("count", "endswith", "find", "hex", "index", "rfind", "startswith"))
+_BYTES_METHODS = frozenset(
+    (
+        *("count", "endswith", "find", "hex", "index", "isdigit", "lower", "rfind", "rstrip", "split"),
+        *("startswith", "strip", "upper"),
+    )
+)
 _LIST_METHODS = frozenset(("count", "index"))
 _METHODS: Mapping[type, frozenset[str]] = {
     str: _STR_METHODS,
     bytes: _BYTES_METHODS,
     list: _LIST_METHODS,
     tuple: _LIST_METHODS,
+    float: frozenset(("as_integer_ratio", "hex", "is_integer")),
+    int: frozenset(("as_integer_ratio", "bit_length")),
     dict: frozenset(("get", "items", "keys", "values")),
     set: frozenset(("difference", "intersection", "isdisjoint", "issubset", "issuperset", "union")),
 }
@@ -53,8 +61,10 @@ def method(owner: Any, name: str, limit: int) -> Callable[..., Any] | None:
         name: name of the method, which must not begin with ``_``.
         limit: largest size of its result.
     """
-    if type(owner) is str and name in _MEASURED:
-        return functools.partial(_MEASURED[name], limit, owner)
+    if type(owner) is int and name == "is_integer":
+        return lambda: True  # of Python 3.12
+    if name in _MEASURED.get(type(owner), ()):
+        return functools.partial(_MEASURED[type(owner)][name], limit, owner)
     if name in _METHODS.get(type(owner), ()):
         return getattr(owner, name)  # type: ignore[no-any-return]  # one of those above
     return None
@@ -137,6 +147,20 @@ def formatted(value: Any, conversion: str | None, spec: str, limit: int) -> str:
     return format(value, spec)
 
 
+def _checked_encoding(encoding: str) -> str:
+    if str(encoding).lower().replace("_", "-") not in _ENCODINGS:
+        raise ExpressionError(f"the encoding must be one of {', '.join(_ENCODINGS)}")  # others can be very slow
+    return encoding
+
+
+def _encode(limit: int, text: str, encoding: str = "utf-8", errors: str = "strict") -> bytes:
+    return text.encode(_checked_encoding(encoding), errors)
+
+
+def _decode(limit: int, data: bytes, encoding: str = "utf-8", errors: str = "strict") -> str:
+    return data.decode(_checked_encoding(encoding), errors)
+
+
 def _padder(pad: Callable[..., str]) -> Callable[..., str]:
     def padded(limit: int, text: str, width: int, *fill: str) -> str:
         require(width, limit)
@@ -145,13 +169,17 @@ def _padder(pad: Callable[..., str]) -> Callable[..., str]:
     return padded
 
 
-_MEASURED: Mapping[str, Callable[..., str]] = {
-    "join": _join,
-    "replace": _replace,
-    "format": _format,
-    **{name: _padder(getattr(str, name)) for name in ("center", "ljust", "rjust", "zfill")},
+_MEASURED: Mapping[type, Mapping[str, Callable[..., Any]]] = {
+    str: {
+        "join": _join,
+        "replace": _replace,
+        "format": _format,
+        "encode": _encode,
+        **{name: _padder(getattr(str, name)) for name in ("center", "ljust", "rjust", "zfill")},
+    },
+    bytes: {"decode": _decode},
 }
-"""Methods of strings that can make large results from small arguments."""
+"""Methods that can make large results from small arguments, or can be very slow."""
 
 
 def _map(limit: int, function: Callable[..., Any], *iterables: Iterable[Any]) -> list[Any]:

@@ -1,8 +1,8 @@
 """Interpreter of expressions: the allowed subset of Python's syntax, and its meaning.
 
 A text is parsed to Python's syntax tree, checked to contain only harmless nodes, and interpreted node by node; nothing
-is compiled or executed. Names that begin with ``_``, lambda and assignments are not accessible, and sizes and loops are
-limited, so that an expression can neither reach into the interpreter nor keep it busy for long.
+is compiled or executed. Attributes that begin with ``_`` (but for some of messages) and assignments are not accessible,
+and sizes and loops are limited, so that an expression can neither reach into the interpreter nor keep it busy for long.
 
 Subclasses of `Interpreter` define the nodes, names, attributes and functions for their users.
 """
@@ -16,6 +16,7 @@ from typing import Any, ClassVar
 
 from pyros1.ground.expressions import costs
 from pyros1.ground.expressions.functions import MATH, applies, formatted, method, owner_of, takes_key
+from pyros1.ground.expressions.lambdas import Lambda, is_plain
 from pyros1.ground.expressions.limits import (
     CALL,
     MAX_ITEMS,
@@ -31,7 +32,7 @@ from pyros1.ground.expressions.limits import (
     require,
     spread,
 )
-from pyros1.ground.expressions.operators import BINARY, COMPARE, UNARY, require_small
+from pyros1.ground.expressions.operators import BINARY, COMPARE, UNARY, require_broadcast, require_small
 
 # Type of node -> method of Interpreter that returns its value.
 _METHODS: dict[type[ast.expr], str] = {
@@ -47,12 +48,14 @@ _METHODS: dict[type[ast.expr], str] = {
     ast.GeneratorExp: "_listcomp",
     ast.IfExp: "_ifexp",
     ast.JoinedStr: "_joined",
+    ast.Lambda: "_lambda",
     ast.List: "_list",
     ast.ListComp: "_listcomp",
     ast.Name: "_name",
     ast.Set: "_set",
     ast.SetComp: "_setcomp",
     ast.Slice: "_slice",
+    ast.Starred: "_starred",
     ast.Subscript: "_subscript",
     ast.Tuple: "_tuple",
     ast.UnaryOp: "_unaryop",
@@ -93,6 +96,9 @@ class Interpreter:
     nodes: ClassVar[frozenset[type[ast.expr]]] = frozenset(_METHODS)
     """The allowed types of syntax nodes, of those that this class supports."""
 
+    private: ClassVar[frozenset[str]] = frozenset()
+    """The attributes that begin with ``_`` and may be used."""
+
     max_items: ClassVar[int] = MAX_ITEMS
     """Largest `size` of a computed value."""
 
@@ -101,6 +107,7 @@ class Interpreter:
 
     def __init__(self, text: str) -> None:
         self._work = 0
+        self._arguments: list[ast.expr] = []  # of all calls
         if len(text) > MAX_TEXT:
             raise ExpressionError(f"the expression has more than {MAX_TEXT} characters")
         try:
@@ -144,12 +151,16 @@ class Interpreter:
             raise ExpressionError(f"{kind} is not allowed in an expression")
         if isinstance(node, ast.operator) and type(node) not in BINARY:
             raise ExpressionError(f"{kind} is not allowed in an expression")
-        if isinstance(node, ast.Attribute) and node.attr.startswith("_"):
+        if isinstance(node, ast.Attribute) and node.attr.startswith("_") and node.attr not in self.private:
             raise ExpressionError(f"{node.attr} is not accessible")
         if isinstance(node, ast.Call) and not isinstance(node.func, ast.Name | ast.Attribute):
             raise ExpressionError("only plain function calls are allowed")
         if (isinstance(node, ast.keyword) and node.arg is None) or (isinstance(node, ast.Dict) and None in node.keys):
             raise ExpressionError("** is not allowed here")
+        if isinstance(node, ast.Call):
+            self._arguments.extend((*node.args, *(keyword.value for keyword in node.keywords)))
+        if isinstance(node, ast.Lambda) and not (is_plain(node.args) and any(node is each for each in self._arguments)):
+            raise ExpressionError("Lambda is only allowed as an argument of a function, and with plain arguments")
         if isinstance(node, ast.comprehension) and (node.is_async or not _is_target(node.target)):
             raise ExpressionError("a comprehension can only assign its items to names")
 
@@ -168,7 +179,7 @@ class Interpreter:
         return names[name]
 
     def attribute(self, owner: Any, name: str) -> Any:
-        """Return a field or method of a value; `name` does not begin with ``_``.
+        """Return a field or method of a value; `name` does not begin with ``_``, unless it is one of `private`.
 
         Raises:
             ExpressionError: there is no such attribute, or it is not available in expressions.
@@ -227,17 +238,36 @@ class Interpreter:
         return self.attribute(self.value(node.value, names), node.attr)
 
     def _list(self, node: ast.List, names: Mapping[str, Any]) -> Any:
-        return self._bounded([self.value(item, names) for item in node.elts])
+        return self._bounded(list(self._values(node.elts, names)))
 
     def _tuple(self, node: ast.Tuple, names: Mapping[str, Any]) -> Any:
-        return self._bounded(tuple(self.value(item, names) for item in node.elts))
+        return self._bounded(tuple(self._values(node.elts, names)))
 
     def _dict(self, node: ast.Dict, names: Mapping[str, Any]) -> Any:
         pairs = zip(node.keys, node.values, strict=True)
         return self._bounded({self.value(key, names): self.value(item, names) for key, item in pairs if key})
 
     def _set(self, node: ast.Set, names: Mapping[str, Any]) -> Any:
-        return self._bounded({self.value(item, names) for item in node.elts})
+        items = list(self._values(node.elts, names))
+        spread(items)
+        return self._bounded(set(items))
+
+    def _values(self, nodes: list[ast.expr], names: Mapping[str, Any]) -> Iterator[Any]:
+        """Yield the values of items or arguments; ``*value`` stands for those in it."""
+        for node in nodes:
+            if not isinstance(node, ast.Starred):
+                yield self.value(node, names)
+                continue
+            for number, item in enumerate(self.value(node.value, names), 1):
+                self._spend(STEP)
+                require(number, self.max_items)
+                yield item
+
+    def _starred(self, node: ast.Starred, names: Mapping[str, Any]) -> Any:
+        raise ExpressionError("* is allowed before an argument or an item only")
+
+    def _lambda(self, node: ast.Lambda, names: Mapping[str, Any]) -> Any:
+        return Lambda(self.value, node, names)
 
     # A generator expression is evaluated at once, so that its result is within the limits, too.
     def _listcomp(self, node: ast.ListComp | ast.GeneratorExp, names: Mapping[str, Any]) -> Any:
@@ -313,6 +343,7 @@ class Interpreter:
                 self._spend(costs.contained(left, right, self.max_work))
             elif type(left) not in SCALARS and not isinstance(op, ast.Is | ast.IsNot):
                 self._spend_reading(right)
+                require_broadcast(left, right, self.max_items)
             result = COMPARE[type(op)](left, right)
             left = right
         return result
@@ -331,7 +362,7 @@ class Interpreter:
 
     def _call(self, node: ast.Call, names: Mapping[str, Any]) -> Any:
         function = self.value(node.func, names)
-        arguments = [self.value(argument, names) for argument in node.args]
+        arguments = list(self._values(node.args, names))
         keywords = {str(keyword.arg): self.value(keyword.value, names) for keyword in node.keywords}
         return self._called(function, *arguments, **keywords)
 

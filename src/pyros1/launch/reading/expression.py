@@ -12,7 +12,8 @@ from pyros1.ground.errors import LaunchError
 from pyros1.ground.expressions import MAX_ITEMS, ExpressionError, Interpreter, bounded
 from pyros1.ground.expressions.functions import MATH, functions
 
-_BUILTINS: dict[str, Any] = {**functions(MAX_ITEMS), "true": True, "false": False, **MATH}
+_BUILTINS: dict[str, Any] = functions(MAX_ITEMS)
+_CONSTANTS: dict[str, Any] = {"true": True, "false": False, **MATH}
 
 
 def evaluate(text: str, variables: Mapping[str, Any], functions: Mapping[str, Callable[..., Any]]) -> str:
@@ -20,8 +21,9 @@ def evaluate(text: str, variables: Mapping[str, Any], functions: Mapping[str, Ca
 
     Args:
         text: the expression.
-        variables: the launch arguments by name, typed.
-        functions: ``arg``, ``env``, ``find``, ...; they and the builtins have priority over variables.
+        variables: the launch arguments by name, typed. As in stock, they have priority over Python's builtins: ``map``
+            is an argument of that name, if there is one.
+        functions: ``arg``, ``env``, ``find``, ...; they, and the members of ``math``, have priority over variables.
 
     Returns:
         The result as a string.
@@ -32,7 +34,7 @@ def evaluate(text: str, variables: Mapping[str, Any], functions: Mapping[str, Ca
     if "__" in text:
         raise LaunchError("$(eval ...) may not contain double-underscore expressions")
     try:
-        result = str(_Eval(text).evaluate({**variables, **_BUILTINS, **functions}))
+        result = str(_Eval(text).evaluate({**_BUILTINS, **variables, **_CONSTANTS, **functions}))
     except (ExpressionError, RecursionError) as error:
         raise LaunchError(f"cannot evaluate $(eval {text}): {error}") from error
     if not _is_text(result):

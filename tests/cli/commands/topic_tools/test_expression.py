@@ -43,6 +43,66 @@ def test_numpy() -> None:
     assert value("numpy.sum(numpy.array([m.z, m.w]) * 2).tolist()", quaternion) == 14.0
 
 
+def test_arrays_of_other_shapes() -> None:
+    odom: Any = load_message("nav_msgs/Odometry")()
+    odom.pose.covariance = [float(number) for number in range(36)]
+    assert value("numpy.array(m.pose.covariance).reshape(6, 6)[1, 0]", odom) == 6.0
+    assert value("numpy.reshape(m.pose.covariance, (6, -1)).T.diagonal().tolist()", odom) == [0, 7, 14, 21, 28, 35]
+    assert value("(numpy.eye(2) * numpy.full((2, 2), 3)).tolist()") == [[3, 0], [0, 3]]
+    assert value("numpy.outer([1, 2], [3, 4]).tolist()") == [[3, 4], [6, 8]]
+    assert value("numpy.arange(1, 4).tolist() + numpy.linspace(0, 1, 2).tolist()") == [1, 2, 3, 0, 1]
+    assert value("numpy.tile([1, 2], 2).tolist() + numpy.repeat([1, 2], 2).tolist()") == [1, 2, 1, 2, 1, 1, 2, 2]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "numpy.zeros(10 ** 9)",
+        "numpy.ones((10 ** 5, 10 ** 5))",
+        "numpy.full(shape=(10 ** 5, 10 ** 5), fill_value=1)",
+        "numpy.eye(10 ** 5)",
+        "numpy.identity(10 ** 5)",
+        "numpy.arange(10 ** 12)",
+        "numpy.arange(0, 1, 1e-12)",
+        "numpy.arange(0, 1, 0)",
+        "numpy.linspace(0, 1, 10 ** 9)",
+        "numpy.linspace(0, 1, num=10 ** 9)",
+        "numpy.outer(range(9999), range(9999))",
+        "numpy.tile([1, 2], 10 ** 9)",
+        "numpy.repeat([1, 2], 10 ** 9)",
+        "numpy.arange(9999).reshape(-1, 1) * numpy.arange(9999)",
+        "numpy.arange(9999).reshape(-1, 1) + list(range(9999))",
+        "numpy.arange(9999)[:, numpy.newaxis] > numpy.arange(9999)",
+        "numpy.array([2 ** 100])",
+        "numpy.array([1], dtype='object')",
+        "numpy.array([1]).astype('O')",
+        "numpy.ndarray(5)",
+        "numpy.empty(5)",
+        "numpy.array([1]).tofile('x')",
+        "numpy.array([1]).ctypes",
+        "numpy.array([1]).dtype.names",
+        "map(numpy.zeros, [10 ** 9])",
+    ],
+)
+def test_arrays_are_bounded(text: str) -> None:
+    with pytest.raises(ExpressionError):
+        value(text)
+
+
+def test_recipes_with_transformations_and_lambdas() -> None:
+    text = "geometry_msgs.msg.Vector3(*tf.transformations.euler_from_quaternion([0, 0, 0, 1]))"
+    found: Any = value(text, None, "tf", "geometry_msgs")
+    assert (found.x, found.y, found.z) == (0, 0, 0)
+    assert value("map(lambda x: x * 2, tf.transformations.euler_from_quaternion([0, 0, 0, 1]))", None, "tf") == [
+        0,
+        0,
+        0,
+    ]
+    assert value("sorted(['bb', 'a'], key=lambda word: len(word))") == ["a", "bb"]
+    for text in ("rospy.Duration(secs=0, nsecs=5)", "rospy.rostime.Duration(nsecs=5)"):
+        assert value(text, None, "rospy").to_nsec() == 5
+
+
 def test_whole_arrays() -> None:
     assert value("numpy.array([1, 5, 9])[numpy.array([1, 5, 9]) > 4].tolist()") == [5, 9]
     assert value("(True and numpy.array([1, 2]) == 2).tolist()") == [False, True]

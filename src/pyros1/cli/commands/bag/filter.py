@@ -16,11 +16,12 @@ from pyros1.cli.commands.bag._writing.files import different, new_file
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Option, Verb
+from pyros1.cli.shared.filters import filter_expression
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.progress import Progress
 from pyros1.ground.expressions import UnknownNameError
 from pyros1.ground.timing import Time
-from pyros1.observe.expression import Expression, ExpressionError
+from pyros1.observe.expression import ExpressionError
 
 _USAGE = """[options] INBAG OUTBAG [EXPRESSION]
 
@@ -105,7 +106,7 @@ class _Test:
     """
 
     def __init__(self, text: str) -> None:
-        self._expression = Expression(text)
+        self._expression = filter_expression(text)
         self._decodes = re.search(r"\bm\b", text) is not None
 
     def __call__(self, bag: Bag, stored: RawMessage) -> Any:

@@ -11,6 +11,7 @@ from pyros1.cli.clean_output import data_stream
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.filters import Clock, filter_expression
 from pyros1.cli.shared.forms import Json, Plot, Show, Text
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.subscribing import find_topic, subscribe
@@ -31,11 +32,13 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the messages of a topic, or a field of them."""
     _check(options, args)
     name = invocation.resolve(args[0]) if args else ""
-    expression = Expression(options.filter_expr) if options.filter_expr else None
+    clock = Clock()
+    expression = filter_expression(options.filter_expr, clock) if options.filter_expr else None
     if options.bag:
         _echo_bag(invocation, options, name, expression)
         return
     with invocation.open_node() as node:
+        clock.node = node
         found = find_topic(invocation, node, name)
         if found is None:
             return

@@ -13,6 +13,7 @@ from pyros1.cli.commands.topic._window import PERIOD, TCPNODELAY, WINDOW, window
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
+from pyros1.cli.shared.filters import Clock, filter_expression
 from pyros1.cli.shared.subscribing import find_topic, subscribe
 from pyros1.ground.errors import MessageError
 from pyros1.msgs import AnyMsg
@@ -26,8 +27,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if not args:
         raise UsageError("topic must be specified")
     size = window(options)
-    expression = Expression(options.filter_expr) if options.filter_expr else None
+    clock = Clock()
+    expression = filter_expression(options.filter_expr, clock) if options.filter_expr else None
     with invocation.open_node() as node, ExitStack() as subscriptions:
+        clock.node = node
         simulated = not options.wall_time and node.params.get("/use_sim_time", False) is True
         now: Callable[[], float] = (lambda: node.now().to_sec()) if simulated else time
         standstill = Standstill(node, " --wall-time measures without it.") if simulated else None

@@ -1,0 +1,44 @@
+"""Functions that an expression makes with ``lambda``."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Mapping
+from typing import Any
+
+
+class Lambda:
+    """A function of an expression, for arguments such as the ``key`` of ``sorted``.
+
+    Args:
+        evaluate: returns the value of a node with some names; it counts the work.
+        node: the checked node.
+        names: the names around it.
+    """
+
+    def __init__(
+        self, evaluate: Callable[[ast.expr, Mapping[str, Any]], Any], node: ast.Lambda, names: Mapping[str, Any]
+    ) -> None:
+        self._evaluate = evaluate
+        self._node = node
+        self._names = names
+
+    def __call__(self, *values: Any) -> Any:
+        """Return the value of its body.
+
+        Raises:
+            TypeError: the number of arguments is wrong.
+        """
+        arguments = [*self._node.args.posonlyargs, *self._node.args.args]
+        if len(values) != len(arguments):
+            raise TypeError(f"the lambda takes {len(arguments)} arguments, not {len(values)}")
+        inner = {argument.arg: value for argument, value in zip(arguments, values, strict=True)}
+        return self._evaluate(self._node.body, {**self._names, **inner})
+
+    def __repr__(self) -> str:
+        return "<lambda>"
+
+
+def is_plain(arguments: ast.arguments) -> bool:
+    """Return whether arguments have no defaults, and none of them is optional, a list or named."""
+    return not any((arguments.vararg, arguments.kwarg, *arguments.kwonlyargs, *arguments.defaults))

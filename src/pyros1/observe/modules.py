@@ -1,0 +1,63 @@
+"""Modules in expressions: named sets of values and functions, and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pyros1.ground.expressions import ExpressionError
+from pyros1.ground.timing import Duration, Time
+
+
+class Module:
+    """A named set of values, which may be callable (as ``rospy.Time`` is).
+
+    Args:
+        name: for errors.
+        members: the values by name.
+        call: what a call of it calls.
+    """
+
+    def __init__(self, name: str, members: Mapping[str, Any], call: Callable[..., Any] | None = None) -> None:
+        self.name = name
+        self._members = members
+        self._call = call
+
+    def get(self, name: str) -> Any:
+        """Return a member.
+
+        Raises:
+            ExpressionError: no member has that name.
+        """
+        if name not in self._members:
+            there = ", ".join(sorted(self._members))
+            raise ExpressionError(
+                f"expressions cannot use {self.name}.{name}; they can use these members of {self.name}: {there}"
+            )
+        return self._members[name]
+
+    def __call__(self, *args: Any, **keywords: Any) -> Any:
+        """Call it.
+
+        Raises:
+            TypeError: it cannot be called.
+        """
+        if self._call is None:
+            raise TypeError(f"{self.name} is a module")
+        return self._call(*args, **keywords)
+
+
+def times(now: Callable[[], Time], name: str = "rospy") -> Module:
+    """Return the times of rospy or genpy.
+
+    Args:
+        now: for ``rospy.Time.now()`` and its siblings.
+        name: ``rospy`` or ``genpy``.
+    """
+    time = Module(f"{name}.Time", {"now": now, "from_sec": Time.from_sec, "from_seconds": Time.from_sec}, Time)
+    duration = Module(f"{name}.Duration", {"from_sec": Duration.from_sec, "from_seconds": Duration.from_sec}, Duration)
+    members: dict[str, Any] = {"Time": time, "Duration": duration}
+    if name == "rospy":
+        members |= {"get_rostime": now, "get_time": lambda: now().to_sec()}
+        members["rostime"] = Module("rospy.rostime", dict(members))
+    return Module(name, members)
