@@ -127,6 +127,21 @@ def test_service_header(ours: Peer, reference: Peer, master: Master, topic: str,
     assert {key: mine.get(key) for key in stock} == stock
 
 
+@pytest.mark.parametrize("body", [b"\1\2", b"\1" * 100, b"\0\1\0\0\0"], ids=repr)
+def test_bytes_behind_a_request(ours: Peer, reference: Peer, master: Master, topic: str, body: bytes) -> None:
+    """G29: they are ignored."""
+    answers = []
+    for node in (ours, reference):
+        name = f"{topic}/{node.kind}"
+        node.serve(name, "std_srvs/SetBool")
+        with raw.connect(*raw.service_address(master, name)) as connection:
+            connection.sendall(raw.encode_header({"callerid": "/hand", "service": name, "md5sum": SET_BOOL_MD5}))
+            raw.read_header(connection)
+            connection.sendall(struct.pack("<I", len(body)) + body)
+            answers.append((raw.read_exactly(connection, 1), raw.read_frame(connection)))
+    assert answers[0] == answers[1] and answers[0][0] == b"\1"
+
+
 def test_header_without_topic_or_service(ours: Peer, reference: Peer, master: Master, topic: str) -> None:
     """T04."""
     for node in (ours, reference):
