@@ -43,6 +43,16 @@ def test_a_path_leads_to_value_and_type(path: str, value: object, kind: str | No
         ("/a:m.x*2", ["/a:m.x*2"]),
         ("/a/x,/b: m.y * 2", ["/a/x", "/b: m.y * 2"]),
         ("/a: 5", ["/a: 5"]),
+        ("/js/position[0]:velocity[0]", ["/js/position[0]", "/js/velocity[0]"]),
+        ("/js/position[-1]:velocity[1]:effort[2]", ["/js/position[-1]", "/js/velocity[1]", "/js/effort[2]"]),
+        ("/a/x:y[0]", ["/a/x", "/a/y[0]"]),
+        ("/a/p[0]/x:y", ["/a/p[0]/x", "/a/p[0]/y"]),
+        ("/a/p[0]:q[1]/x", ["/a/p[0]", "/a/q[1]/x"]),
+        ("/a/p[0:2]:q[1:5:2],/b/x:y", ["/a/p[0:2]", "/a/q[1:5:2]", "/b/x", "/b/y"]),
+        ("/a/p[0:2]/x", ["/a/p[0:2]/x"]),
+        ("/a/x[0],/b: m.y[0] * 2", ["/a/x[0]", "/b: m.y[0] * 2"]),
+        ("/b: m.y[0] - m.y[1]", ["/b: m.y[0] - m.y[1]"]),
+        ("/a/x:,,/b/y", ["/a/x", "/b/y"]),
     ],
 )
 def test_the_curves_of_an_argument(text: str, curves: list[str]) -> None:

@@ -14,8 +14,11 @@ from pyros1.msgs.spec import is_type_name
 
 _STEP = re.compile(r"([A-Za-z_]\w*)(\[[^\[\]]*\])?\Z", re.ASCII)
 _INTEGER = re.compile(r"[+-]?\d{1,18}\Z", re.ASCII)
-# What is behind the colon is no name of a field, as in /topic/x:y.
-_WITH_EXPRESSION = re.compile(r"\s*([\w/~]+)\s*:(?=[^,]*[^\w/:,])\s*(.+?)\s*\Z", re.DOTALL)
+_FIELD = r"[\w/]*(?:\[[-+\d:]*\][\w/]*)*"
+# What is behind the colon are no names of fields, as in /topic/x:y and /topic/x[0]:y[0].
+_WITH_EXPRESSION = re.compile(rf"\s*([\w/~]+)\s*:(?!{_FIELD}(?::{_FIELD})*\s*(?:,|\Z))\s*(.+?)\s*\Z", re.DOTALL)
+_COLON = re.compile(r":(?![^\[\]]*\])")
+"""A colon between fields, not that of a slice."""
 _TIME_PARTS = ("secs", "nsecs")
 
 
@@ -30,14 +33,15 @@ def split_expression(text: str) -> tuple[str, str] | None:
 
 
 def expand(name: str) -> list[str]:
-    """Return the fields that an argument has: three for ``/t/x:y:z``, two for ``/t/x,/u/y``, one for an expression."""
+    """Return the fields that an argument has: three for ``/t/x:y:z``, two for ``/t/x[0]:y[0]`` and ``/t/x,/u/y``, one
+    for an expression."""
     if split_expression(name):
         return [name]
     names = []
-    for part in name.split(","):
-        head, *others = part.split(":") if "[" not in part and not split_expression(part) else [part]
+    for part in filter(None, name.split(",")):
+        head, *others = [part] if split_expression(part) else _COLON.split(part)
         folder = head.rpartition("/")[0]
-        names += [head, *(f"{folder}/{other}" for other in others)]
+        names += [head, *(f"{folder}/{other}" for other in others if other)]
     return names
 
 

@@ -81,5 +81,15 @@ test("words of rqt_plot, slices and expressions are curves", () => {
     ["/a:m.x*2", ["/a:m.x*2"]],
     ["/a/x,/b: m.y * 2", ["/a/x", "/b: m.y * 2"]],
     ["/a: 5", ["/a: 5"]],
+    ["/js/position[0]:velocity[0]", ["/js/position[0]", "/js/velocity[0]"]],
+    ["/js/position[-1]:velocity[1]:effort[2]", ["/js/position[-1]", "/js/velocity[1]", "/js/effort[2]"]],
+    ["/a/x:y[0]", ["/a/x", "/a/y[0]"]],
+    ["/a/p[0]/x:y", ["/a/p[0]/x", "/a/p[0]/y"]],
+    ["/a/p[0]:q[1]/x", ["/a/p[0]", "/a/q[1]/x"]],
+    ["/a/p[0:2]:q[1:5:2],/b/x:y", ["/a/p[0:2]", "/a/q[1:5:2]", "/b/x", "/b/y"]],
+    ["/a/p[0:2]/x", ["/a/p[0:2]/x"]],
+    ["/a/x[0],/b: m.y[0] * 2", ["/a/x[0]", "/b: m.y[0] * 2"]],
+    ["/b: m.y[0] - m.y[1]", ["/b: m.y[0] - m.y[1]"]],
+    ["/a/x:,,/b/y", ["/a/x", "/b/y"]],
   ]) assert.deepEqual(expand(text), curves);
 });

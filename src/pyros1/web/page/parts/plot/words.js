@@ -6,16 +6,18 @@ const SHORT = 8; // letters of a number
 const LARGEST = 8e307; // twice as much is still a number
 const FINEST = 1e-12; // of a number: numbers have 16 digits, and an axis has some marks
 
-const EXPRESSION = /^\s*[\w/]+\s*:[^,]*[^\w/:,]/; // what is behind the colon is no name of a field
+const FIELD = "[\\w/]*(?:\\[[-+\\d:]*\\][\\w/]*)*";
+const EXPRESSION = new RegExp(`^\\s*[\\w/~]+\\s*:(?!${FIELD}(?::${FIELD})*\\s*(?:,|$))`); // no names of fields are behind the colon
+const COLON = /:(?![^[\]]*\])/; // between fields, not in a slice
 
-// /a/x:y and /a,/b stand for several curves; an expression stands for itself.
+// /a/x:y, /a/x[0]:y[0] and /a,/b stand for several curves; an expression stands for itself.
 export function expand(text) {
   if (EXPRESSION.test(text)) return [text];
-  return text.split(",").flatMap((part) => {
-    if (part.includes("[") || EXPRESSION.test(part)) return [part];
-    const [head, ...others] = part.trim().split(":");
+  return text.split(",").filter(Boolean).flatMap((part) => {
+    if (EXPRESSION.test(part)) return [part];
+    const [head, ...others] = part.trim().split(COLON);
     const folder = head.slice(0, head.lastIndexOf("/"));
-    return [head, ...others.map((other) => `${folder}/${other}`)];
+    return [head, ...others.filter(Boolean).map((other) => `${folder}/${other}`)];
   });
 }
 
