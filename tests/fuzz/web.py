@@ -8,12 +8,15 @@ import json
 import struct
 from typing import Any
 
+import numpy as np
 from PIL import Image
 
 from pyros1.ground.errors import MessageError
 from pyros1.ground.shown import one_line
 from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
+from pyros1.observe import deep_png
+from pyros1.observe.image_files import decode
 from pyros1.web.foxglove import payloads
 from pyros1.web.foxglove.machine import Machine
 from pyros1.web.foxglove.offers import Channel, Offers, Service
@@ -100,12 +103,14 @@ def page(data: bytes) -> None:
 
 
 def pictures(data: bytes) -> None:
-    """Read the size of a picture, and the text in one."""
+    """Read the size of a picture, the text in one, and its pixels."""
     size = picture_size(data)
     assert size is None or all(0 <= each < 1 << 32 for each in size)
     Image.MAX_IMAGE_PIXELS = None
     with contextlib.suppress(BridgeError):
         assert len(picture.unpack(base64.b64encode(data).decode(), 10_000)) <= 20_000
+    with contextlib.suppress(MessageError):
+        assert decode(data, 10_000).size <= 40_000
 
 
 _JSON = words(
@@ -152,9 +157,10 @@ def _foxglove() -> list[bytes]:
 
 def _pictures() -> list[bytes]:
     png = base64.b64decode(picture.pack("[1,2,3]" * 20))
+    deep = deep_png.write(np.arange(60, dtype=np.uint16).reshape(4, 5, 3))
     jpeg = b"\xff\xd8\xff\xe0\0\4ab\xff\xc0\0\x0b\x08\0\x10\0\x20\x03"
     webp = [b"RIFF\0\0\0\0WEBPVP8" + kind + bytes(20) for kind in (b" ", b"L", b"X")]
-    return [png, jpeg, *webp, b"GIF89a\1\0\1\0", b"BM" + bytes(30)]
+    return [png, deep, jpeg, *webp, b"GIF89a\1\0\1\0", b"BM" + bytes(30)]
 
 
 def rviz(data: bytes) -> None:

@@ -21,6 +21,8 @@ MOST_PIXELS = 1 << 27
 _FORMATS = ("JPEG", "PNG", "BMP", "TIFF", "WEBP", "PPM", "JPEG2000")
 _NAMES = {"jpg": "JPEG", "jpe": "JPEG", "tif": "TIFF", "dib": "BMP", "jp2": "JPEG2000", "pgm": "PPM", "pbm": "PPM"}
 """Extensions of files that Pillow's formats do not have as names."""
+_DEEP = 4
+"""Files with 16 bits per channel need so much more memory than others for a pixel."""
 _END_OF_JPEG = b"\xff\xd9"
 _TIFF_BITS, _TIFF_NUMBERS = 258, 339
 """Tags of TIFF: bits of each channel, and what they are: 1 natural, 2 whole, 3 real numbers."""
@@ -62,8 +64,9 @@ def decode(data: bytes, most: int = MOST_PIXELS) -> Pixels:
     try:
         with module.open(BytesIO(data + _END_OF_JPEG), formats=_FORMATS) as picture:
             width, height = picture.size
-            if width * height > most:
-                raise ImageFileError(f"an image of {width} x {height} pixels is too large: at most {most} can be read")
+            head = deep_png.header(data)
+            if width * height > (most // _DEEP if head is not None and head.bits == 16 else most):
+                raise ImageFileError(f"an image of {width} x {height} pixels is too large")
             return _unpacked(module, picture, data)
     except MessageError:
         raise
