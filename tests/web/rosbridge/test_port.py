@@ -113,6 +113,17 @@ def test_publish(serve: Serve, make_node: MakeNode) -> None:
             assert word in answer["msg"]
 
 
+def test_a_message_may_be_latched_without_advertising(serve: Serve, make_node: MakeNode) -> None:
+    node = make_node("listener")
+    got: queue.Queue[Any] = queue.Queue()
+    node.subscribe("words", String, got.put)
+    with client(serve(token="")) as socket_:
+        tell(socket_, "publish", topic="/words", msg={"data": "kept"}, latch=True)
+        assert got.get(timeout=PATIENCE).data == "kept"
+        make_node("later").subscribe("words", String, got.put)
+        assert got.get(timeout=PATIENCE).data == "kept"
+
+
 def test_parts_of_a_client_advertise_the_same_topic(serve: Serve, make_node: MakeNode) -> None:
     """A topic ends with the last who has advertised it, and its subscribers stay connected until then."""
     got: queue.Queue[Any] = queue.Queue()

@@ -102,7 +102,7 @@ class Client:
         match action:
             case operations.Publish():
                 self._check_may_change()
-                self._publishers.publish(action.topic, action.message)
+                self._publishers.publish(action)
             case operations.Advertise():
                 self._check_may_change()
                 self._publishers.advertise(action, id)

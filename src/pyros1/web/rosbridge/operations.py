@@ -52,10 +52,11 @@ class Unadvertise:
 
 @dataclass(frozen=True)
 class Publish:
-    """Publish a message, as JSON."""
+    """Publish a message, as JSON; whether to latch it counts if the client has not advertised the topic."""
 
     topic: str
     message: Any
+    latch: bool = False
 
 
 @dataclass(frozen=True)
@@ -270,7 +271,7 @@ _MAKERS: dict[str, Callable[[Mapping[str, Any], Id], Action | Part]] = {
         _name(frame, "topic"), _name(frame, "type"), _flag(frame, "latch", False), _count(frame, "queue_size", 100)
     ),
     "unadvertise": lambda frame, _: Unadvertise(_name(frame, "topic")),
-    "publish": lambda frame, _: Publish(_name(frame, "topic"), frame.get("msg")),
+    "publish": lambda frame, _: Publish(_name(frame, "topic"), frame.get("msg"), _flag(frame, "latch", False)),
     "subscribe": _subscribe,
     "unsubscribe": lambda frame, id: Unsubscribe(_name(frame, "topic"), id),
     "call_service": _call,

@@ -7,7 +7,7 @@ from typing import Any
 
 from pyros1.msgs import load_message
 from pyros1.web.robot import Robot
-from pyros1.web.rosbridge.operations import Advertise, BridgeError, Id
+from pyros1.web.rosbridge.operations import Advertise, BridgeError, Id, Publish
 from pyros1.web.rosbridge.values import from_client
 
 MOST_TOPICS = 500
@@ -87,21 +87,22 @@ class Publishers:
             mine.publisher.unregister()
         return True
 
-    def publish(self, name: str, value: Any) -> None:
+    def publish(self, wish: Publish) -> None:
         """Publish a message, which is a JSON object. A topic that is known need not be advertised.
 
         Raises:
             Error: nobody knows its type, or a value does not fit its field.
         """
+        name = wish.topic
         if name not in self._topics:
             topic = self._robot.node.resolve(name)
             self._robot.check_visible(topic)
             kind = self._robot.type_of(topic)
             if kind == "*":
                 raise BridgeError(f"nobody has told the type of {topic}: advertise it")
-            self.advertise(Advertise(name, kind, False, 0))
+            self.advertise(Advertise(name, kind, wish.latch, 0))
         publisher = self._topics[name].publisher
-        message = from_client(self._topics[name].cls, value, self._robot.node.now())
+        message = from_client(self._topics[name].cls, wish.message, self._robot.node.now())
         if name in self._silent:
             self._silent.discard(name)
             if self._robot.graph.state().subscribers.get(publisher.name):
