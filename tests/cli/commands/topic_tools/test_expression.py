@@ -82,6 +82,10 @@ def test_arrays_of_other_shapes() -> None:
         "numpy.array([1]).ctypes",
         "numpy.array([1]).dtype.names",
         "map(numpy.zeros, [10 ** 9])",
+        "numpy.random.normal(0, 1, 10 ** 9)",
+        "numpy.random.uniform(size=(10 ** 5, 10 ** 5))",
+        "numpy.random.rand(10 ** 5, 10 ** 5)",
+        "numpy.random.seed(1)",
     ],
 )
 def test_arrays_are_bounded(text: str) -> None:
@@ -101,6 +105,18 @@ def test_recipes_with_transformations_and_lambdas() -> None:
     assert value("sorted(['bb', 'a'], key=lambda word: len(word))") == ["a", "bb"]
     for text in ("rospy.Duration(secs=0, nsecs=5)", "rospy.rostime.Duration(nsecs=5)"):
         assert value(text, None, "rospy").to_nsec() == 5
+
+
+def test_random_numbers_and_times() -> None:
+    assert 0 <= value("random.random()", None, "random") <= 1 and value("random.choice([5])", None, "random") == 5
+    assert abs(value("numpy.random.normal(m, 1e-9)", 2.0) - 2) < 1e-6
+    assert value("len(numpy.random.uniform(0, 1, 3).tolist()) + len(numpy.random.rand(2, 2).tolist())") == 5
+    assert value("time.time() > 1 and genpy.Time(1) < genpy.Time(2)", None, "time", "genpy") is True
+
+
+def test_names_of_lambdas_and_comprehensions_need_no_import() -> None:
+    text = "map(lambda x: x * 2 + m, [1, 2]), [y for y in [m]], sorted([2, 1], key=lambda a: -a)"
+    assert transformer(text, modules())(3) == [[5, 7], [3], [2, 1]]
 
 
 def test_whole_arrays() -> None:

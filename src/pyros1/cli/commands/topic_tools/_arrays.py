@@ -43,7 +43,8 @@ def numpy_module() -> Module:
     for name, count in _MADE.items():
         members[name] = functools.partial(_made, getattr(numpy, name), count)
     linalg = Module("numpy.linalg", {name: getattr(numpy.linalg, name) for name in _LINALG})
-    return Module("numpy", {**members, "linalg": linalg})
+    of_random = {name: functools.partial(_made, getattr(numpy.random, name), count) for name, count in _RANDOM.items()}
+    return Module("numpy", {**members, "linalg": linalg, "random": Module("numpy.random", of_random)})
 
 
 def check_array(value: Any, limit: int) -> None:
@@ -80,6 +81,14 @@ def _linspace(start: Any, stop: Any, num: int = 50, *_: Any, **__: Any) -> float
     return num
 
 
+def _of_size(first: Any = 0, second: Any = 1, size: Any = None) -> float:
+    return max(_items(first), _items(second)) if size is None else _of_shape(size)
+
+
+def _of_lengths(*lengths: int) -> float:
+    return _of_shape(lengths)
+
+
 def _outer(left: Any, right: Any) -> float:
     return float(_items(left)) * _items(right)
 
@@ -110,3 +119,11 @@ _MADE: Mapping[str, Callable[..., float]] = {
     "zeros": _of_shape,
 }
 """Functions that make large arrays from small arguments: how many items those have."""
+_RANDOM: Mapping[str, Callable[..., float]] = {
+    "normal": _of_size,
+    "uniform": _of_size,
+    "randint": _of_size,
+    "rand": _of_lengths,
+    "randn": _of_lengths,
+}
+"""As `_MADE`, of ``numpy.random``."""

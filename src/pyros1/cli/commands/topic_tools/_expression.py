@@ -6,6 +6,8 @@ A module is a list of allowed members. Nothing else can be reached, and nothing 
 from __future__ import annotations
 
 import ast
+import random
+import time
 from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from typing import Any
@@ -18,6 +20,8 @@ from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
 from pyros1.observe.expression import FUNCTIONS, MessageLanguage
 from pyros1.observe.modules import Module, times
+
+_RANDOM = ("choice", "gauss", "normalvariate", "randint", "random", "uniform")
 
 
 class _MessageModule(Module):
@@ -39,7 +43,7 @@ def load_modules(names: Iterable[str], now: Callable[[], Time]) -> dict[str, Any
     """Return modules by name, always including math and numpy.
 
     Args:
-        names: requested modules: rospy (times), tf (transformations), or a package of messages.
+        names: requested modules: rospy and genpy (times), tf (transformations), time, random, or a package of messages.
         now: the function for rospy.Time.now.
 
     Raises:
@@ -47,8 +51,12 @@ def load_modules(names: Iterable[str], now: Callable[[], Time]) -> dict[str, Any
     """
     modules: dict[str, Any] = {"math": Module("math", MATH), "numpy": numpy_module()}
     for name in {name.partition(".")[0] for name in names} - modules.keys():
-        if name == "rospy":
-            modules[name] = times(now)
+        if name in ("rospy", "genpy"):
+            modules[name] = times(now, name)
+        elif name == "time":
+            modules[name] = Module("time", {"time": time.time})
+        elif name == "random":
+            modules[name] = Module("random", {each: getattr(random, each) for each in _RANDOM})
         elif name == "tf":
             modules[name] = _tf()
         else:
@@ -61,8 +69,8 @@ def _messages(package: str) -> Module:
         import_module(f"pyros1.msgs.{package}.msg")
     except (ImportError, ValueError):
         raise ModuleError(
-            f"expressions cannot import {package!r}: they can import math, numpy, rospy, tf (its transformations), "
-            "and packages of messages"
+            f"expressions cannot import {package!r}: they can import math, numpy, random, time, rospy, genpy, tf "
+            "(its transformations), and packages of messages"
         ) from None
     return _MessageModule(package)
 
@@ -103,10 +111,12 @@ def _plain(value: Any) -> Any:
 
 
 def names_used(text: str) -> set[str]:
-    """Return the names in an expression, without those that its comprehensions define.
+    """Return the names in an expression, without those that its comprehensions and lambdas define.
 
     Raises:
         SyntaxError, ValueError: it is not a Python expression.
     """
-    found = [node for node in ast.walk(ast.parse(text.strip(), mode="eval")) if isinstance(node, ast.Name)]
-    return {node.id for node in found} - {node.id for node in found if isinstance(node.ctx, ast.Store)}
+    nodes = list(ast.walk(ast.parse(text.strip(), mode="eval")))
+    found = [node for node in nodes if isinstance(node, ast.Name)]
+    defined = {node.id for node in found if isinstance(node.ctx, ast.Store)}
+    return {node.id for node in found} - defined - {node.arg for node in nodes if isinstance(node, ast.arg)}
