@@ -106,7 +106,7 @@ import rospy.impl.udpros
 """
 
 MISSING = """
-for module, name in ((rospy, "nothing"), (rospy.impl, "udpros"), (rospy.rostime, "_set_rostime"),
+for module, name in ((rospy, "nothing"), (rospy.impl, "udpros"), (rospy.names, "nothing"),
                      (rospy.topics, "QueuedConnection")):
     try:
         getattr(module, name)

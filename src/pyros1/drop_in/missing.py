@@ -8,6 +8,15 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
+# fmt: off
+_IMPORTED = frozenset((
+    "atexit", "codecs", "errno", "functools", "genpy", "inspect", "io", "itertools", "keyword", "logging", "math",
+    "os", "pickle", "random", "re", "rosgraph", "roslib", "rospkg", "rospy", "select", "shutil", "socket", "struct",
+    "sys", "tempfile", "threading", "time", "traceback", "types", "warnings", "yaml",
+))
+# fmt: on
+"""Modules that stock's modules import, and which programs take from there."""
+
 
 def names(
     module: str,
@@ -35,6 +44,8 @@ def names(
                 raise AttributeError(f"module {module!r} has no attribute {name!r}")
             if _is_module(f"{module}.{name}"):  # stock's modules import more of each other, and programs rely on that
                 return import_module(f"{module}.{name}")
+            if name in _IMPORTED:
+                return import_module(name)
             reason = (why or {}).get(name, "")
             raise AttributeError(f"pyros1 has no {module}.{name}{reason and ': ' + reason}")
         return import_module(home[:-1]) if home.endswith(".") else getattr(import_module(home), name)

@@ -18,11 +18,11 @@ are first asked for, so that making a class costs little and an unused direction
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 from pyros1.ground import lazy
-from pyros1.ground.errors import DefinitionError, MessageError
+from pyros1.ground.errors import DefinitionError, MessageError, SerializationError
 
 if TYPE_CHECKING:
     from pyros1.msgs.digest import Digests
@@ -109,7 +109,7 @@ class _FullText:
 
 
 class Message(metaclass=MessageType):
-    """Base of all message classes.
+    """Base of all message classes. Messages of itself, and of classes without a definition, are empty.
 
     Class attributes:
         _type: full type name. _md5sum, _full_text: as in connection headers.
@@ -151,6 +151,9 @@ class Message(metaclass=MessageType):
     _connection_header: dict[str, str] | None
 
     def __init__(self, *args: Any, **kwds: Any) -> None:
+        if not _is_made(type(self)):
+            _module("constructor").set_all(self, *args, **kwds)
+            return
         cls = message_class(type(self))
         cls.__init__ = _module("constructor").make_init(cls)  # type: ignore[method-assign]  # the specialised one takes its place
         cls.__init__(self, *args, **kwds)
@@ -161,7 +164,8 @@ class Message(metaclass=MessageType):
         Raises:
             SerializationError: a value does not fit its field; the text names the field.
         """
-        buff.write(message_class(type(self))._encode(self))
+        if _is_made(type(self)):
+            buff.write(message_class(type(self))._encode(self))
 
     def deserialize(self: _M, data: Buffer) -> _M:
         """Set the fields from the beginning of ``data`` and return self; bytes behind the message are ignored.
@@ -170,6 +174,8 @@ class Message(metaclass=MessageType):
             DeserializationError: ``data`` is too short or not such a message. The last string or byte array may be cut
                 off: it is shorter then, as in stock.
         """
+        if not _is_made(type(self)):
+            return self
         return self._take(message_class(type(self))._decode(bytes(data), 0, len(data)))
 
     def _take(self: _M, message: Message) -> _M:
@@ -195,10 +201,10 @@ class Message(metaclass=MessageType):
         return self._slot_types
 
     def __getstate__(self) -> list[Any]:
-        return [getattr(self, name) for name in message_class(type(self)).__slots__]
+        return [getattr(self, name) for name in _slots(type(self))]
 
     def __setstate__(self, state: Any) -> None:
-        names = message_class(type(self)).__slots__
+        names = _slots(type(self))
         if isinstance(state, tuple):  # as earlier versions pickled messages
             names, state = zip(*state[1].items(), strict=True)
         for name, value in zip(names, state, strict=False):  # of an older definition, perhaps with fewer fields
@@ -207,7 +213,7 @@ class Message(metaclass=MessageType):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, self.__class__):
             return False
-        for name in message_class(type(self)).__slots__:
+        for name in _slots(type(self)):
             mine, theirs = getattr(self, name, None), getattr(other, name, None)
             if mine is not theirs and (mine == theirs) is not True and not _same(mine, theirs):
                 return False
@@ -230,6 +236,17 @@ def _same(a: object, b: object) -> bool:
     if isinstance(equal, bool):
         return equal
     return bool(equal.all()) if hasattr(equal, "all") else bool(equal)  # numpy compares element by element
+
+
+def _is_made(cls: type[Any]) -> bool:
+    """Return whether a class, or one of its bases, was made from a definition."""
+    return hasattr(cls, "_slot_types")
+
+
+def _slots(cls: type[Any]) -> Sequence[str]:
+    """Return the names of a message's fields; of a class without a definition, those of its slots."""
+    names: Sequence[str] = message_class(cls).__slots__ if _is_made(cls) else cls.__slots__
+    return names
 
 
 def message_class(cls: type[Any]) -> type[Message]:
@@ -263,16 +280,17 @@ class Service:
     _response_class: ClassVar[type[Message]]
 
 
-class _FromConnection:
-    """The slot of the connection header, which is no field: programs walk through a message's ``__slots__``."""
-
-    __slots__ = ("_connection_header",)
-
-
-class AnyMsg(_FromConnection):
+class AnyMsg(Message):
     """An encoded message of any type: subscribe with this class to receive any topic without its definitions.
 
     ``_buff`` holds the encoded body, ``_connection_header`` the publisher's header.
+
+    Args:
+        buff: the body; None: there is none yet, and the message cannot be sent.
+        connection_header: the header.
+
+    Raises:
+        TypeError: the body is text.
     """
 
     __slots__ = ["_buff"]
@@ -283,36 +301,55 @@ class AnyMsg(_FromConnection):
     _has_header: ClassVar[bool] = False
     _slot_types: ClassVar[list[str]] = []
     _fixed_size: ClassVar[int | None] = None
+    _min_size: ClassVar[int] = 0
+    _weight: ClassVar[int] = 64
+    _classes: ClassVar[dict[str, type[Message]]] = {}
 
-    def __init__(self, buff: bytes = b"", connection_header: dict[str, str] | None = None) -> None:
-        self._buff = buff
+    def __init__(self, buff: Buffer | None = None, connection_header: dict[str, str] | None = None) -> None:
+        if isinstance(buff, str):
+            raise TypeError(f"AnyMsg holds bytes, not {buff!r:.80}")
+        self._buff: bytes = buff  # type: ignore[assignment]  # few read one that was neither received nor filled
         self._connection_header = connection_header
 
+    # Functions as the generated ones, which mypy takes for methods.
+
     @staticmethod
-    def _decode(buffer: bytes, start: int, end: int, exact: bool = False) -> AnyMsg:
+    def _decode(buffer: bytes, start: int, end: int, exact: bool = False) -> AnyMsg:  # type: ignore[override]
         return AnyMsg(buffer[start:end])
 
     @staticmethod
-    def _encode(message: AnyMsg) -> bytes:
-        return bytes(message._buff)
+    def _encode(message: AnyMsg) -> bytes:  # type: ignore[override]
+        return bytes(_body(message))
 
     @staticmethod
-    def _copy(message: AnyMsg) -> AnyMsg:
-        return AnyMsg(bytes(message._buff))
+    def _copy(message: AnyMsg) -> AnyMsg:  # type: ignore[override]
+        return AnyMsg(bytes(_body(message)))
 
     @staticmethod
-    def _encode_frame(message: AnyMsg) -> Frame:
-        size = len(message._buff).to_bytes(4, "little")
-        return [size, message._buff] if len(message._buff) >= 16384 else size + message._buff
+    def _encode_frame(message: AnyMsg) -> Frame:  # type: ignore[override]
+        body = message._buff
+        if body is None:
+            _body(message)
+        size = len(body).to_bytes(4, "little")
+        return [size, body] if len(body) >= 16384 else size + body
 
     def serialize(self, buff: Writable) -> None:
-        """Write the received bytes to a file-like object."""
-        buff.write(self._buff)
+        """Write the received bytes to a file-like object.
+
+        Raises:
+            SerializationError: there are none.
+        """
+        buff.write(_body(self))
 
     def deserialize(self, data: Buffer) -> AnyMsg:
         """Keep ``data`` and return self."""
         self._buff = bytes(data)
         return self
+
+    def __str__(self) -> str:
+        return object.__repr__(self)
+
+    __repr__ = __str__
 
     def decode(self, cls: type[Message] | None = None) -> Message:
         """Return the decoded message.
@@ -335,3 +372,10 @@ class AnyMsg(_FromConnection):
         message: Message = cls._decode(self._buff, 0, len(self._buff))
         message._connection_header = self._connection_header
         return message
+
+
+def _body(message: AnyMsg) -> bytes:
+    body = message._buff
+    if body is None:
+        raise SerializationError("this AnyMsg has no bytes: it was neither received nor filled")
+    return body

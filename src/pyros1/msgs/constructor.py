@@ -16,7 +16,7 @@ _FEW = 50
 def make_init(cls: type[Message]) -> Callable[..., None]:
     """Generate ``__init__``."""
     if not hasattr(cls, "_type"):
-        return _set_all  # a program's own class, without a definition
+        return set_all  # a program's own class, without a definition
     source = Source(cls)
     me, args, kwds = "self", "args", "kwds"  # without a number, since these names show in the signature
     parts = parts_of(cls)
@@ -44,7 +44,8 @@ def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any], None]:
     return source.function("part", [target])
 
 
-def _set_all(message: Any, *args: Any, **kwds: Any) -> None:
+def set_all(message: Any, *args: Any, **kwds: Any) -> None:
+    """Set the slots of a message whose class has no definition; those not given are None."""
     cls = type(message)
     values = arrange(cls, args, kwds) if args or kwds else (None,) * len(cls.__slots__)
     for name, value in zip(cls.__slots__, values, strict=True):

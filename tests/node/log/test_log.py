@@ -265,7 +265,8 @@ def test_rosout_p36_o18(make_node: Any, transport: str, collect: Any) -> None:
     make_node("listener").subscribe("/rosout", LogMessage, got)
     node = make_node("talker")
     node.advertise("t", LogMessage)
-    node.subscribe("u", LogMessage, print)
+    for topic in ("u", "t"):
+        node.subscribe(topic, LogMessage, print)
     node.log.debug("not sent")
     node.log.warn("look: %d", 7)
     assert got.until(lambda items: [m for m in items if m.name == "/talker"])
@@ -273,6 +274,7 @@ def test_rosout_p36_o18(make_node: Any, transport: str, collect: Any) -> None:
     assert (message.level, message.msg) == (LogMessage.WARN, "look: 7")
     assert (message.file, message.function) == ("test_log.py", "test_rosout_p36_o18") and message.line > 0
     assert {"/rosout", "/t", "/u"} <= set(message.topics)
+    assert len(message.topics) == len(set(message.topics)), "one that it publishes and subscribes to is named once"
     assert message.header.stamp.secs > 1_000_000_000
     assert message._connection_header["latching"] == "1"
 

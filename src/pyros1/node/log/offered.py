@@ -72,7 +72,7 @@ def _publish_log(sink: LogSink, name: str, topics: Topics, resolve: Callable[[st
             message.file = record.file
             message.function = record.function
             message.line = record.line
-            message.topics = [*topics.publications, *topics.subscriptions]
+            message.topics = [*{**topics.publications, **topics.subscriptions}]
             publisher.publish(message)
         except Error:
             pass  # the node is closing; the message has been printed

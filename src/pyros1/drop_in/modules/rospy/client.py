@@ -373,6 +373,6 @@ _late = {
 __getattr__, __dir__ = _names(
     __name__,
     _late,
-    {"_init_node_args": "see rospy.get_name and rospy.myargv", "_master_proxy_lock": "pyros1's is safe for threads"},
-    dict.fromkeys(("_master_proxy", "_param_server"), get_master),
+    {"_master_proxy_lock": "pyros1's is safe for threads"},
+    {"_init_node_args": lambda: PROCESS.arguments, **dict.fromkeys(("_master_proxy", "_param_server"), get_master)},
 )

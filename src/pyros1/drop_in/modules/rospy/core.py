@@ -206,6 +206,7 @@ def is_topic(param_name: str) -> Callable[[Any, str], str]:
 
 _late = {**LATE, "rosgraph": "rosgraph.", "Log": "rosgraph_msgs.msg", "NullHandler": "logging"}
 _late |= dict.fromkeys(("configure_logging", "deprecated"), "rospy.impl.early")
+_late |= {"_base_logger": "rospy.impl.loggers"}
 _private = {"_in_shutdown": "ending", "_shutdown_flag": "is_shutdown"}
 _hooks = "add functions with rospy.on_shutdown, or add_client_shutdown_hook and its siblings"
 _getter, __dir__ = _names(

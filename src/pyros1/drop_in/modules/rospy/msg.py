@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from typing import Any
 
+from pyros1.drop_in.missing import names as _names
 from pyros1.ground.errors import DeserializationError
 from pyros1.msgs import AnyMsg, Message
 from rospy.exceptions import ROSException
@@ -61,6 +62,8 @@ def serialize_message(b: Any, seq: int, msg: Any) -> None:
     """
     if getattr(msg.__class__, "_has_header", False):
         msg.header.seq = seq
+        if msg.header.frame_id is None:
+            msg.header.frame_id = "0"
     part = _Part()
     msg.serialize(part)
     b.write(struct.pack("<I", len(part.data)) + bytes(part.data))
@@ -85,17 +88,27 @@ def deserialize_messages(
         start: where to begin.
 
     Raises:
-        DeserializationError: a message cannot be read.
-        ROSException: the buffer is shorter than its position.
+        DeserializationError: a message cannot be read, or there is no buffer, queue or class.
     """
+    try:
+        _read(b, msg_queue, data_class, queue_size, max_msgs, start)
+    except Exception as error:
+        raise DeserializationError(f"cannot deserialize: {error}") from error
+
+
+def _read(
+    b: Any, msg_queue: list[Any], data_class: type[Any], queue_size: int | None, max_msgs: int | None, start: int
+) -> None:
     end = b.tell()
+    if end - start < 4:
+        return
     b.seek(start)
     data = b.read(end - start)
     if len(data) < end - start:
-        raise ROSException("buffer is not filled up to its position")
+        raise ValueError("the buffer is not filled up to its position")
     position = 0
     bodies: list[bytes] = []
-    while len(data) - position >= 4 and (max_msgs is None or len(bodies) < max_msgs):
+    while len(data) - position >= 4 and not (max_msgs and len(bodies) >= max_msgs):
         (size,) = struct.unpack_from("<I", data, position)
         if len(data) - position - 4 < size:
             break
@@ -103,14 +116,27 @@ def deserialize_messages(
         position += 4 + size
     if queue_size is not None:
         bodies = bodies[-queue_size:]
-    try:
-        msg_queue.extend(data_class().deserialize(body) for body in bodies)
-    except DeserializationError:
-        raise
-    except (struct.error, ValueError) as error:
-        raise DeserializationError(data_class._type, 0, str(error)) from error
-    if queue_size is not None and len(msg_queue) > queue_size:
+    for body in bodies:
+        msg_queue.append(data_class().deserialize(body))
+    if queue_size is not None:
         del msg_queue[:-queue_size]
-    b.seek(start)
-    b.write(data[position:])
-    b.truncate()
+    if position:
+        b.seek(start)
+        b.write(data[position:])
+        b.truncate()
+
+
+def _serialize(self: AnyMsg, buff: Any) -> None:
+    """Write the bytes to a file.
+
+    Raises:
+        ROSException: there are none.
+    """
+    if self._buff is None:
+        raise ROSException("AnyMsg is not initialized")
+    buff.write(self._buff)
+
+
+AnyMsg.serialize = _serialize  # type: ignore[method-assign]  # its error is the one that programs for stock know
+
+__getattr__, __dir__ = _names(__name__)

@@ -67,6 +67,23 @@ _early: dict[str, str] = {}
 """The remappings of `initialize_mappings`."""
 
 
+_caller: dict[str, str] = {}
+"""The full name that the program has said the node has."""
+
+
+def _set_caller_id(caller_id: str) -> None:
+    """Say which full name the program has, until a node starts.
+
+    Raises:
+        ValueError: it is None.
+        TypeError: it is not a str.
+    """
+    namespace(caller_id)
+    if not _caller:
+        PROCESS.when_started(lambda _: _caller.clear())
+    _caller["id"] = caller_id
+
+
 def _arguments() -> names.Arguments:
     if PROCESS.node is not None:
         return PROCESS.node.arguments
@@ -80,7 +97,9 @@ def reload_mappings(argv: list[str]) -> None:
 
 def get_caller_id() -> str:
     """Return the node's full name; before there is a node, ``unnamed`` in its namespace."""
-    return PROCESS.node.name if PROCESS.node is not None else get_namespace() + "unnamed"
+    if PROCESS.node is not None:
+        return PROCESS.node.name
+    return _caller["id"] if "id" in _caller else get_namespace() + "unnamed"
 
 
 def get_name() -> str:
@@ -92,6 +111,8 @@ def get_namespace() -> str:
     """Return the node's namespace, with a slash at its end."""
     if PROCESS.node is not None:
         return names.namespace(PROCESS.node.name)
+    if "id" in _caller:
+        return names.namespace(_caller["id"])
     given = _arguments().special.get("__ns") or os.environ.get("ROS_NAMESPACE", "")
     return canonicalize_name(f"/{given}/").rstrip(SEP) + SEP
 

@@ -9,9 +9,9 @@ from typing import Any
 import pyros1.ground.timing
 from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
-from rospy.exceptions import ROSInitException
+from rospy.exceptions import ROSInitException, ROSInterruptException, ROSTimeMovedBackwardsException
 
-_TICKS = threading.Condition()
+_rostime_cond = threading.Condition()
 _ticking: list[bool] = []
 """Whether there is somebody to be notified."""
 
@@ -112,6 +112,56 @@ class Time(pyros1.ground.timing.Time):
         return cls(float(float_secs))
 
 
+def _set_rostime(t: Any) -> None:
+    """Set the time, as tests of programs do. It stands still then, until `switch_to_wallclock`.
+
+    Args:
+        t: a time of genpy or rospy.
+
+    Raises:
+        ValueError: it is not a time.
+    """
+    if not isinstance(t, pyros1.ground.timing.Time):
+        raise ValueError(f"must be Time instance: {t.__class__}")
+    _give(Time(t.secs, t.nsecs))
+
+
+def _give(value: Time | None) -> None:
+    globals()["_rostime_current"] = value  # programs read and write this variable, too
+    _wake(None)
+
+
+def set_time() -> Time | None:
+    """Return the time that the program has set; None if it has not."""
+    return globals().get("_rostime_current")
+
+
+def sleep_in_set_time(seconds: float) -> None:
+    """Sleep until the time that the program sets has gone on.
+
+    Raises:
+        ROSInterruptException: the node is shutting down.
+        ROSTimeMovedBackwardsException: the time was set back.
+    """
+    start = get_rostime()
+    while not (start.to_nsec() or PROCESS.is_shutdown):
+        start = _next_time()
+    end = start + Duration.from_sec(seconds)
+    now = get_rostime()
+    while start <= now < end and not PROCESS.is_shutdown:
+        now = _next_time()
+    if now < start:
+        raise ROSTimeMovedBackwardsException((start - now).to_sec())
+    if PROCESS.is_shutdown:
+        raise ROSInterruptException("ROS shutdown request")
+
+
+def _next_time() -> Time:
+    with _rostime_cond:
+        _rostime_cond.wait(0.2)
+    return get_rostime()
+
+
 def get_rostime() -> Time:
     """Return the node's time: wall time, or that of /clock.
 
@@ -119,6 +169,9 @@ def get_rostime() -> Time:
         ROSInitException: the node has not been started.
     """
     node = PROCESS.node
+    given = set_time()
+    if given is not None and (node is not None or PROCESS.wall_time):
+        return given
     if node is None:
         if not PROCESS.wall_time:
             raise ROSInitException("time is not initialized. Have you called init_node()?")
@@ -139,7 +192,7 @@ def get_time() -> float:
 
 def is_wallclock() -> bool:
     """Return whether the node uses wall time."""
-    return PROCESS.node is None or not PROCESS.node.simulated_time
+    return set_time() is None and (PROCESS.node is None or not PROCESS.node.simulated_time)
 
 
 def is_rostime_initialized() -> bool:
@@ -153,11 +206,12 @@ def set_rostime_initialized(val: bool) -> None:
 
 
 def switch_to_wallclock() -> None:
-    """Use wall time without a node.
+    """Use wall time without a node, and in place of a time that the program has set.
 
     Raises:
         NotImplementedError: the node uses simulated time, which cannot be changed.
     """
+    _give(None)
     if not is_wallclock():
         raise NotImplementedError("pyros1 cannot switch a running node from simulated to wall time")
     PROCESS.wall_time = True
@@ -165,11 +219,11 @@ def switch_to_wallclock() -> None:
 
 def get_rostime_cond() -> threading.Condition:
     """Return the condition that is notified of each new simulated time, and of the end of the node."""
-    with _TICKS:
+    with _rostime_cond:
         if not _ticking:
             _ticking.append(True)
             PROCESS.when_started(_tick)
-    return _TICKS
+    return _rostime_cond
 
 
 def _tick(node: Any) -> None:
@@ -181,8 +235,8 @@ def _tick(node: Any) -> None:
 
 
 def _wake(_: object) -> None:
-    with _TICKS:
-        _TICKS.notify_all()
+    with _rostime_cond:
+        _rostime_cond.notify_all()
 
 
 def wallsleep(duration: float) -> None:
@@ -198,6 +252,5 @@ def _current() -> Any:
 
 __getattr__, __dir__ = _names(
     __name__,
-    why={"_set_rostime": "publish rosgraph_msgs/Clock on /clock"},
     live={"_rostime_current": _current, "_rostime_initialized": is_rostime_initialized},
 )

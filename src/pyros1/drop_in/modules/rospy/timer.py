@@ -12,7 +12,7 @@ from pyros1.ground.errors import TimeMovedBackwardsError
 from pyros1.ground.timing import Duration as _Duration
 from pyros1.ground.timing import Time as _Time
 from rospy.exceptions import ROSInterruptException, ROSTimeMovedBackwardsException
-from rospy.rostime import Duration, Time, get_rostime, wallsleep
+from rospy.rostime import Duration, Time, get_rostime, set_time, sleep_in_set_time, wallsleep
 
 
 class TimerEvent:
@@ -46,7 +46,7 @@ __all__ = ["Rate", "Timer", "TimerEvent", "sleep"]
 def _now() -> int:
     """Return the node's time in nanoseconds; of wall time without an object, as loops of 1 kHz do little else."""
     node = PROCESS.node
-    return get_rostime().to_nsec() if node is None or node.simulated_time else time.time_ns()
+    return get_rostime().to_nsec() if node is None or node.simulated_time or set_time() else time.time_ns()
 
 
 def sleep(duration: float | _Duration) -> None:
@@ -64,6 +64,9 @@ def sleep(duration: float | _Duration) -> None:
     if seconds < 0:
         if node is not None and node.simulated_time and (PROCESS.is_shutdown or not node.ok()):
             raise ROSInterruptException("ROS shutdown request")
+        return
+    if set_time() is not None:
+        sleep_in_set_time(seconds)
         return
     if node is None or PROCESS.is_shutdown:
         if node is not None and node.simulated_time:

@@ -144,3 +144,27 @@ rospydebug, rospyinfo, rospywarn, rospyerr = (
     _functions(level, word, "rospy.internal")[0]
     for level, word in ((_DEBUG, "debug"), (_INFO, "info"), (_WARN, "warning"), (_ERROR, "error"))
 )
+_LEVELS = {"debug": _DEBUG, "info": _INFO, "warning": _WARN, "warn": _WARN, "error": _ERROR, "critical": _CRITICAL}
+
+
+def _base_logger(
+    msg: Any,
+    args: tuple[Any, ...],
+    kwargs: dict[str, Any],
+    throttle: float | None = None,
+    throttle_identical: bool = False,
+    level: str = "info",
+    once: bool = False,
+) -> None:
+    """Log a message at a level of Python's logger, as the functions above do: stock's are made of this one."""
+    frame = sys._getframe(1)
+    place = _place(frame.f_back or frame)
+    if once:
+        wanted = _is_first(place)
+    elif throttle_identical:
+        again = throttle is not None and _may_again(place, throttle)
+        wanted = _is_other(place, msg) or again
+    else:
+        wanted = not throttle or _may_again(place, throttle)
+    if wanted:
+        _emit("rosout", _LEVELS[level], frame, msg, args, kwargs)
