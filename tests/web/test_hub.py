@@ -333,6 +333,17 @@ def test_fields_that_are_relied_on_are_there(old: str, new: str, fits: bool) -> 
             _ = arrival.usual
 
 
+@pytest.mark.parametrize("text", ["", "Header header\nPoint point", "%", "Header hea"])
+def test_messages_of_other_client_libraries(text: str) -> None:
+    """Their definitions are odd, and bytes are behind their messages."""
+    header = {"type": PointStamped._type, "md5sum": PointStamped._md5sum, "message_definition": text}
+    point = PointStamped()
+    point.point.x = 2.5
+    arrival = Arrival(AnyMsg(encode(point) + b"\x55", header), 0.0, 0.0, Decoder())
+    for message in (arrival.message, arrival.usual, arrival.arrays):
+        assert message.point.x == 2.5  # type: ignore[attr-defined]  # made from a definition
+
+
 def test_arrays_of_large_messages_take_no_more_than_their_bytes() -> None:
     grid = OccupancyGrid(data=[7] * 1_000_000)
     raw = AnyMsg(encode(grid))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from collections.abc import Callable
 from time import monotonic
 from typing import Any
@@ -18,6 +19,8 @@ from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.client import MOST_CALLS, Client
 from pyros1.web.rosbridge.outbox import MOST_TOLD
 from pyros1.wire.handshake import TopicType
+
+from ...bodies import encode
 
 _VALUES = st.recursive(
     st.sampled_from([None, True, 0, -1, 1.5, float("nan"), 1 << 70, "", "x", "\ud800", "now", "AAAA", "\0"]),
@@ -118,6 +121,29 @@ def test_messages_that_cannot_be_decoded_are_told_once(robot: Robot, make_node: 
             arrived.clear()
             told += client.take(monotonic())[0]
         assert [json.loads(frame)["op"] for frame in told] == ["status"]
+    finally:
+        client.close()
+
+
+@pytest.mark.parametrize("text", ["", "Header header", "%"])
+def test_messages_of_other_client_libraries(robot: Robot, make_node: Callable[..., Any], text: str) -> None:
+    """Their definitions are odd, and bytes are behind their messages."""
+    publisher = make_node("board").advertise(
+        "imu", AnyMsg, raw_type=TopicType("sensor_msgs/Imu", Imu._md5sum, text), latch=True
+    )
+    imu = Imu()
+    imu.orientation.w = 0.5
+    publisher.publish(AnyMsg(encode(imu) + b"\x55"))
+    came = threading.Event()
+    client = Client(robot, lambda function: None, came.set)
+    try:
+        client.handle([json.dumps({"op": "subscribe", "topic": "/imu"})])
+        found: list[Any] = []
+        while not found:
+            assert came.wait(20)
+            came.clear()
+            found += map(json.loads, client.take(monotonic())[0])
+        assert found[0]["msg"]["orientation"]["w"] == 0.5
     finally:
         client.close()
 
