@@ -53,3 +53,54 @@ def test_arrays_of_wide_numbers_are_no_bytes(definition: str) -> None:
     if definition != "uint8[4] x":
         with pytest.raises(SerializationError, match=r"array of other numbers"):
             both(definition, wide)
+
+
+IGNORED = pytest.mark.filterwarnings("ignore:Conversion of an array:DeprecationWarning")  # says numpy before 2.4
+ONE = [numpy.array([1.5]), numpy.array([[1.5]]), numpy.array([1.5], dtype="f4"), numpy.array([1.5], dtype=object)]
+ONE += [numpy.array(1.5), numpy.ma.array([1.5])]
+
+
+@IGNORED
+@pytest.mark.parametrize("value", ONE, ids=repr)
+@pytest.mark.parametrize("kind", ["float32", "float64"])
+def test_an_array_of_one_element_is_a_float(kind: str, value: Any) -> None:
+    """numpy 2.4 has ended the conversion."""
+    assert both(f"{kind} x", value) == 1.5
+    assert both(f"{kind}[] x", [value, 2.0]) == (1.5, 2.0)
+    assert both(f"{kind}[2] x", (value, 2.0)) == (1.5, 2.0)
+    assert both(f"{kind}[] x", [value] * 300) == (1.5,) * 300
+
+
+@IGNORED
+def test_a_column_is_an_array_of_floats() -> None:
+    column = numpy.array([[1.5], [2.0]])
+    assert both("float64[] x", column) == both("float32[2] x", column) == (1.5, 2.0)
+    assert both("float64[] x", numpy.ones((300, 1))) == (1.0,) * 300
+    for wrong in (numpy.ones((2, 2)), [numpy.array([1.0, 2.0])], [numpy.array([])], [numpy.array([1j])]):
+        with pytest.raises(SerializationError, match=r"field x\[\] must be float type"):
+            both("float64[] x", wrong)
+
+
+@IGNORED
+def test_in_nested_messages_and_beside_wrong_values() -> None:
+    one = numpy.array([1.5])
+    text = "P p\nP[] ps\nstring s\n" + "=" * 80 + "\nMSG: p/P\nfloat64 x\nint32 n\n"
+    cls: Any = from_definition("p/T", text)
+    inner = type(cls().p)
+    message = cls(inner(one, 1), [inner(one, 2), inner(2.5, 3)], "s")
+    frame = codec.encode_frame(message)
+    for made in (*(cls().deserialize(body) for body in (codec.encode(message), frame[4:])), codec.copy(message)):
+        assert [made.p.x, *(each.x for each in made.ps), made.p.n, made.s] == [1.5, 1.5, 2.5, 1, "s"]
+    assert message.p.x is one
+    for wrong, names in ((cls(inner(one, "n"), [], "s"), "p.n"), (cls(inner(one, 1), [], 3), "s")):
+        with pytest.raises(SerializationError, match=f"field {names} "):
+            codec.encode(wrong)
+
+
+@pytest.mark.filterwarnings("ignore:In future, it will be an error:DeprecationWarning")  # says numpy before 2.3
+def test_booleans_are_integers() -> None:
+    assert (both("int8 x", TRUE), both("uint64 x", FALSE)) == (1, 0)
+    assert both("int32[] x", numpy.array([True, False])) == (1, 0)
+    for wrong in (numpy.array([1]), numpy.float64(1), numpy.array([True])):
+        with pytest.raises(SerializationError, match="field x must be"):
+            both("int32 x", wrong)

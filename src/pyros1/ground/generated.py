@@ -36,6 +36,7 @@ OWN_MODULES = frozenset(
         "json_form",
         "generator",
         "large",
+        "loose",
         "odd_definitions",
         "repair",
         "spec",

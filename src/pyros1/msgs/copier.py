@@ -13,8 +13,7 @@ from typing import Any
 from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
-from pyros1.msgs.check import refusal
-from pyros1.msgs.encoder import WRONG_VALUE
+from pyros1.msgs.encoder import WRONG_VALUE, again_with
 from pyros1.msgs.generator import TIME_CODES, Fields, Source, fields_of, parts_of, split_type
 from pyros1.msgs.spec import STRUCT_CODES
 
@@ -140,8 +139,7 @@ def make_copy(cls: type[Message]) -> Callable[[Any], Any]:
     for part in parts if len(parts) > 1 else ():
         source.emit(f"{source.ref(_make_part(cls, part), 'part')}({message}, {copy})")
     source.emit(f"return {copy}")
-    reason = f"{source.ref(refusal, 'refusal')}({source.ref(cls, 'cls')}, {message}"
-    return source.function("copy", [message], WRONG_VALUE, lambda error: f"{reason}, {error})")
+    return source.function("copy", [message], WRONG_VALUE, again_with(source, cls, "_copy", message))
 
 
 def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any, Any], None]:

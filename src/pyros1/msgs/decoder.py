@@ -339,7 +339,7 @@ def _make_decode(source: Decoder) -> Callable[..., Any]:
     source.emit(f"return {source.root}")
     mended = f"{source.ref(decode_mended)}({cls_name}, {buffer}, {start}, {end}, {exact}"
     mended += f", {view})" if source.views else ")"
-    return source.function("decode", [*_parameters(source), f"{exact}=False"], _WRONG, mended)
+    return source.function("decode", [*_parameters(source), f"{exact}=False"], _WRONG, lambda _: mended)
 
 
 def _make_read(source: Decoder) -> Callable[..., tuple[Any, int]]:

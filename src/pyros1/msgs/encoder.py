@@ -13,8 +13,8 @@ from typing import Any
 from pyros1.ground.errors import SerializationError
 from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
-from pyros1.msgs.check import refusal
 from pyros1.msgs.generator import TIME_CODES, Fields, Source, fields_of, parts_of, split_type
+from pyros1.msgs.loose import again
 from pyros1.msgs.spec import STRUCT_CODES
 
 LARGE = 16384
@@ -165,8 +165,13 @@ def _make_encoder(cls: type[Message], *, frame: bool) -> Callable[[Any], Any]:
         source.emit(f"return {source.ref(arrays.gather, 'gather')}(({joined}), {LARGE})")
     else:
         source.emit(f"return {_joined(expressions)}")
-    reason = f"{source.ref(refusal, 'refusal')}({source.ref(cls, 'cls')}, {message}"
-    return source.function("encode", [message], WRONG_VALUE, lambda error: f"{reason}, {error})")
+    codec = "_encode_frame" if frame else "_encode"
+    return source.function("encode", [message], WRONG_VALUE, again_with(source, cls, codec, message))
+
+
+def again_with(source: Source, cls: type[Message], codec: str, message: str) -> Callable[[str], str]:
+    """Return a function from the name of a codec's error to the expression of its second try, see `loose.again`."""
+    return lambda error: f"{source.ref(again, 'again')}({source.ref(cls, 'cls')}, {codec!r}, {message}, {error})"
 
 
 def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any], bytes]:

@@ -170,7 +170,7 @@ class Source:
         name: str,
         parameters: Sequence[str],
         wrong: tuple[type[Exception], ...] = (),
-        otherwise: Callable[[str], str] | str | None = None,
+        otherwise: Callable[[str], str] | None = None,
     ) -> Callable[..., Any]:
         """Return the compiled function.
 
@@ -178,19 +178,15 @@ class Source:
             name: the beginning of its name.
             parameters: its parameters.
             wrong: the exceptions that its body raises for wrong input.
-            otherwise: the expression to return then; or a function that returns the expression of the error to raise,
-                given the name of the first exception.
+            otherwise: returns the expression to return then, given the name of the exception.
         """
         body = Source(self.cls, self.scope)
         if otherwise is None:
             body.lines = self.lines
-        elif isinstance(otherwise, str):
-            body.block("try:", self.lines)
-            body.block(f"except {self.ref(wrong, 'wrong')}:", [f"return {otherwise}"])
         else:
             error = self.fresh("error")
             body.block("try:", self.lines)
-            body.block(f"except {self.ref(wrong, 'wrong')} as {error}:", [f"raise {otherwise(error)} from {error}"])
+            body.block(f"except {self.ref(wrong, 'wrong')} as {error}:", [f"return {otherwise(error)}"])
         whole = Source(self.cls, self.scope)
         name = self.fresh(name)
         whole.block(f"def {name}({', '.join(parameters)}):", body.lines)
