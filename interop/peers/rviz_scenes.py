@@ -135,6 +135,42 @@ def scales_of_0() -> Scene:
     return some.scene("zero")
 
 
+GREEN_SQUARE = """<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter="1"/><up_axis>Z_UP</up_axis></asset>
+<library_effects><effect id="e"><profile_COMMON><technique sid="t"><lambert><diffuse><color>0 1 0 1</color></diffuse>
+</lambert></technique></profile_COMMON></effect></library_effects>
+<library_materials><material id="m"><instance_effect url="#e"/></material></library_materials>
+<library_geometries><geometry id="g"><mesh><source id="p">
+<float_array id="a" count="12">-.5 -.5 0 .5 -.5 0 .5 .5 0 -.5 .5 0</float_array><technique_common>
+<accessor source="#a" count="4" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
+<source id="q"><float_array id="b" count="3">0 0 1</float_array><technique_common>
+<accessor source="#b" count="1" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices><triangles count="2" material="m">
+<input semantic="VERTEX" source="#v" offset="0"/><input semantic="NORMAL" source="#q" offset="1"/>
+<p>0 0 1 0 2 0 0 0 2 0 3 0</p></triangles></mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g"><bind_material><technique_common>
+<instance_material symbol="m" target="#m"/></technique_common></bind_material></instance_geometry></node></visual_scene>
+</library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
+"""A square of 1 m with a material of its own, which is ``package://squares/green.dae`` for scenes."""
+
+
+def meshes() -> Scene:
+    """Meshes with their own materials, tinted or not, and without; scales."""
+    some = Markers()
+    square = {"mesh_resource": "package://squares/green.dae"}
+    clear, white, black = (0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0), (0.0, 0.0, 0.0, 1.0)
+    half, little = (1.0, 0.0, 0.0, 0.5), (0.0, 0.0, 1.0, 0.3)
+    tints: list[Colour] = [clear, white, RED, half, black, (1.0, 1.0, 1.0, 0.0), little]
+    for index, tint in enumerate(tints):
+        some.add(2 * index - 6, 2, 10, (1, 1, 1), tint, **square, mesh_use_embedded_materials=True)
+        some.add(2 * index - 6, 0, 10, (1, 1, 1), tint, **square)
+    for x, scale in ((-6, (0, 0, 0)), (-4, (1, 1, 0)), (-2, (0, 1, 1)), (0, (-1, 1, 1)), (2, (1.5, 0.5, 1))):
+        some.add(x, -2, 10, scale, **square)
+    return some.scene("meshes")
+
+
 def see_through() -> Scene:
     """The opacity of markers, and of each of their points."""
     some = Markers()
@@ -322,4 +358,4 @@ def _any(chance: random.Random) -> Colour:
 
 
 _ALL = (kinds_of_markers, scales_of_0, see_through, clouds_and_scans, paths_and_poses, maps_and_areas, frames)
-SCENES = {each.__name__: each for each in (*_ALL, grid_behind_the_eye, from_aside)}
+SCENES = {each.__name__: each for each in (*_ALL, meshes, grid_behind_the_eye, from_aside)}

@@ -21,7 +21,7 @@ from browsing import Browser
 from numpy.typing import NDArray
 from PIL import Image
 from rviz import HEIGHT, WIDTH, WINDOW, Picture, Rviz, is_here, start_rviz
-from rviz_scenes import SCENES, Scene, any_markers
+from rviz_scenes import GREEN_SQUARE, SCENES, Scene, any_markers
 
 from pyros1.master.server import Master
 from pyros1.node import Node
@@ -71,7 +71,12 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Robot]:
     folder = tmp_path_factory.mktemp("rviz")
     master = Master(port=0, bind_host="127.0.0.1")
     master.start()
+    package = folder / "src" / "squares"
+    package.mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>squares</name></package>")
+    (package / "green.dae").write_text(GREEN_SQUARE)
     environ = {"ROS_MASTER_URI": master.uri, "ROS_HOSTNAME": "localhost", "ROS_HOME": str(folder / "ros")}
+    environ["ROS_PACKAGE_PATH"] = f"{package.parent}:/usr/share"  # where Debian's rviz is
     words = [sys.executable, "-m", "pyros1", "web", "--port", "0"]
     web = subprocess.Popen(
         words, env={**os.environ, **environ}, stdout=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True

@@ -69,18 +69,35 @@ function mesh({ mesh: uri, materials, scale, color }, { token, changed, failed }
   const object = new THREE.Group();
   object.scale.set(...scale.map((size) => size || FLAT));
   meshOf(uri, token).then((found) => {
-    const embedded = materials && found.userData.painted;
-    const tint = color[3] > 0 && (color[0] || color[1] || color[2]) ? color : null; // 0, 0, 0, 0: as it is
+    const own = materials && found.userData.painted;
+    const tint = color.some((value) => value !== 0) ? color : null; // 0, 0, 0, 0: as it is
     found.traverse((each) => {
       if (!each.isMesh) return;
-      each.material = embedded ? [each.material].flat().map((material) => material.clone()) : solid(color, { side: THREE.DoubleSide });
-      if (embedded && tint) for (const material of each.material) material.color.multiply(new THREE.Color().setRGB(...tint.slice(0, 3), THREE.SRGBColorSpace));
-      if (embedded && each.material.length === 1) [each.material] = each.material;
+      if (!own) {
+        each.material = solid(color, { side: THREE.DoubleSide });
+        return;
+      }
+      const copies = [each.material].flat().map((material) => material.clone());
+      if (tint) for (const material of copies) tinted(material, tint);
+      each.material = copies.length === 1 ? copies[0] : copies;
     });
     object.add(found);
     changed();
   }, (error) => failed(error.message));
   return object;
+}
+
+// rviz draws a mesh with its own materials, and over it once more in the marker's color: half of each if that is opaque.
+function tinted(material, [red, green, blue, alpha]) {
+  const opacity = alpha < 1 ? 1 - (1 - alpha) ** 2 : 1;
+  const share = alpha < 1 ? 1 / (2 - alpha) : 0.5;
+  const tint = new THREE.Color().setRGB(red, green, blue, THREE.SRGBColorSpace);
+  if (material.map && material.emissive) { // what is in a picture is not one colour
+    material.color.multiplyScalar(1 - share);
+    material.emissive.copy(tint.multiplyScalar(share));
+  } else material.color.convertLinearToSRGB().lerp(tint.convertLinearToSRGB(), share).convertSRGBToLinear();
+  material.opacity *= opacity;
+  Object.assign(material, { transparent: material.opacity < 1, depthWrite: material.opacity >= 1 });
 }
 
 // Free what a marker holds, but not the shapes that all share.
