@@ -359,14 +359,14 @@ def test_a_client_that_comes_back_has_its_services_and_topics_again(serve: Serve
             assert answers.get(timeout=PATIENCE) == (number, "new")
             assert state() == "new"
             introduce(new, "new")  # the same client again
-        tell(new, "advertise_service", service="/switch", type="std_srvs/Trigger")
-        settle(new)
-        assert ask(new, "/rosapi/service_type", {"service": "/switch"})["values"] == {"type": "std_srvs/Trigger"}
         make_node("other").advertise_service("/switch", SetBool, lambda request: {"message": "other"})
         introduce(new, "new")
         begin(5)
         answer(new, hear(new), "new")
         assert answers.get(timeout=PATIENCE) == (5, "new")
+        tell(new, "advertise_service", service="/switch", type="std_srvs/Trigger")
+        settle(new)
+        assert ask(new, "/rosapi/service_type", {"service": "/switch"})["values"] == {"type": "std_srvs/Trigger"}
         tell(new, "advertise_service", service="/web/get_loggers", type="roscpp/GetLoggers")  # of the server's node
         assert "/web/get_loggers" in hear(new)["msg"]
     for thread in threads:
