@@ -45,6 +45,28 @@ print(MotorConfig.all_level, MotorConfig.Motor_Slow, MotorConfig.Motor_Fast, rob
     ]
 
 
+@pytest.mark.parametrize("name", ["parameter_generator_catkin", "parameter_generator"])
+def test_the_file_has_our_generator_whichever_library_the_program_has(
+    package: Path, environ: dict[str, str], tmp_path: Path, name: str
+) -> None:
+    """The sources of stock's library may be on PYTHONPATH: its generator writes files for a build."""
+    library = tmp_path / "sources" / "dynamic_reconfigure"
+    library.mkdir(parents=True)
+    (library / "__init__.py").write_text("")
+    (library / f"{name}.py").write_text("class ParameterGenerator: pass\nint_t = double_t = 'theirs'\n")
+    (library / "encoding.py").write_text("def extract_params(group): return 'theirs'\n")
+    (package / "cfg" / "Motor.cfg").write_text(CFG.replace("parameter_generator_catkin", name))
+    program = f"""
+import sys
+sys.path.insert(0, {str(tmp_path / "sources")!r})
+from dynamic_reconfigure.{name} import double_t
+from robot.cfg import MotorConfig
+from dynamic_reconfigure.{name} import int_t
+print(MotorConfig.defaults, MotorConfig.Motor_Fast, MotorConfig.extract_params(None), double_t, int_t)
+"""
+    assert run(program, environ) == "{'rate': 10.0, 'mode': 1} 1 theirs theirs theirs\n"
+
+
 def test_a_package_with_an_own_python_module(package: Path, environ: dict[str, str]) -> None:
     (package / "src" / "robot").mkdir(parents=True)
     (package / "src" / "robot" / "__init__.py").write_text("name = 'the robot'")

@@ -7,14 +7,19 @@ first imported, in this process: it belongs to the package whose node runs here,
 from __future__ import annotations
 
 import os
+import sys
 import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.machinery import ModuleSpec
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from types import ModuleType
 from typing import Any
 
 _SUFFIX = "Config"
 _MOST_READ = 1 << 20
+_OURS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules", "dynamic_reconfigure")
+_GENERATORS = ("parameter_generator_catkin", "parameter_generator")
 
 
 def find(folder: str, rest: list[str], name: str) -> ModuleSpec | None:
@@ -113,7 +118,8 @@ def run(path: str) -> dict[str, Any]:
     found: list[dict[str, Any]] = []
     _RUNNING.results.append(found)
     try:
-        exec(_compiled(path), {"__name__": "__main__", "__file__": path})
+        with _own_generators():
+            exec(_compiled(path), {"__name__": "__main__", "__file__": path})
     except SystemExit:  # the usual end: exit(gen.generate(...))
         pass
     except SyntaxError as error:
@@ -126,6 +132,31 @@ def run(path: str) -> dict[str, Any]:
     if not found:
         raise ImportError(f"{path} does not call generate() of a ParameterGenerator", path=path)
     return found[0]
+
+
+@contextmanager
+def _own_generators() -> Iterator[None]:
+    """Let a .cfg file have our ParameterGenerator, whichever dynamic_reconfigure the program imports.
+
+    Stock's, whose sources may be on PYTHONPATH, writes files for a build.
+    """
+    names = [f"dynamic_reconfigure.{short}" for short in _GENERATORS]
+    specs = [find_spec(name) for name in names]
+    if all(spec is not None and os.path.dirname(spec.origin or "") == _OURS for spec in specs):
+        yield
+        return
+    others = {name: sys.modules.pop(name) for name in names if name in sys.modules}
+    try:
+        for name, short in zip(names, _GENERATORS, strict=True):
+            spec = spec_from_file_location(name, os.path.join(_OURS, f"{short}.py"))
+            assert spec is not None and spec.loader is not None
+            sys.modules[name] = module = module_from_spec(spec)
+            spec.loader.exec_module(module)
+        yield
+    finally:
+        for name in names:
+            sys.modules.pop(name, None)
+        sys.modules.update(others)
 
 
 def _compiled(path: str) -> Any:
