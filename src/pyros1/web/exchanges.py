@@ -37,7 +37,7 @@ class Exchanges:
         with node.service(name, service_class) as client:
             with self._lock:
                 if self._closed:
-                    raise RequestError("who called has gone")
+                    raise RequestError("the caller has disconnected")
                 self._under_way.add(client)
             try:
                 return client.call(request, timeout)

@@ -100,7 +100,7 @@ class Arrival:
     def _check_fields(self) -> None:
         cls = self.message_class
         if not _has_usual_fields(cls):
-            raise MessageError(f"its publisher has other fields in {foreign(cls._type)} than there are here")
+            raise MessageError(f"its publisher has a different definition of {foreign(cls._type)} than this machine")
 
 
 @lru_cache(1_000)

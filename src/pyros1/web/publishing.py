@@ -140,7 +140,7 @@ def _check_type(node: Node, topic: str, kind: str) -> None:
     others = {*state.publishers.get(topic, ()), *state.subscribers.get(topic, ())} - {node.name}
     known = graph.topic_types().get(topic, "") if others else ""
     if known not in ("", "*", kind):
-        raise RequestError(f"{topic} has the type {known}, so nobody would take a {kind}")
+        raise RequestError(f"{topic} has the type {known}, so no subscriber would accept a {kind}")
 
 
 def _end(publishers: Iterable[tuple[Any, float]]) -> None:

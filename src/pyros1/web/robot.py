@@ -142,7 +142,7 @@ class Robot:
             RequestError: it ends.
         """
         if self._ended.is_set():
-            raise RequestError("the server ends")
+            raise RequestError("the server is shutting down")
 
     def check_visible(self, name: str) -> None:
         """Check that pages may see a topic, service or parameter.
@@ -205,7 +205,7 @@ class Robot:
 
     def _node_ends(self) -> None:
         if not self._ended.is_set():
-            self.trouble = "the server's node was told to end"
+            self.trouble = "the server's node was asked to shut down"
             self.when_killed()
 
     def _settle(self, topic: str, subscriber: Any) -> None:

@@ -82,7 +82,7 @@ class Types:
                 if name in self._learned:
                     return self._learned[name]
                 raise UnknownTypeError(
-                    f"{name} is not installed here, and no message has come on {topic} that would bring its definition"
+                    f"{name} is not installed here, and no message with its definition has been received on {topic}"
                 ) from None
             finally:
                 end()

@@ -101,7 +101,7 @@ def test_another_version_of_an_installed_type(robot: Robot, make_node: Make) -> 
     assert (theirs.schema, theirs.id != ours.id) == (text, True)
     one.learn(theirs, {**header, "md5sum": Float64._md5sum, "message_definition": "float64 data", "callerid": "/new"})
     assert one.look(100.0).channels["/a"] == theirs
-    assert "/new publishes another" in one.look(100.0).problems["/a"]
+    assert "/new publishes a different" in one.look(100.0).problems["/a"]
     one.learn(theirs, {"type": "std_msgs/Float64", "md5sum": "1" * 32, "message_definition": "nonsense"})
     assert "unusable" in one.look(0.0).problems["/a"]
 
@@ -127,7 +127,7 @@ def test_a_definition_goes_with_its_publisher(robot: Robot, make_node: Make) -> 
     one.learn(before, header("float64 b\n", "/other"))
     found = one.look(0.0)
     assert found.channels["/pair"].schema == "float64 a\n"
-    assert "/other publishes another" in found.problems["/pair"]
+    assert "/other publishes a different" in found.problems["/pair"]
     again.shutdown()
     found = one.look(0.0)
     assert (found.channels["/pair"].schema, found.problems) == ("float64 b\n", {})

@@ -92,7 +92,7 @@ def test_subscriptions() -> None:
     wrong = [{"id": 5, "channelId": 2}, {"id": 7, "channelId": 1}, {"id": 8, "channelId": 99}]
     actions, found = one.handle(text("subscribe", subscriptions=wrong))
     assert not actions
-    assert read(found)[0]["message"] == "you have a subscription 5 (and 2 more such problems)"
+    assert read(found)[0]["message"] == "you already have a subscription 5 (and 2 more such problems)"
     assert one.handle(text("unsubscribe", subscriptionIds=[5, 5, 77])) == ([machine.Leave(5)], [])
     assert one.offer(offers(A, services=(ADD,)))[0] == [machine.Leave(6)]  # its channel has gone
     again = text("subscribe", subscriptions=[{"id": 6, "channelId": 1}])

@@ -118,7 +118,7 @@ def test_a_fault_of_ours_is_told_and_the_view_goes_on(session: Session, monkeypa
         Counter.made[0].wake()
         (frame,) = shown(take(session, 1.0)[0])
         assert frame["stream"] == 1
-        assert "a fault of this server" in frame["error"]
+        assert "an internal error of this server" in frame["error"]
     Counter.made[0].wake()
     assert shown(take(session, 2.0)[0]) == [{"stream": 1, "data": 2}]
 

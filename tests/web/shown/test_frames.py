@@ -46,7 +46,7 @@ def test_two_parents_are_a_fault_while_both_are_told() -> None:
     frames.add([transform("map", "base")], "/one", False, 1.0)
     frames.add([transform("odom", "base")], "/two", False, 2.0)
     base = by_name(frames, 3.0)["base"]
-    assert base["problem"] == "has 2 parents: map, odom; a frame can have one only"
+    assert base["problem"] == "has 2 parents: map, odom; a frame can have only one"
     assert base["publishers"] == ["/one", "/two"]
     assert by_name(frames, 6.5)["base"]["problem"] == ""  # the first has changed its mind
 

@@ -135,7 +135,7 @@ def test_a_file_that_takes_the_place_of_an_open_bag_is_another_bag(
     cursor = show("bag_cursor", path=path, time=3.0, topics=["event"])
     write(bags / "again.bag", 5)
     (bags / "again.bag").replace(path)
-    with pytest.raises(RequestError, match="another one now"):
+    with pytest.raises(RequestError, match="has been replaced"):
         shelved.bags.borrow(path)
     second = show("bag_file", path=path)
     assert second.until().data["length"] == 5.0

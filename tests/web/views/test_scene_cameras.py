@@ -43,7 +43,7 @@ def test_a_picture_with_its_camera(make_node: Make, watch: Make) -> None:
     node.advertise("/cam/image", Image, latch=True).publish(picture("rgb8", b"abcdef"))
     watched = watch("scene_camera", topic="/cam/image", fixed="map")
     first = watched.until(lambda data: data["type"] == "sensor_msgs/Image")
-    assert (first["camera"], first["why"]) == (None, "no CameraInfo has come on /cam/camera_info")
+    assert (first["camera"], first["why"]) == (None, "no CameraInfo has been received on /cam/camera_info")
     info = node.advertise("/cam/camera_info", CameraInfo, latch=True)
     info.publish(camera_info())
     seen = watched.until(lambda data: data["camera"])
@@ -74,7 +74,7 @@ def test_depths_with_colours(make_node: Make, watch: Make) -> None:
     depth = picture("16UC1", np.array([1000, 2000], "<u2").tobytes())
     node.advertise("/cam/depth", Image, latch=True).publish(depth)
     watched = watch("scene_depth", topic="/cam/depth", fixed="optical", colour="/cam/rgb")
-    with pytest.raises(RequestError, match="no CameraInfo has come on /cam/camera_info"):
+    with pytest.raises(RequestError, match="no CameraInfo has been received on /cam/camera_info"):
         watched.until(lambda data: False)
     node.advertise("/cam/camera_info", CameraInfo, latch=True).publish(camera_info())
     grey = watched.until(lambda data: data["kind"] == "cloud")
@@ -116,5 +116,5 @@ def test_topics_of_something_else(make_node: Make, watch: Make) -> None:
     make_node("talker").advertise("/words", String, latch=True).publish(String("x"))
     for view in ("scene_camera", "scene_depth"):
         watched = watch(view, topic="/words")
-        with pytest.raises(RequestError, match="not a topic of pictures, but of std_msgs/String"):
+        with pytest.raises(RequestError, match="not an image topic, but of type std_msgs/String"):
             watched.until(lambda data: False)

@@ -90,7 +90,7 @@ def test_what_is_wrong_with_transforms_is_told_until_it_is_right(
     watched = watch("frames")
     node = make_node("robot")
     node.advertise("/tf_static", "std_msgs/Float64", latch=True).publish(1.0)
-    watched.until(lambda data: "/robot publishes something else" in data["problem"])
+    watched.until(lambda data: "/robot publishes something other" in data["problem"])
     node.shutdown()
     message = TFMessage(transforms=[TransformStamped(child_frame_id="base")])
     make_node("robot").advertise("/tf_static", TFMessage, latch=True).publish(message)

@@ -205,7 +205,7 @@ def test_topics_of_an_actions_names_but_other_types(make_node: Make, watch: Make
     publisher = make_node("other").advertise("/x/status", Float64, latch=True)
     publisher.publish(Float64(1.0))
     watched = watch("action", action="/x")
-    with pytest.raises(RequestError, match="this is no action"):
+    with pytest.raises(RequestError, match="this is not an action"):
         watched.until(lambda data: False)
 
 

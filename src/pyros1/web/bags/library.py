@@ -93,9 +93,7 @@ class Library:
             place = self._places.get(key)
             if place is None or place.bag is None:
                 replaced = any(path == key[0] for path, *_ in self._places)
-                raise RequestError(
-                    "this file is another one now: open it again" if replaced else "this bag is not open"
-                )
+                raise RequestError("this file has been replaced: open it again" if replaced else "this bag is not open")
             place.users += 1
             return place.bag
 

@@ -118,7 +118,7 @@ class Playback:
             except (Error, OSError) as error:
                 player, problem = None, str(error)
             except Exception as error:  # noqa: BLE001 - a fault of ours, of which the page shall know
-                player, problem = None, f"a fault of this server: {error!r:.500}"
+                player, problem = None, f"an internal error of this server: {error!r:.500}"
             with self._lock:
                 self._problem = problem
                 if self._ended or self._again:

@@ -50,7 +50,7 @@ def stop(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """End the recording, and return what it has."""
     recording = robot.bags.recording
     if recording is None:
-        raise RequestError("nothing is recorded")
+        raise RequestError("nothing is being recorded")
     recording.stop()
     return recording.status()
 

@@ -44,7 +44,7 @@ def kill(robot: Robot, args: Mapping[str, Any]) -> None:
     """Tell a node to end, as `rosnode kill` does. Args: node."""
     name = text(args, "node")
     if name == robot.node.name:
-        raise RequestError(f"{name} is the node of this page's server; end pyros1 web where it was started")
+        raise RequestError(f"{name} is the node of this page's server; stop pyros1 web where it was started")
     node = robot.graph.node(_uri(robot, name), _PATIENCE)
     try:
         node.shutdown("user request")
@@ -80,7 +80,7 @@ def _call(robot: Robot, node: str, what: str, kind: str, request: dict[str, str]
         try:
             return client.call(client.type._request_class(**request), _PATIENCE)
         except ServiceError as error:
-            raise RequestError(f"{node} has no levels that can be changed: {error}") from None
+            raise RequestError(f"the logger levels of {node} cannot be changed: {error}") from None
 
 
 CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {

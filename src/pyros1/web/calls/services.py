@@ -58,10 +58,10 @@ def _type(robot: Robot, name: str) -> str:
     robot.check_visible(name)
     uri = robot.graph.service_uri(name)
     if uri is None:
-        raise RequestError(f"nobody provides the service {name}")
+        raise RequestError(f"no node provides the service {name}")
     header = probe_service(name, uri, robot.node.name, _PROBE)
     if not header.get("type"):
-        raise RequestError(f"the provider of {name} does not tell its type")
+        raise RequestError(f"the provider of {name} does not report its type")
     return header["type"]
 
 

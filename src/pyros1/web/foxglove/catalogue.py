@@ -150,7 +150,7 @@ class Catalogue:
             first = next(iter(told.values()))
             for who, each in told.items():
                 if each != first:
-                    others = f"{foreign(who)} publishes another {foreign(each.type)} than others do"
+                    others = f"{foreign(who)} publishes a different {foreign(each.type)} than other nodes"
                     found[topic] = f"{topic}: {others}; its messages are left out"
         return {**found, **{topic: text for topic, (_, text) in self._unusable.items()}}
 
@@ -237,19 +237,19 @@ class Catalogue:
     def _ask_topic(self, topic: str, publisher: str) -> _Answer:
         uri = self._graph.node_uri(publisher)
         if uri is None:
-            raise MessageError(f"its publisher {publisher} has gone")
+            raise MessageError(f"its publisher {publisher} is gone")
         offer = ask_publisher(self._graph.master.caller_id, uri, topic)
         if offer.failure is not None:
-            raise MessageError(f"its publisher {publisher} does not tell its type: {foreign(offer.failure.text)}")
+            raise MessageError(f"its publisher {publisher} does not report its type: {foreign(offer.failure.text)}")
         return _Answer(publisher, _checked(offer.type, offer.md5sum, offer.definition))
 
     def _ask_service(self, name: str) -> str:
         uri = self._graph.service_uri(name)
         if uri is None:
-            raise MessageError("nobody provides this service")
+            raise MessageError("no node provides this service")
         kind = probe_service(name, uri, self._graph.master.caller_id, _PATIENCE).get("type")
         if not kind:
-            raise MessageError("its provider does not tell its type")
+            raise MessageError("its provider does not report its type")
         return kind
 
 

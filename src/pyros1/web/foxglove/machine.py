@@ -261,11 +261,11 @@ class Machine:
         for subscription, number in pairs:
             channel = self._channels.get(number)
             if subscription in self._subscriptions:
-                problems.append(f"you have a subscription {subscription}")
+                problems.append(f"you already have a subscription {subscription}")
             elif channel is None:
                 problems.append(f"there is no channel {number}")
             elif number in taken:
-                problems.append(f"you have a subscription of {channel.topic}")
+                problems.append(f"you already have a subscription of {channel.topic}")
             elif len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
                 problems.append(f"a viewer has at most {MOST_SUBSCRIPTIONS} subscriptions")
             else:
@@ -286,13 +286,15 @@ class Machine:
                 problems.append(f"{channel.topic}: {error}")
                 continue
             if channel.id in self._client_channels:
-                problems.append(f"you have a channel {channel.id}")
+                problems.append(f"you already have a channel {channel.id}")
             elif len(self._client_channels) >= MOST_CLIENT_CHANNELS:
                 problems.append(f"a viewer has at most {MOST_CLIENT_CHANNELS} channels")
             else:
                 known = self._offers.channels.get(channel.topic)
                 if known is not None and known.type != payloads.type_name(channel):
-                    problems.append(f"{channel.topic} carries {known.type}, so nobody may listen to {channel.type}")
+                    problems.append(
+                        f"{channel.topic} carries {known.type}, so no subscriber would accept {channel.type}"
+                    )
                 self._client_channels[channel.id] = channel
                 actions.append(Announce(channel))
         return actions, _warnings(problems)

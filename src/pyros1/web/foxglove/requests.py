@@ -184,7 +184,7 @@ def _parse_bytes(frame: bytes) -> Request:
             try:
                 encoding = frame[13 : 13 + length].decode()
             except UnicodeDecodeError:
-                raise FrameError("the encoding of a service call is no text") from None
+                raise FrameError("the encoding of a service call is not text") from None
             return CallService(service, call, encoding, frame[13 + length :])
         case b"\x01" | b"\x02":
             raise FrameError("a binary frame is cut off")
@@ -296,5 +296,5 @@ def _text(value: dict[str, Any], name: str, default: str | None = None) -> str:
 def _request_id(value: dict[str, Any]) -> str | None:
     found = value.get("id")
     if found is not None and not isinstance(found, str):
-        raise FrameError("id is a text")
+        raise FrameError("id must be a string")
     return found

@@ -86,7 +86,7 @@ class Calling:
         if kind is None:
             kind = probe_service(name, uri, self._robot.node.name, _PROBE).get("type", "")
             if not kind:
-                raise BridgeError(f"the provider of {name} does not tell its type")
+                raise BridgeError(f"the provider of {name} does not report its type")
             if len(self._types) >= _MOST_TYPES:
                 self._types.clear()
             self._types[name, uri] = kind

@@ -104,4 +104,4 @@ def _check_unicode(value: Any, id: Id) -> None:
     try:
         json.dumps(value, ensure_ascii=False).encode("utf-8")
     except ValueError:
-        raise BridgeError("a text has half a character, such as \\ud800", id) from None
+        raise BridgeError("a string has half a character, such as \\ud800", id) from None

@@ -163,12 +163,12 @@ def parse(frame: object) -> tuple[Id, Action | Part]:
         BridgeError: it is none.
     """
     if not isinstance(frame, dict):
-        raise BridgeError("an operation is a JSON object with a text 'op'")
+        raise BridgeError("an operation is a JSON object with a string 'op'")
     given = frame.get("id")
     id = given if isinstance(given, (str, int)) and not isinstance(given, bool) else None
     op = frame.get("op")
     if not isinstance(op, str):
-        raise BridgeError("an operation is a JSON object with a text 'op'", id)
+        raise BridgeError("an operation is a JSON object with a string 'op'", id)
     make = _MAKERS.get(op)
     if make is None:
         raise BridgeError(f"there is no operation {op[:50]!r}", id)
@@ -183,7 +183,7 @@ def _text(frame: Mapping[str, Any], name: str, default: str | None = None) -> st
     if value is None and default is not None:
         return default
     if not isinstance(value, str):
-        raise BridgeError(f"{name} must be a text")
+        raise BridgeError(f"{name} must be a string")
     return value
 
 

@@ -72,7 +72,7 @@ class Providing:
         """
         call = self._waiting.get(id) if isinstance(id, str) else None
         if call is None or call.service != response.service:
-            raise BridgeError(f"nobody waits for this answer of {response.service}")
+            raise BridgeError(f"no caller is waiting for this answer of {response.service}")
         call.response = response
         call.done.set()
 
@@ -94,7 +94,7 @@ class Providing:
         id = f"service_request:{name}:{next(self._numbers)}"
         with self._lock:
             if self._closed or len(self._waiting) >= MOST_CALLS or self._outbox.is_overfull():
-                raise ServiceRefusal(f"the client that provides {name} has too much to do")
+                raise ServiceRefusal(f"the client that provides {name} is too busy")
             self._waiting[id] = call
         try:
             self._outbox.tell(frames.call(name, id, for_json(request)))
@@ -105,7 +105,9 @@ class Providing:
         response = call.response
         if response is None:
             raise ServiceRefusal(
-                f"the client that provides {name} has gone" if answered else f"{name}: the client does not answer"
+                f"the client that provides {name} has disconnected"
+                if answered
+                else f"{name}: the client does not answer"
             )
         if not response.result:
             reason = response.values if isinstance(response.values, str) else frames.text(response.values)

@@ -99,7 +99,7 @@ class Publishers:
             self._robot.check_visible(topic)
             kind = self._robot.type_of(topic)
             if kind == "*":
-                raise BridgeError(f"nobody has told the type of {topic}: advertise it")
+                raise BridgeError(f"the type of {topic} is not known: advertise it")
             self.advertise(Advertise(name, kind, wish.latch, 0))
         publisher = self._topics[name].publisher
         message = from_client(self._topics[name].cls, wish.message, self._robot.node.now())

@@ -165,12 +165,12 @@ class WebServer:
         try:
             return await self._checked(request)
         except (ValueError, MultipleValuesError):  # of urlsplit; Host or Origin twice
-            return _plain(HTTPStatus.BAD_REQUEST, "This is no request.\n")
+            return _plain(HTTPStatus.BAD_REQUEST, "This is not a valid request.\n")
 
     async def _checked(self, request: Request) -> Response | None:
         host = request.headers.get("Host")
         if not self._access.is_our_name(host):
-            return _plain(HTTPStatus.FORBIDDEN, "This server has another name. Use the link that it printed.\n")
+            return _plain(HTTPStatus.FORBIDDEN, "This server has a different name. Use the link that it printed.\n")
         path = urlsplit(request.path).path
         if path == SOCKET or (path in _OTHERS and _wants_socket(request)):
             return self._admit(request)
@@ -186,7 +186,7 @@ class WebServer:
         origin, host = request.headers.get("Origin"), request.headers.get("Host")
         from_anywhere = _is_of_a_program(request) and self._access.lets_programs_in_from_anywhere
         if not from_anywhere and not self._access.is_our_page(origin, host):
-            return _plain(HTTPStatus.FORBIDDEN, "Another site's page may not come in.\n")
+            return _plain(HTTPStatus.FORBIDDEN, "Pages of other sites may not connect.\n")
         if trouble := self._access.token_trouble(request.path):
             return _plain(HTTPStatus.UNAUTHORIZED, f"{trouble}\n")
         if self._pages >= self._access.most_pages:
@@ -214,7 +214,7 @@ class WebServer:
             uri = ""
         kind = _KINDS.get(uri.rpartition(".")[2].lower())
         if kind is None:
-            return _plain(HTTPStatus.FORBIDDEN, f"only {', '.join(_KINDS)} files are given out\n")
+            return _plain(HTTPStatus.FORBIDDEN, f"only {', '.join(_KINDS)} files are served\n")
         try:
             return _response(HTTPStatus.OK, self._robot.files.read(uri), {"Content-Type": kind})
         except FileError as error:
@@ -283,7 +283,7 @@ class _Page:
                     self._long += 1
                     self._begin(self._call_service, request)
                 else:
-                    problem = f"{AT_ONCE} calls of services wait for their answers already"
+                    problem = f"{AT_ONCE} calls of services are already waiting for their answers"
                     await self._socket.send(wire.failure(request.id, problem))
                 return
             await self._room.acquire()

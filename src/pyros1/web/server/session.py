@@ -126,7 +126,7 @@ class Session:
         except Error as error:
             return wire.failure(call.id, str(error))
         except Exception as error:  # noqa: BLE001 - a fault of ours, of which the page shall know
-            return wire.failure(call.id, f"a fault of this server: {error!r:.500}")
+            return wire.failure(call.id, f"an internal error of this server: {error!r:.500}")
 
     def close(self) -> None:
         """End all streams, and calls of services."""
@@ -172,7 +172,7 @@ class Session:
         except Error as error:
             problem = str(error)
         except Exception as error:  # noqa: BLE001 - a fault of ours, of which the page shall know
-            problem = f"a fault of this server: {error!r:.500}"
+            problem = f"an internal error of this server: {error!r:.500}"
         else:
             stream.problem = ""
             stream.awaited = frame is None

@@ -56,7 +56,7 @@ class Threads(Executor):
         future: Future[_T] = Future()
         with self._changed:
             if self._ended:
-                raise RuntimeError("the server ends")
+                raise RuntimeError("the server is shutting down")
             self._lanes.setdefault(lane, deque()).append(_Job(future, fn, args, kwargs))
             self._waiting += 1
             if self._waiting > self._idle and len(self._threads) < self._most:

@@ -116,12 +116,12 @@ def _rate(arrivals: deque[float], now: float) -> float:
 
 def _problem(name: str, told: set[str], parents: dict[str, str]) -> str:
     if len(told) > 1:
-        return f"has {len(told)} parents: {', '.join(sorted(told))}; a frame can have one only"
+        return f"has {len(told)} parents: {', '.join(sorted(told))}; a frame can have only one"
     seen = {name}
     at = parents[name]
     while at in parents:
         if at in seen:
-            return f"is in a circle with {at}" if at != name else "is its own ancestor"
+            return f"is in a loop with {at}" if at != name else "is its own ancestor"
         seen.add(at)
         at = parents[at]
     return ""

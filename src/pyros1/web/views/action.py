@@ -84,7 +84,7 @@ class ActionView(View):
             except MessageError as error:
                 self._problem = str(error)
             except (AttributeError, TypeError) as error:  # topics of these names, but of other types
-                self._problem = f"this is no action: {error}"
+                self._problem = f"this is not an action: {error}"
             self.wake()
 
         return arrived

@@ -65,7 +65,7 @@ class FramesView(View):
                 self._frames.add(message.transforms, publisher, static, arrival.time)
                 self._problems.pop(publisher, None)
         except (MessageError, AttributeError, TypeError) as error:
-            text = f"{publisher} publishes something else than transforms: {error}"
+            text = f"{publisher} publishes something other than transforms: {error}"
             with self._lock:
                 self._problems.pop(publisher, None)
                 self._problems = {publisher: (text, monotonic()), **dict([*self._problems.items()][:_MOST_PROBLEMS])}

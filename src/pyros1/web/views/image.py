@@ -31,7 +31,7 @@ def check_picture(arrival: Arrival) -> str:
     """
     kind: str = (arrival.raw._connection_header or {}).get("type", "")
     if kind not in ("sensor_msgs/Image", COMPRESSED):
-        raise RequestError(f"not a topic of pictures, but of {kind}")
+        raise RequestError(f"not an image topic, but of type {kind}")
     if len(arrival.raw._buff) > MOST_BYTES:
         raise RequestError(f"a picture of {len(arrival.raw._buff) >> 20} MB; {MOST_BYTES >> 20} MB can be shown")
     return kind

@@ -101,7 +101,7 @@ class JointsView(View):
         self._look()
         if publish and not self._others:
             if self.robot.movers.setdefault(self._topic, self) is not self:
-                raise RequestError(f"another page publishes {self._topic}")
+                raise RequestError(f"another page is already publishing {self._topic}")
             with self._lock:
                 if self._states is not None:
                     self._states.take(list(positions), list(positions.values()))
@@ -112,7 +112,7 @@ class JointsView(View):
 
     def _move(self, positions: Mapping[str, float]) -> None:
         if not self._source:
-            raise RequestError(f"nobody takes positions for {self._topic}")
+            raise RequestError(f"no node subscribes to {self._topic}")
         value = {"header": {"stamp": "now"}, "name": list(positions), "position": list(positions.values())}
         self.robot.publishing.publish(self._source, _TYPE, value)
 

@@ -57,7 +57,7 @@ class ParamView(View):
         except ParameterNotSetError:
             return {"text": None, "why": f"there is no parameter {self._name}"}
         if not isinstance(value, str):
-            return {"text": None, "why": f"{self._name} is not a text"}
+            return {"text": None, "why": f"{self._name} is not a string"}
         if len(value) > MOST_TEXT:
             raise RequestError(f"{self._name} has {len(value)} characters; {MOST_TEXT} can be shown")
         return {"text": value}

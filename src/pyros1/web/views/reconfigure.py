@@ -67,7 +67,7 @@ class ReconfigureView(View):
                 }
             )
         except (MessageError, AttributeError, TypeError) as error:  # another type under these names
-            raise RequestError(f"this is no server of dynamic_reconfigure: {error}") from None
+            raise RequestError(f"this is not a dynamic_reconfigure server: {error}") from None
 
     def close(self) -> None:
         for end in self._ends:

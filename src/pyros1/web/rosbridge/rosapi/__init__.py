@@ -63,5 +63,5 @@ def _texts(fields: tuple[str, ...], args: Any) -> dict[str, str]:
         elif len(args) in (0, len(fields)):
             args = dict(zip(fields, args, strict=False))
     if not isinstance(args, dict) or not all(isinstance(args.get(name, ""), str) for name in fields):
-        raise BridgeError(f"the arguments are texts: {', '.join(fields)}" if fields else "there are no arguments")
+        raise BridgeError(f"the arguments are strings: {', '.join(fields)}" if fields else "there are no arguments")
     return {name: args.get(name, "") for name in fields}

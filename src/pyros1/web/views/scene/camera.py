@@ -115,7 +115,7 @@ class CameraView(View):
 
     def _camera(self, info: Arrival | None) -> tuple[Camera | None, str]:
         if info is None:
-            return None, f"no CameraInfo has come on {self._about}"
+            return None, f"no CameraInfo has been received on {self._about}"
         if _type(info) != _INFO:
             return None, f"{self._about} has no CameraInfo, but {_type(info)}"
         try:
