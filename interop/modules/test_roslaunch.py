@@ -321,3 +321,35 @@ for words in (["--find-node", "/short", "scripted", "short.launch"], ["--no-such
 def test_running(launcher: Master, package: dict[str, str], text: str) -> None:
     text = SHOW + text
     assert len(same_lines(launcher, text, package)) >= 4
+
+
+WRITTEN = """
+import os, time, xmlrpc.client
+import roslaunch
+text = '''<launch><arg name="w" default="x y"/>
+<node pkg="scripted" type="run" name="one" args="3  'a  b' $(arg w)  [1,2] &quot;q&quot;" launch-prefix="nice  -n '5'"/>
+</launch>'''
+file = os.path.join(os.environ["ROS_PACKAGE_PATH"], "written.launch")
+with open(file, "w") as out:
+    out.write(text)
+config = roslaunch.config.load_config_default([file], None)
+show([(node.args, node.launch_prefix) for node in config.nodes], sorted(config.params))
+show([value.value[-1:] for value in config.params.values()] == ["\\n", "\\n"])
+uuid = roslaunch.rlutil.get_or_generate_uuid(None, False)
+parent = roslaunch.parent.ROSLaunchParent(uuid, [file], show_summary=False)
+show(parent.pm, parent.server, parent.runner, parent.config, parent.logger.name, parent.force_log, parent.show_summary)
+parent.start()
+show(parent.pm.is_shutdown, type(parent.server).__name__, [node.args for node in parent.config.nodes])
+show(xmlrpc.client.ServerProxy(parent.server.uri).list_processes()[0], parent.runner.server_uri == parent.server.uri)
+end = time.monotonic() + 20
+while not parent.pm.is_shutdown and time.monotonic() < end:
+    time.sleep(0.05)
+show(parent.pm.is_shutdown)
+parent.shutdown()
+os._exit(0)
+"""
+
+
+def test_a_launch_is_as_it_was_written(launcher: Master, package: dict[str, str]) -> None:
+    lines = same_lines(launcher, SHOW + WRITTEN, package)
+    assert "'/rosdistro', '/rosversion'" in lines[0] and lines[-1] == "= True"

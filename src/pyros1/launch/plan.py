@@ -34,6 +34,7 @@ class NodePlan:
         wait_for: what must exist before the node starts.
         wait_timeout: seconds to wait for this, 0 for no limit.
         on_death: what is done when the node has ended; None for nothing.
+        args_text, prefix_text: ``args`` and ``prefix`` as written in the file, after substitution.
     """
 
     package: str
@@ -55,6 +56,8 @@ class NodePlan:
     wait_for: list[Condition] = field(default_factory=list)
     wait_timeout: float = DEFAULT_TIMEOUT
     on_death: OnDeath | None = None
+    args_text: str = field(default="", compare=False)
+    prefix_text: str = field(default="", compare=False)
 
     @property
     def full_name(self) -> str:

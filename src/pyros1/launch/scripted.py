@@ -240,6 +240,12 @@ class ScriptRun:
         """Return the processes that run."""
         return [ProcessHandle(process, self) for process in self._session.supervisor.active]
 
+    @property
+    def server_uri(self) -> str:
+        """URI of the launch's XML-RPC server; empty before it has started and after the end."""
+        server = self._session._server
+        return server.uri if server is not None else ""
+
     def is_over(self) -> bool:
         """Return whether the launch has ended."""
         return self._over.is_set()

@@ -126,6 +126,8 @@ class NodeReader:
             machine=text("machine") or scope.default_machine,
             file=element.file,
             line=element.line,
+            args_text=text("args") or "",
+            prefix_text=text("launch-prefix") or "",
         )
         wait_for = f"{scope.wait_for} {text('wait-for') or ''}"
         plan.wait_for = list(dict.fromkeys(parse_conditions(wait_for, inner.namespace, name)))

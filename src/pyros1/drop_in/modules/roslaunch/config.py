@@ -9,6 +9,7 @@ from typing import Any
 
 from pyros1.launch.reading.report import summary
 from pyros1.launch.reading.words import parse_arguments
+from pyros1.launch.running.core import CORE_PARAMS
 from roslaunch.core import Machine, Master, Node, Param, RLException, Test, is_machine_local, local_machine
 from roslaunch.plans import plan_of
 from roslaunch.xmlloader import XmlLoader
@@ -194,6 +195,8 @@ def load_config_default(
     config = ROSLaunchConfig()
     if port:
         config.master.uri = f"http://{config.master.get_host()}:{port}/"
+    for name, value in CORE_PARAMS.items():
+        config.add_param(Param(name, value), verbose=False)
     loader = loader or XmlLoader()  # what else a core starts is read when it starts
     for file in roslaunch_files:
         path, words = (file, None) if isinstance(file, str) else file

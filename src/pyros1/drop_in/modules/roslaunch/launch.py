@@ -56,7 +56,7 @@ class ROSLaunchRunner:
     Args:
         run_id: the run id.
         config: a ROSLaunchConfig.
-        server_uri: not used: a launch has its own server.
+        server_uri: not used: a launch has its own server, whose address is the attribute of this name.
         pmon: a ProcessMonitor that shows and ends the processes; None for a new one.
         is_core: run a core.
         remote_runner, is_child, num_workers: not used.
@@ -126,6 +126,7 @@ class ROSLaunchRunner:
         self._run = ScriptRun(plan, self.options, [self.pm], make_resources())
         self.pm.runs.append(self._run)
         self._run.start()
+        self.server_uri = self._run.server_uri
         return [f"Process<{handle.name}>" for handle in self._run.processes()], []
 
     @rl_errors

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import Any
 
 from roslaunch.config import load_config_default
@@ -9,6 +10,7 @@ from roslaunch.core import RLException, printerrlog, printlog_bold
 from roslaunch.launch import ROSLaunchRunner
 from roslaunch.nodeprocess import DEFAULT_TIMEOUT_SIGINT, DEFAULT_TIMEOUT_SIGTERM, NUM_WORKERS
 from roslaunch.pmon import ProcessMonitor, start_process_monitor
+from roslaunch.server import ROSLaunchParentNode
 
 __all__ = [
     "DEFAULT_TIMEOUT_SIGINT",
@@ -27,6 +29,7 @@ class ROSLaunchParent:
 
     Attributes:
         config: the ROSLaunchConfig, after `start`. runner: the ROSLaunchRunner. pm: the ProcessMonitor.
+        server: the launch's XML-RPC server, with its ``uri``.
 
     Args:
         run_id: the run id; see `rlutil.get_or_generate_uuid`.
@@ -87,6 +90,12 @@ class ROSLaunchParent:
         self.config: Any = None
         self.runner: ROSLaunchRunner | None = None
         self.pm: ProcessMonitor | None = None
+        self.server: ROSLaunchParentNode | None = None
+        self.remote_runner: Any = None
+        self.is_rostest = is_rostest
+        self.show_summary = show_summary
+        self.force_screen, self.force_log, self.force_required = force_screen, force_log, force_required
+        self.logger = logging.getLogger("roslaunch.parent")
         self._options: dict[str, Any] = {
             "screen": False if force_log else True if force_screen else None,
             "port": port,
@@ -124,6 +133,7 @@ class ROSLaunchParent:
         for listener in self.process_listeners or ():
             self.runner.add_process_listener(listener)
         self.runner.launch()
+        self.server = ROSLaunchParentNode(self.config, self.pm, self.runner.server_uri or "")
 
     def spin_once(self) -> bool:
         """Return whether something still runs."""

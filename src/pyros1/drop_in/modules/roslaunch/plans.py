@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from typing import Any
 
 from pyros1.ground.errors import LaunchError
@@ -17,11 +16,11 @@ def node_of(plan: NodePlan) -> Node:
         "name": plan.name,
         "namespace": plan.namespace,
         "machine_name": plan.machine,
-        "args": shlex.join(plan.args),
+        "args": plan.args_text,
         "remap_args": [list(pair) for pair in plan.remappings],
         "env_args": list(plan.env.items()),
         "cwd": "node" if plan.cwd == "node" else None,
-        "launch_prefix": shlex.join(plan.prefix),
+        "launch_prefix": plan.prefix_text,
         "filename": plan.file,
     }
     if isinstance(plan, TestPlan):

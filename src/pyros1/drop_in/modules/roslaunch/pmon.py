@@ -173,7 +173,7 @@ class ProcessMonitor(threading.Thread):
     def __init__(self, name: str = "ProcessMonitor") -> None:
         super().__init__(name=name, daemon=True)
         self.listeners: list[Any] = []
-        self.is_shutdown = False
+        self._shut_down = False
         self.runs: list[Any] = []
         self.processes: dict[str, Process] = {}
         self.procs: list[Process] = []
@@ -184,6 +184,15 @@ class ProcessMonitor(threading.Thread):
         self._wake = threading.Event()
         self._end = threading.Event()
         _monitors.add(self)
+
+    @property
+    def is_shutdown(self) -> bool:
+        """Whether it has been shut down, or all that was launched has ended."""
+        return self._shut_down or (bool(self.runs) and not self.procs and all(run.is_over() for run in self.runs))
+
+    @is_shutdown.setter
+    def is_shutdown(self, value: bool) -> None:
+        self._shut_down = value
 
     def add_process_listener(self, l: Any) -> None:  # noqa: E741
         """Tell an object with ``process_died`` of each process that ends."""
@@ -237,7 +246,7 @@ class ProcessMonitor(threading.Thread):
                 self._end.set()
             if self._end.is_set():
                 break
-        self.is_shutdown = True
+        self._shut_down = True
         for process in reversed(self.procs):
             printlog(f"[{process.name}] killing on exit")
             _stop(process)
@@ -327,7 +336,7 @@ class ProcessMonitor(threading.Thread):
 
     def shutdown(self) -> None:
         """End all processes, and wait until they have ended."""
-        self.is_shutdown = True
+        self._shut_down = True
         for run in self.runs:
             run.stop()
         self._end.set()
@@ -357,7 +366,7 @@ def start_process_monitor() -> ProcessMonitor:
 
 def shutdown_process_monitor(process_monitor: Any) -> bool:
     """End a monitor and its processes; return False if there was nothing to end, or it has not ended."""
-    if process_monitor is None or process_monitor.is_shutdown:
+    if process_monitor is None or process_monitor._shut_down:
         return False
     process_monitor.shutdown()
     return not process_monitor.is_alive()

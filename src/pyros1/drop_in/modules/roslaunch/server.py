@@ -1,0 +1,41 @@
+"""The XML-RPC server of a launch, which answers others (https://wiki.ros.org/roslaunch/Architecture)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.drop_in.missing import missing
+
+
+class ROSLaunchParentNode:
+    """The server of a launch, which runs with it.
+
+    Args:
+        rl_config: the ROSLaunchConfig.
+        pm: the ProcessMonitor.
+        uri: its address.
+
+    Attributes:
+        rl_config, pm, uri: as given.
+    """
+
+    def __init__(self, rl_config: Any, pm: Any, uri: str = "") -> None:
+        self.rl_config = rl_config
+        self.pm = pm
+        self.uri = uri
+
+    def add_process_listener(self, l: Any) -> None:  # noqa: E741
+        """Tell an object with ``process_died`` of each process that ends."""
+        self.pm.add_process_listener(l)
+
+    def start(self) -> None:
+        """Do nothing: it starts with the launch."""
+
+    def shutdown(self, reason: str) -> None:
+        """Do nothing: it ends with the launch."""
+
+
+__getattr__ = missing(
+    "roslaunch.server",
+    ROSLaunchChildNode="`pyros1 launch` runs nodes on other machines itself",
+)
