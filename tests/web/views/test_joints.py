@@ -91,6 +91,21 @@ def test_of_two_pages_one_publishes(make_node: Make, watch: Make) -> None:
     last(two, "positions", lambda positions: positions == [-1.0])
 
 
+def test_a_page_that_comes_back_publishes_again(make_node: Make, watch: Make) -> None:
+    """Its former connection may not be known to be dead yet."""
+    make_node("user").params["/robot_description"] = ARM
+    before = watch("joints", publish=True, positions={"turn": 1.5})
+    last(before, "facts", lambda facts: facts["publishing"])
+    again = watch("joints", publish=True, positions={"turn": 0.5})
+    other = watch("joints", publish=True, positions={"turn": -0.5})
+    last(again, "facts", lambda facts: facts["there"] and not facts["publishing"])
+    other.view.change({"publish": False})  # it waits no longer
+    before.view.close()
+    last(again, "facts", lambda facts: facts["publishing"])
+    last(again, "positions", lambda positions: positions == [0.5])
+    assert not last(other, "facts", lambda facts: facts["publishers"] == ["/web"])["publishing"]
+
+
 def test_what_is_wrong_with_a_description(make_node: Make, watch: Make) -> None:
     node = make_node("user")
     node.params["/left/robot_description"] = ARM

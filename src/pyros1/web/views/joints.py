@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
@@ -28,12 +29,16 @@ _TYPE = "sensor_msgs/JointState"
 _MOST_NAMES = 50
 
 
+class _PublishedElsewhereError(RequestError):
+    """Another view publishes the joints."""
+
+
 class JointsView(View):
     """Shows the joints of a description, and moves them.
 
     A node that publishes the joints goes on doing so, and is told where they shall be: on the topic ``~sliders`` of
     pyros1's joint_state_publisher, or on one of the source_list of any other. If nobody publishes, this view can; of
-    several, the first.
+    several, the first, and then one that was opened to publish.
 
     Args (of the page):
         description: name of the parameter; the topic is the joint_states beside it.
@@ -66,8 +71,11 @@ class JointsView(View):
         self._pushed: dict[str, Any] = {}
         self._repeating: Repeating | None = None
         self._end = robot.listen(self._topic, self._arrived)
+        self._waiting: Mapping[str, Any] | None = None  # until another view no longer publishes
         try:
             self._apply(args)
+        except _PublishedElsewhereError:
+            self._waiting = args  # perhaps by this page's former connection, which is not known to be dead yet
         except BaseException:
             self.close()
             raise
@@ -75,6 +83,10 @@ class JointsView(View):
     def take(self) -> Push | None:
         if monotonic() - self._looked >= _LOOK:
             self._look()
+            if self._waiting is not None:
+                with suppress(_PublishedElsewhereError):
+                    self._apply(self._waiting)
+                    self._waiting = None
         if self._problem:
             raise RequestError(self._problem)
         now: dict[str, Any] = {"facts": self._describe()}
@@ -85,6 +97,7 @@ class JointsView(View):
         return Push(changed) if changed else None
 
     def change(self, args: Mapping[str, Any]) -> None:
+        self._waiting = None
         self._apply(args)
 
     def close(self) -> None:
@@ -101,7 +114,7 @@ class JointsView(View):
         self._look()
         if publish and not self._others:
             if self.robot.movers.setdefault(self._topic, self) is not self:
-                raise RequestError(f"another page is already publishing {self._topic}")
+                raise _PublishedElsewhereError(f"another page is already publishing {self._topic}")
             with self._lock:
                 if self._states is not None:
                     self._states.take(list(positions), list(positions.values()))
