@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -104,6 +105,25 @@ def test_another_version_of_an_installed_type(robot: Robot, make_node: Make) -> 
     assert "/new publishes a different" in one.look(100.0).problems["/a"]
     one.learn(theirs, {"type": "std_msgs/Float64", "md5sum": "1" * 32, "message_definition": "nonsense"})
     assert "unusable" in one.look(0.0).problems["/a"]
+
+
+def test_of_what_publishers_say_while_nobody_looks_the_newest_is_kept(robot: Robot, make_node: Make) -> None:
+    make_node("talker").advertise("a", Float64)
+    one = catalogue(robot)
+    channel = one.look(0.0).channels["/a"]
+
+    def header(text: str) -> dict[str, str]:
+        md5sum = from_definition("std_msgs/Float64", text)._md5sum
+        return {"type": "std_msgs/Float64", "md5sum": md5sum, "message_definition": text, "callerid": "/talker"}
+
+    one.learn(channel, header("float64 data\nint8 old"))
+    for _ in range(998):
+        one.learn(replace(channel, topic="/b"), header("int8 x"))
+    assert one.look(100.0).channels["/a"].schema.endswith("int8 old")
+    one.learn(channel, header("float64 data\nint8 new"))
+    for _ in range(1000):
+        one.learn(replace(channel, topic="/b"), header("int8 x"))
+    assert one.look(100.0).channels["/a"].schema.endswith("int8 old")  # there was no room for the new one
 
 
 def test_a_definition_goes_with_its_publisher(robot: Robot, make_node: Make) -> None:
