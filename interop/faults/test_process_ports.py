@@ -94,7 +94,7 @@ def test_the_port_of_a_publishers_api(launcher: Master, topic: str, taker: type,
 
 @pytest.mark.parametrize(
     ("taker", "words"),
-    [(Echo, "only sends back what it gets: another program has its port")],
+    [(Echo, "only sends back what it receives: another program is using its port")],
 )
 def test_the_port_of_a_service(launcher: Master, topic: str, taker: type, words: str) -> None:
     client = launcher.ready_peer("pyros1", "customer")
@@ -118,7 +118,7 @@ def test_the_port_of_a_service_at_a_server_that_waits(launcher: Master, topic: s
     kill(server)
     with takes(port, Web):
         client.tell("call", topic, FLIP, 1, 0)
-        client.wait_line("which does not answer. Is its node stopped, or has another program its port", 30)
+        client.wait_line("which does not answer. Is its node stopped, or is another program using its port", 30)
 
 
 def test_the_port_of_a_service_at_a_node_with_other_services(launcher: Master, topic: str) -> None:

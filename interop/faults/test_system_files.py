@@ -45,7 +45,7 @@ def test_a_node(launcher: Master, topic: str) -> None:
     friend.linked(topic)
     node.serve(f"{topic}/flip", FLIP)
     with crowd(node, parse_uri(launcher.call("lookupService", f"{topic}/flip")[2], "rosrpc")[1]):
-        node.wait_line("ERROR.*cannot accept a connection: Too many open files. This process may open", 30)
+        node.wait_line("ERROR.*cannot accept a connection: Too many open files. The limit of open files is", 30)
         waiting.subscribe(topic, TEXT)
         assert busy(node.pid, 2.0) < CALM
         for seed in range(3):
@@ -167,7 +167,7 @@ def test_a_recorder_that_splits(launcher: Master, node: Node, topic: str, tmp_pa
     with crowd(recorder, parse_uri(place, "rosrpc")[1]):
         recorder.wait_line("Too many open files", 30)
         publish(8)
-        recorder.wait_line("Cannot begin the next file .Too many open files.; the recording goes on in .*a_0.bag", 30)
+        recorder.wait_line("Cannot start the next file .Too many open files.; the recording continues in .*a_0.bag", 30)
         assert not (tmp_path / "a_1.bag.active").exists()
 
     def begins_another() -> bool:

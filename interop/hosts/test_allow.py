@@ -68,7 +68,7 @@ def test_the_master_serves_its_friends_and_nobody_else(place: Place) -> None:
         assert "ConnectionResetError" in call(guest, URI, method, *arguments)
     assert place.friend.run(["rosparam", "get", "/speed"], place.friend.environ(URI, "stock")).output == "1\n"
     said = guest.run(guest.pyros1("node", "list"), guest.environ(URI))
-    assert said.code == 1 and "--allow (PYROS1_ALLOW) let this machine in" in said.output
+    assert said.code == 1 and "--allow (PYROS1_ALLOW) include this machine" in said.output
     place.core.wait_line(f"WARNING: refused a connection from {guest.address}")
     assert not place.core.unread("refused a connection"), "said once"
 

@@ -100,7 +100,7 @@ def test_a_firewall_that_lets_only_a_range_of_ports_through() -> None:
         robot.start([sys.executable, "-c", datagrams], environ, "datagrams").wait_line("^got", timeout=40)
         ours = listeners[2]
         ours.subscribe("/t_stranger", STRING)
-        ours.wait_line(r"no messages of /t_stranger .*Connection refused.*a firewall refuses the port", timeout=60)
+        ours.wait_line(r"no messages of /t_stranger .*Connection refused.*a firewall rejects the port", timeout=60)
 
 
 def test_wrong_addresses_are_named_with_the_cure() -> None:
@@ -122,7 +122,9 @@ def test_wrong_addresses_are_named_with_the_cure() -> None:
             talker.advertise(f"/t_{name}", STRING, latch=True)
             talker.serve(f"/s_{name}", "std_srvs/SetBool")
             listener.subscribe(f"/t_{name}", STRING)
-        core.wait_line(r"WARNING: /deaf cannot be told of publishers of /t_localhost: .*10\.88\.0\.98", timeout=60)
+        core.wait_line(
+            r"WARNING: /deaf cannot be notified of the publishers of /t_localhost: .*10\.88\.0\.98", timeout=60
+        )
         for name, (_, pattern) in wrong.items():
             listener.wait_line(rf"no messages of /t_{name} .*{pattern}", timeout=60)
             listener.tell("call", f"/s_{name}", "std_srvs/SetBool", 1, 0)

@@ -97,7 +97,7 @@ def test_a_task_is_cancelled_with_its_goal(environ: dict[str, str]) -> None:
 
 def test_goals_that_fail(environ: dict[str, str]) -> None:
     async def work(client: AsyncClient) -> None:
-        for order, text in (0, "ValueError: no"), (102, "has not ended the goal"):
+        for order, text in (0, "ValueError: no"), (102, "returned without finishing the goal"):
             goal = await client.send(FibonacciGoal(order=order))
             with pytest.raises(GoalError, match=text):
                 await goal.result(20)

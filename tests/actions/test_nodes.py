@@ -103,7 +103,7 @@ def test_a_goal_is_cancelled(make_node: Make, stack: ExitStack) -> None:
     goal = client.send(
         FibonacciGoal(order=7), on_stage=lambda _, stage: stage is Stage.ACTIVE and active.set(), timeout=20
     )
-    with pytest.raises(WaitTimeoutError, match="has not ended within"):
+    with pytest.raises(WaitTimeoutError, match="did not finish within"):
         goal.result(0.01)
     assert active.wait(20)  # a goal that has not begun would be recalled
     goal.cancel()

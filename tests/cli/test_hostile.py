@@ -198,7 +198,7 @@ def test_a_node_shows_nothing_of_the_kind(
             assert value
     with socket.create_connection(("localhost", tcpros_port(node))) as peer:
         peer.sendall(encode_header({"topic": "/t" + WORSE, "callerid": "/peer" + WORSE, "md5sum": "*"}))
-        while "refused a connection of /peer" not in logged.get(timeout=10):
+        while "refused a connection from /peer" not in logged.get(timeout=10):
             pass
     node.shutdown()
     out, err = capfd.readouterr()

@@ -112,7 +112,7 @@ def test_texts_of_messages_that_are_not_utf8_are_told_once(system: dict[str, str
             bag.write_raw("/t", b"\4\0\0\0ab\xe4c", header, number)
     done = run(f"topic echo -b {file} /t", system, stdout=subprocess.PIPE)
     assert (done.returncode, done.stdout) == (0, 2 * 'data: "ab\\uFFFDc"\n---\n')
-    assert done.stderr == "WARNING: std_msgs/String: bytes in texts that are not UTF-8 are replaced\n"
+    assert done.stderr == "WARNING: std_msgs/String: bytes in strings that are not UTF-8 are replaced\n"
 
 
 def test_drawings_without_the_characters(system: dict[str, str]) -> None:

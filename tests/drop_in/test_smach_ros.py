@@ -344,7 +344,7 @@ except AttributeError as error:
 
 
 def test_signatures(environ: dict[str, str]) -> None:
-    assert run(SIGNATURES, environ) == "pyros1 has no smach_ros.RosState: it is of ROS 2\n"
+    assert run(SIGNATURES, environ) == "pyros1 has no smach_ros.RosState: it belongs to ROS 2\n"
 
 
 CLIENT = """

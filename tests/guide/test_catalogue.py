@@ -133,11 +133,14 @@ def test_the_list_names_each_with_a_line(capfd: pytest.CaptureFixture[str], fold
 @pytest.mark.parametrize(
     ("words", "text"),
     [
-        (["-e", "servce"], "ERROR: there is no example 'servce' (did you mean 'service'?); there are: publisher, "),
+        (
+            ["-e", "servce"],
+            "ERROR: there is no example 'servce' (did you mean 'service'?); the examples are: ",
+        ),
         (["-e", "asyncio", "--face", "rospy"], "ERROR: the example 'asyncio' has no face 'rospy', only: node\n"),
         (["-e", "timer", "--meta"], "ERROR: --example cannot be used here: a metapackage has no files\n"),
         (["-e", "timer", "--no-examples"], "ERROR: --example cannot be used here: --no-examples excludes it\n"),
-        (["-e", "timer", "-e", "nothing"], "ERROR: there is no example 'nothing'; there are: publisher, "),
+        (["-e", "timer", "-e", "nothing"], "ERROR: there is no example 'nothing'; the examples are: "),
     ],
 )
 def test_errors_name_what_there_is(

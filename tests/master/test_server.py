@@ -278,7 +278,7 @@ def test_a_subscriber_that_cannot_be_reached_is_told_of_once() -> None:
     for _ in range(3):
         send("publisherUpdate", unknown)
     assert len(told) == 1
-    assert "/scan cannot be told of publishers of /t" in told[0] and "export ROS_IP" in told[0]
+    assert "/scan cannot be notified of the publishers of /t" in told[0] and "export ROS_IP" in told[0]
     send("publisherUpdate", None)
     send("publisherUpdate", unknown)
     assert len(told) == 2

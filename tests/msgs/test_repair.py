@@ -60,7 +60,7 @@ def test_texts_become_utf8(first: bytes, second: bytes, names: list[bytes], last
 
 def test_it_is_told() -> None:
     cls, data = make("string s"), block(b"ab\xe4c")
-    with pytest.warns(UnicodeWarning, match="p/Texts: bytes in texts that are not UTF-8 are replaced"):
+    with pytest.warns(UnicodeWarning, match="p/Texts: bytes in strings that are not UTF-8 are replaced"):
         assert codec.decode(cls, data, 0, len(data)).s == "ab\ufffdc"
 
 

@@ -67,7 +67,7 @@ def test_what_is_too_much_is_lost_and_counted(sink: Sink, monkeypatch: pytest.Mo
         writer.write("", text)
     sink.free.set()
     writer.close()
-    assert sink.texts == ["first\n", "second\n", "... 2 lines were lost here: the output did not take them in time\n"]
+    assert sink.texts == ["first\n", "second\n", "... 2 lines were lost here: the output was too slow\n"]
 
 
 def test_the_end_is_not_held_up(sink: Sink) -> None:

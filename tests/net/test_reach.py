@@ -23,9 +23,9 @@ def caused(cause: OSError) -> UnreachableError:
         ("robot", UnknownHostError("robot", socket.gaierror(-2, "unknown")), "ROS_IP.*'ADDRESS robot' to /etc/hosts"),
         ("localhost", caused(ConnectionRefusedError()), "on its machine unset ROS_HOSTNAME, export ROS_IP"),
         ("127.0.1.1", None, "means this machine here"),
-        ("robot", caused(ConnectionResetError()), r"PYROS1_ALLOW \(or --allow\) on \[robot\] let this machine in"),
+        ("robot", caused(ConnectionResetError()), r"PYROS1_ALLOW \(or --allow\) on \[robot\] include this machine"),
         ("robot", caused(ConnectionRefusedError()), "node cleanup.*ROS_IP.*firewall"),
-        ("robot", caused(OSError(113, "No route to host")), r"Is \[robot\] on.*ROS_IP.*firewall"),
+        ("robot", caused(OSError(113, "No route to host")), r"Is \[robot\] switched on.*ROS_IP.*firewall"),
         ("robot", DeadlineError("late"), "ROS_IP.*PYROS1_PORTS"),
     ],
 )
@@ -35,10 +35,10 @@ def test_each_kind_has_a_cure(host: str, error: BaseException | None, words: str
 
 def test_where_all_use_a_loopback_address_other_machines_are_not_suspected() -> None:
     refused = caused(ConnectionRefusedError())
-    assert how_to_reach("localhost", refused, "127.0.0.1") == "Has it ended? pyros1 node cleanup"
+    assert how_to_reach("localhost", refused, "127.0.0.1") == "Has it exited? Then: pyros1 node cleanup"
     for own in ("", "laptop"):
         text = how_to_reach("localhost", refused, own)
-        assert text.startswith("Has it ended? pyros1 node cleanup") and "unset ROS_HOSTNAME" in text
+        assert text.startswith("Has it exited? Then: pyros1 node cleanup") and "unset ROS_HOSTNAME" in text
 
 
 @pytest.mark.parametrize("own", ["", "laptop", "localhost"])

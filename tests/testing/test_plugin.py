@@ -55,7 +55,9 @@ def test_a_message_that_does_not_come_is_told_with_what_is_known(
     ros_node: Callable[..., Any], ros_listen: Listen
 ) -> None:
     heard = ros_listen("/a", FLOAT)
-    with pytest.raises(AssertionError, match=r"0 of 1 messages came within 0\.01 s\. /a: nobody publishes this topic"):
+    with pytest.raises(
+        AssertionError, match=r"0 of 1 messages arrived within 0\.01 s\. /a: no node publishes this topic"
+    ):
         heard.next(timeout=0.01)
     publisher = ros_node("source").advertise("/a", FLOAT)
     assert publisher.wait_for_subscribers(1, 10)
@@ -63,7 +65,7 @@ def test_a_message_that_does_not_come_is_told_with_what_is_known(
         heard.first(timeout=0.01)
     publisher.publish(data=7.0)
     heard.next()
-    with pytest.raises(AssertionError, match=r"1 came in all, the last one:\ndata: 7.0"):
+    with pytest.raises(AssertionError, match=r"1 arrived in all, the last one:\ndata: 7.0"):
         heard.first(lambda message: message.data > 7, timeout=0.01)
 
 
@@ -71,7 +73,7 @@ def test_a_message_that_should_not_come(ros_node: Callable[..., Any], ros_listen
     publisher = ros_node("source").advertise("/a", FLOAT, latch=True)
     heard = ros_listen("/a", FLOAT)
     publisher.publish(data=1.0)
-    with pytest.raises(AssertionError, match="a message came that should not"):
+    with pytest.raises(AssertionError, match="an unexpected message arrived"):
         heard.nothing(10)
 
 
@@ -112,7 +114,7 @@ def test_output_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
     assert program.wait_for("^three$", 60)
     assert program.wait(60) == 0
     assert len(program.output) == 1000
-    with pytest.raises(AssertionError, match="ended without printing 'four', but:\n"):
+    with pytest.raises(AssertionError, match="exited without printing 'four', but:\n"):
         program.wait_for("four", 60)
     assert program.stop() == 0
 
@@ -130,10 +132,10 @@ def test_a_program_that_does_not_end_is_ended_with_its_children(monkeypatch: pyt
     program.wait_for(r"^[1-9]\d*$", 60)
     with pytest.raises(AssertionError, match=r"did not print within 0\.01 s 'never'"):
         program.wait_for("never", 0.01)
-    with pytest.raises(AssertionError, match=r"still runs after 0\.01 s"):
+    with pytest.raises(AssertionError, match=r"is still running after 0\.01 s"):
         program.wait(0.01)
     assert program.stop() == -9
-    with pytest.raises(AssertionError, match="ended without printing 'never'"):  # the child had the pipe, too
+    with pytest.raises(AssertionError, match="exited without printing 'never'"):  # the child had the pipe, too
         program.wait_for("never", 60)
 
 
@@ -143,7 +145,7 @@ def test_the_tests_of_the_page_and_how_one_that_fails_is_shown(pytester: pytest.
     pytester.makepyfile(test_page=program, test_fails=fails)
     result = pytester.runpytest_subprocess("-p", "no:cacheprovider", timeout=120)
     result.assert_outcomes(passed=2, failed=1)
-    result.stdout.fnmatch_lines(["*AssertionError: 0 of 1 messages came*/nobody: nobody publishes this topic*"])
+    result.stdout.fnmatch_lines(["*AssertionError: 0 of 1 messages arrived*/nobody: no node publishes this topic*"])
 
 
 def test_pytest_loads_the_entry_point_without_importing_pyros1() -> None:

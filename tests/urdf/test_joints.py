@@ -70,7 +70,7 @@ def test_followers_of_followers_and_circles() -> None:
     lost = states(dependent_joints={"turn": {"parent": "nobody"}, "ghost": {"parent": "turn"}})
     assert "turn" in lost.free and lost.followers["twin"].joint == "turn"
     assert lost.warnings == [
-        "ghost has a parameter, and is no joint that moves",
+        "ghost has a parameter, but is not a movable joint",
         "joint turn follows nobody, which does not move",
     ]
 

@@ -70,11 +70,11 @@ def test_t15_the_md5_in_the_answer_is_the_publishers_affair() -> None:
 
 def test_whoever_sends_back_our_header_is_no_node() -> None:
     sent = ask(STRING)
-    with pytest.raises(ProtocolError, match="publisher http://p/ of /chatter only sends back what it gets"):
+    with pytest.raises(ProtocolError, match="publisher http://p/ of /chatter only sends back what it receives"):
         h.check_publisher_answer(dict(sent), "/chatter", STRING, "http://p/", sent)
     h.check_publisher_answer(answer(sent), "/chatter", STRING, "http://p/", sent)
     sent = h.service_client_header("/me", "/flip", SET_BOOL, True)
-    with pytest.raises(ProtocolError, match="service /flip only sends back what it gets"):
+    with pytest.raises(ProtocolError, match="service /flip only sends back what it receives"):
         h.check_service_answer(dict(sent), "/flip", SET_BOOL, sent)
 
 

@@ -68,7 +68,7 @@ class AsyncGoal:
     async def result(self, timeout: float | None = None) -> Any:
         """Wait for the result and return it; raises as `ClientGoal.result` does."""
         if not await self.wait(timeout):
-            raise WaitTimeoutError(f"goal {self.name} has not ended within {timeout} s ({self.stage.name})")
+            raise WaitTimeoutError(f"goal {self.name} did not finish within {timeout} s ({self.stage.name})")
         return self._goal.outcome()
 
     async def feedback(self, timeout: float | None = None) -> AsyncIterator[Any]:

@@ -84,7 +84,7 @@ class AsyncServer:
         assert loop is not None
         try:
             if len(self._tasks) >= self._most:
-                goal.reject(text=f"{self._most} goals are being worked on")
+                goal.reject(text=f"{self._most} goals are already in progress")
                 return
             goal.accept()
         except ActionError:
@@ -103,7 +103,7 @@ class AsyncServer:
         try:
             result = await self._execute(goal)
             if not goal.ended and result is None:
-                goal.abort(text="execute() has not ended the goal")
+                goal.abort(text="execute() returned without finishing the goal")
             elif not goal.ended:
                 goal.succeed(result)
         except asyncio.CancelledError:

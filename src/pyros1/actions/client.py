@@ -179,7 +179,7 @@ class Client:
             NodeShutdownError: the node is shutting down.
         """
         if not self.node.ok():
-            raise NodeShutdownError(f"the wait for action {self.name} was ended, because the node has shut down")
+            raise NodeShutdownError(f"the wait for action {self.name} was interrupted because the node has shut down")
         if self._results.num_connections or not self._open:
             self._alone_since = None
         elif self._alone_since is None:

@@ -117,7 +117,7 @@ class ClientGoal:
             NodeShutdownError: the node is shutting down.
         """
         if not self.wait(timeout):
-            raise WaitTimeoutError(f"goal {self.name} has not ended within {timeout} s ({self.stage.name})")
+            raise WaitTimeoutError(f"goal {self.name} did not finish within {timeout} s ({self.stage.name})")
         return self.outcome()
 
     def outcome(self) -> Any:

@@ -128,7 +128,7 @@ class SimpleServer:
             goal.accept()
         except ActionError:
             return  # a client has cancelled it just now
-        result, text = None, "execute() has not ended the goal"
+        result, text = None, "execute() returned without finishing the goal"
         try:
             result = self._execute(goal)
         except Exception as error:
@@ -136,7 +136,7 @@ class SimpleServer:
             log.exception("error in execute() of action %s", self.name, error=error)
         else:
             if result is None and not goal.ended:
-                log.warn("action %s: %s; it is aborted", self.name, text)
+                log.warn("action %s: %s; the goal is aborted", self.name, text)
         if not self._node.ok() or goal.ended:
             return
         try:

@@ -109,7 +109,7 @@ class Node:
 
     def __init__(self, name: str, *, handle_signals: bool = True, **options: Any) -> None:
         if "callbacks" in options:
-            raise TypeError("pyros1.aio.Node has no callbacks=: messages are for async for")
+            raise TypeError("pyros1.aio.Node has no callbacks=: receive messages with async for")
         self._make: Callable[[], _Node] = lambda: _Node(self._begins, name, handle_signals=False, **options)
         self._signals = _Signals(self._on_signal) if handle_signals else None
         self._ends: asyncio.TimerHandle | None = None  # cancels the body

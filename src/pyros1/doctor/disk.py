@@ -42,6 +42,20 @@ def _all_below(path: Path) -> Iterator[str]:
             yield os.path.join(base, name)
 
 
+def with_unit(size: int) -> str:
+    """Return a size in bytes with the unit that suits it, for example ``1.2 GB``.
+
+    Args:
+        size: size in bytes.
+    """
+    value, unit = float(size), "B"
+    for larger in ("kB", "MB", "GB", "TB"):
+        if value < 999.5:
+            break
+        value, unit = value / 1000, larger
+    return f"{value:.1f} {unit}" if unit != "B" and value < 9.95 else f"{value:.0f} {unit}"
+
+
 def human_size(size: int) -> str:
     """Return a size as ``du -h`` prints it, for example ``272K``: rounded up, with one decimal below 10.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from pyros1.doctor.disk import human_size
+from pyros1.doctor.disk import with_unit
 from pyros1.doctor.facts import Machine
 from pyros1.doctor.finding import ERROR, WARNING, Finding
 from pyros1.ground.errors import ProtocolError
@@ -55,7 +55,7 @@ def _master_uri(machine: Machine) -> Iterator[Finding]:
 
 def _settings(machine: Machine) -> Iterator[Finding]:
     for problem in machine.setting_problems:
-        yield Finding("setting", ERROR, f"no node of pyros1 starts in this shell: {problem}", "correct or unset it")
+        yield Finding("setting", ERROR, f"no pyros1 node can start in this shell: {problem}", "correct or unset it")
 
 
 def _own_address(machine: Machine) -> Iterator[Finding]:
@@ -167,14 +167,14 @@ def _disks(machine: Machine) -> Iterator[Finding]:
             yield Finding(
                 "disk-full",
                 ERROR,
-                f"the disk of [{disk.folder}] is full: {human_size(disk.free)} of {human_size(disk.total)} are free",
+                f"the disk of [{disk.folder}] is full: {with_unit(disk.free)} of {with_unit(disk.total)} are free",
                 "free some space: `pyros1 clean purge` removes old logs; large bags may fill the disk",
             )
     if machine.log_size > MOST_LOGS:
         yield Finding(
             "log-size",
             WARNING,
-            f"the log folder [{machine.log_folder}] uses {human_size(machine.log_size)}",
+            f"the log folder [{machine.log_folder}] uses {with_unit(machine.log_size)}",
             "pyros1 clean purge --size 500",
         )
 
@@ -185,7 +185,7 @@ def _masters(machine: Machine) -> Iterator[Finding]:
             "several-masters",
             WARNING,
             f"{len(machine.masters)} masters are running on this machine; nodes of one do not see those of another",
-            "end the unwanted ones, or check that ROS_MASTER_URI is the same in all shells",
+            "stop the unwanted ones, or check that ROS_MASTER_URI is the same in all shells",
             tuple(machine.masters),
         )
     mine = machine.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
@@ -194,7 +194,7 @@ def _masters(machine: Machine) -> Iterator[Finding]:
         yield Finding(
             "other-master-uri",
             WARNING,
-            f"programs on this machine have another ROS_MASTER_URI than this shell [{mine}]",
+            f"programs on this machine use a different ROS_MASTER_URI than this shell [{mine}]",
             "if they belong together, restart them with the same ROS_MASTER_URI",
             _first(f"{p.name} (pid {p.pid}): {p.master_uri}" for p in others),
         )

@@ -57,7 +57,7 @@ def _dead(system: System, machine: Machine) -> Iterator[Finding]:
             "dead-node",
             ERROR,
             "Could not contact the following nodes: they are registered, but refuse connections",
-            "if they have ended: pyros1 node cleanup; if they are running, their address is wrong: restart them with "
+            "if they have exited: pyros1 node cleanup; if they are running, their address is wrong: restart them with "
             "ROS_IP=<address of their machine>",
             tuple(f"{name} ({node.uri})" for name, node in nodes),
         )
@@ -68,8 +68,8 @@ def _hanging(system: System, machine: Machine) -> Iterator[Finding]:
         yield Finding(
             "hung-node",
             ERROR,
-            f"Nodes at [{host}] accept connections, but do not answer: they hang, or are stopped",
-            "on their machine: kill -CONT PID if they were stopped (state T in ps), else restart them",
+            f"Nodes at [{host}] accept connections, but do not answer: they are hanging or stopped",
+            "on their machine: kill -CONT PID if they were stopped (state T in ps), otherwise restart them",
             tuple(f"{name} ({system.nodes[name].uri})" for name in nodes),
         )
 
@@ -113,7 +113,8 @@ def _loopback(system: System, machine: Machine) -> Iterator[Finding]:
         yield Finding(
             "loopback-node",
             ERROR,
-            f"The following nodes have an address that every machine takes for itself, but {why} on another machine",
+            "The following nodes have an address that means the local machine on every machine, "
+            f"but {why} on another machine",
             f"where they run: unset ROS_HOSTNAME, export ROS_IP=<address of that machine, here {address_of(machine)}>, "
             "check /etc/hosts for 127.0.1.1, and restart them",
             tuple(f"{name} ({system.nodes[name].uri})" for name in local),

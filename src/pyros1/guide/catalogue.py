@@ -79,45 +79,45 @@ CATALOGUE = (
         ("run my_package publisher.py", "topic echo numbers"),
     ),
     Example(
-        "subscriber", "receives messages, with a class that remembers", ("std_msgs",),
+        "subscriber", "receives messages in a class that keeps state", ("std_msgs",),
         ("run my_package subscriber.py", "topic pub -r 2 numbers std_msgs/Float64 1.5"),
     ),
     Example(
-        "service", "a service of its own type, which may refuse, and a client", (),
+        "service", "a service with its own type, which may reject requests, and a client", (),
         ("run my_package divide_server.py", "run my_package divide_client.py 7 2"),
     ),
     Example(
-        "timer", "calls functions at times: again and again, and once", ("std_msgs",),
+        "timer", "calls functions periodically, and once after a delay", ("std_msgs",),
         ("run my_package blinker.py",),
     ),
     Example(
-        "parameters", "reads parameters, from a file too, and follows their changes", ("geometry_msgs",),
+        "parameters", "reads parameters, also from a file, and reacts to changes", ("geometry_msgs",),
         ("launch my_package speed_limiter.launch", "param set /speed_limiter/limits/linear 0.2"),
     ),
     Example(
-        "action", "goals with feedback that can be stopped, of its own type, and a client", ("actionlib_msgs",),
+        "action", "an action with its own type, feedback and cancelling, and a client", ("actionlib_msgs",),
         ("run my_package count_server.py", "run my_package count_client.py 20"), ("actionlib",),
     ),
     Example(
-        "reconfigure", "parameters that tools change while the node runs", ("std_msgs",),
+        "reconfigure", "settings that tools can change while the node is running", ("std_msgs",),
         ("run my_package oscillator.py", "dynparam set oscillator amplitude 2.5"), ("dynamic_reconfigure",),
     ),
     Example(
-        "tf_broadcaster", "publishes frames, one that moves and one that does not", ("geometry_msgs",),
+        "tf_broadcaster", "publishes frames: a moving one and a static one", ("geometry_msgs",),
         ("run my_package tf_broadcaster.py", "tf tree"), ("tf2_ros",),
     ),
     Example(
-        "tf_listener", "asks where one frame is in another", (),
+        "tf_listener", "looks up where one frame is relative to another", (),
         ("run my_package tf_listener.py world laser", "tf static_transform_publisher 1 0 0.5 0 0 0 world laser"),
         ("tf2_ros",),
     ),
     Example(
-        "urdf", "a robot of links and joints, which moves",
+        "urdf", "a moving robot with links and joints",
         ("joint_state_publisher", "robot_state_publisher", "sensor_msgs"),
         ("launch my_package arm.launch", "web scene --open"),
     ),
     Example(
-        "image", "finds edges in pictures, with numpy", ("sensor_msgs",),
+        "image", "finds edges in images, with numpy", ("sensor_msgs",),
         ("run my_package picture_source.py", "run my_package edges.py", "web image --open"),
     ),
     Example(
@@ -129,7 +129,7 @@ CATALOGUE = (
         ("run my_package write_bag.py drive.bag", "run my_package analyse_bag.py drive.bag"), ("rosbag",),
     ),
     Example(
-        "asyncio", "receives, publishes and serves in an asyncio program", ("std_msgs", "std_srvs"),
+        "asyncio", "subscribes, publishes and offers a service in an asyncio program", ("std_msgs", "std_srvs"),
         ("run my_package averager.py", "topic pub -r 5 numbers std_msgs/Float64 1.5"),
     ),
     Example(
@@ -137,7 +137,7 @@ CATALOGUE = (
         ("test my_package doubler.test", "python3 -m pytest my_package/tests"),
     ),
     Example(
-        "launch", "a launch file with all that is usual, and its nodes", ("std_msgs",),
+        "launch", "a launch file with all the usual elements, and its nodes", ("std_msgs",),
         ("launch my_package robot.launch", "launch my_package robot.launch robot:=r2 rate:=5"),
     ),
 )  # fmt: skip
@@ -156,7 +156,7 @@ def example(name: str, face: str = FACES[0]) -> Example:
     known = {each.name: each for each in CATALOGUE}
     if name not in known:
         hint = did_you_mean(name, known)
-        raise ExampleError(f"there is no example '{name}'{hint}; there are: {', '.join(known)}")
+        raise ExampleError(f"there is no example '{name}'{hint}; the examples are: {', '.join(known)}")
     found = known[name]
     if face not in found.faces:
         raise ExampleError(f"the example '{name}' has no face '{face}', only: {', '.join(found.faces)}")
@@ -196,8 +196,8 @@ def _readme(examples: Sequence[Example], package: str) -> str:
     for each in examples:
         lines += [f"{each.name}: {each.about}.", "", *(f"    {line}" for line in tries([each], package)), ""]
     lines += [
-        "Nothing is built: pyros1 finds the package from the folder that it lies in, and from inside it. Each program",
-        "says at its top what it does, and how to run it.",
+        "Nothing needs to be built: pyros1 finds the package from its parent folder, and from inside it. Each program",
+        "says at the top what it does and how to run it.",
         "",
     ]
     return "\n".join(lines)

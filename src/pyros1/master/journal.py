@@ -116,15 +116,15 @@ def read(path: Path) -> Found | None:
     facts = os.fstat(descriptor)
     if not stat.S_ISREG(facts.st_mode):
         os.close(descriptor)
-        raise JournalError(f"{path} is no file")
+        raise JournalError(f"{path} is not a file")
     with open(descriptor, "rb") as file:
         if hasattr(os, "getuid") and facts.st_uid != os.getuid():
-            raise JournalError(f"{path} is another user's")
+            raise JournalError(f"{path} belongs to another user")
         if facts.st_size > LARGEST:
             raise JournalError(f"{path} has more than {LARGEST >> 20} MiB")
         data = file.read(LARGEST)
     if not data.startswith(MAGIC):
-        raise JournalError(f"{path} is no journal of a master")
+        raise JournalError(f"{path} is not the journal of a master")
     calls = list(unframe(data[len(MAGIC) :]))
     cut = bool(calls) and calls[-1] is None
     known = [call for call in calls if call is not None]
@@ -292,7 +292,7 @@ def _locked(path: Path) -> int:
         path.parent.mkdir(parents=True, exist_ok=True)
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o600)
     except OSError as error:
-        raise JournalError(f"{path} cannot be made: {error.strerror}") from error
+        raise JournalError(f"{path} cannot be created: {error.strerror}") from error
     try:
         import fcntl  # noqa: PLC0415 - Unix only
 

@@ -98,7 +98,8 @@ class Notifier:
         except ProtocolError:
             return
         self._tell(
-            f"{notice.node} cannot be told of publishers of {notice.subject}: {error}. {how_to_reach(host, error)}"
+            f"{notice.node} cannot be notified of the publishers of {notice.subject}: {error}. "
+            f"{how_to_reach(host, error)}"
         )
 
     def _next(self, api: str) -> None:

@@ -40,7 +40,7 @@ def why_stale(found: Found, now: float, answers: Callable[[Iterable[str]], bool]
         answers: returns whether any of these API URIs is listened on; see `any_listens`.
     """
     if found.boot != boot_id():
-        return "this machine was started again since then"
+        return "this machine has been restarted since then"
     if now - found.died <= RECENT_S:
         return ""
     # Not all that were ever there: each `rostopic echo` of a long life is in the journal.
@@ -49,7 +49,7 @@ def why_stale(found: Found, now: float, answers: Callable[[Iterable[str]], bool]
     if answers({node.api for node in state.registry.nodes()}):
         return ""
     since = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(found.died))
-    return f"it ended at {since}, and none of its nodes is left"
+    return f"it ended at {since}, and none of its nodes is running"
 
 
 def any_listens(apis: Iterable[str]) -> bool:
@@ -130,11 +130,11 @@ class Revival:
             elif len(questions) > 1:
                 self._ask(node, questions[1:])
             else:
-                self._end(node, "another program has its port")
+                self._end(node, "another program is using its port")
         elif isinstance(error, XmlRpcFault):
             self._end(node, None)  # a node that lacks the method
         elif isinstance(error, ProtocolError):
-            self._end(node, f"another program has its port: {error}")
+            self._end(node, f"another program is using its port: {error}")
         elif isinstance(error.__cause__, ConnectionRefusedError):
             self._end(node, str(error))
         elif time.monotonic() > self._until:

@@ -51,8 +51,8 @@ class Master:
         found: what an earlier master's journal says: it is continued. Nodes that are gone are forgotten, others told.
         guests: decides who may connect; None lets everybody in.
         tell: called on the master's thread with a text for the user about a node that cannot be reached.
-        on_continued: called on the master's thread, once it is known which nodes of the earlier master are there, with
-            their number and the names of those that are gone.
+        on_continued: called on the master's thread, once it is known which nodes of the earlier master are still
+            running, with their number and the names of those that are gone.
     """
 
     def __init__(
@@ -202,7 +202,7 @@ class Master:
     def _continued(self, here: int) -> None:
         if self._journal is not None:
             self._journal.begin(self._api.snapshot())
-        self._log("info", f"{here} nodes of the earlier master are there, {len(self._gone)} are gone")
+        self._log("info", f"{here} nodes of the earlier master are still running, {len(self._gone)} are gone")
         if self._on_continued is not None:
             self._on_continued(here, self._gone)
 

@@ -314,7 +314,7 @@ class AnyMsg(Message):
     # Functions as the generated ones, which mypy takes for methods.
 
     @staticmethod
-    def _decode(buffer: bytes, start: int, end: int, exact: bool = False) -> AnyMsg:  # type: ignore[override]
+    def _decode(buffer: bytes, start: int, end: int, exact: bool = False) -> AnyMsg:
         return AnyMsg(buffer[start:end])
 
     @staticmethod

@@ -155,7 +155,9 @@ class _Repair(Walk):
         try:
             handler = codecs.lookup_error(HANDLER)
         except LookupError:
-            warnings.warn(f"{self._type}: bytes in texts that are not UTF-8 are replaced", UnicodeWarning, stacklevel=1)
+            warnings.warn(
+                f"{self._type}: bytes in strings that are not UTF-8 are replaced", UnicodeWarning, stacklevel=1
+            )
             return "replace"
         with contextlib.suppress(AttributeError):
             handler.msg_type = self._type  # type: ignore[attr-defined]  # stock's handler names it

@@ -104,4 +104,4 @@ class Acceptor:
 def _limit() -> str:
     """Return how many files this process may open, and how to change that; empty if the system does not say."""
     # Not from the module resource: it may not be loaded yet, and it is a file.
-    return f". This process may open {os.sysconf('SC_OPEN_MAX')}: see ulimit -n" if hasattr(os, "sysconf") else ""
+    return f". The limit of open files is {os.sysconf('SC_OPEN_MAX')}: see ulimit -n" if hasattr(os, "sysconf") else ""

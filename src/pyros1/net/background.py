@@ -128,9 +128,7 @@ class Background:
                 items.append(self._items.popleft())
         self._size = 0
         if self._lost and items:
-            items.append(
-                (items[-1][0], f"... {self._lost} lines were lost here: the output did not take them in time\n")
-            )
+            items.append((items[-1][0], f"... {self._lost} lines were lost here: the output was too slow\n"))
             self._lost = 0
         return items
 

@@ -40,7 +40,7 @@ class Networks:
         self.text = ", ".join(text.replace(",", " ").split())
         words = [part for word in self.text.split(", ") for part in _WORDS.get(word, (word,))]
         if not self.text:
-            raise SettingError("PYROS1_ALLOW names no network; localhost stands for this machine alone")
+            raise SettingError("PYROS1_ALLOW is empty; localhost allows only this machine")
         self._networks = [_network(word) for word in words]
 
     def __str__(self) -> str:
@@ -61,7 +61,7 @@ def _network(word: str) -> _Network:
     except ValueError:
         raise SettingError(
             f"PYROS1_ALLOW: {word[:60]!r} is neither an address nor a network such as 192.168.1.0/24"
-            " (host names are not taken)"
+            " (host names are not supported)"
         ) from None
     raise SettingError(f"PYROS1_ALLOW: {word!r} is no network: {inside.network} is, and {inside.ip} is the one machine")
 
@@ -105,7 +105,7 @@ class Guests:
                 self._told.clear()
             self._told.add(shown)
             self._tell(
-                f"refused a connection from {shown}, as PYROS1_ALLOW lets in only {self._networks}. "
+                f"refused a connection from {shown}: PYROS1_ALLOW accepts only {self._networks}. "
                 f"If it belongs to the robot: PYROS1_ALLOW='{self._networks}, {shown}', and start this again"
             )
         return False

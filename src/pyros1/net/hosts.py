@@ -106,7 +106,7 @@ def _bind_address(text: str) -> str:
     addresses = direct_addresses(text)
     if addresses is None or not (addresses[0] in EVERYWHERE or is_own_address(addresses[0])):
         raise SettingError(
-            f"PYROS1_BIND is {text[:60]!r}, which is no address of this machine: it has "
+            f"PYROS1_BIND is {text[:60]!r}, which is not an address of this machine: its addresses are "
             f"{', '.join(interface_addresses())}; 0.0.0.0 means all"
         )
     return addresses[0]

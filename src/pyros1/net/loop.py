@@ -246,7 +246,7 @@ class Loop:
             self._on_error(error)
         except Exception as other:  # noqa: BLE001 - the loop must go on
             with contextlib.suppress(Exception):
-                self._reporter.say(f"{self.name}: {error!r}; reporting this failed, too: {other!r}")
+                self._reporter.say(f"{self.name}: {error!r}; reporting this also failed: {other!r}")
 
     def tell(self, text: str) -> None:
         """Write a text to stderr, without waiting for it. Repeated texts are counted. On the loop."""

@@ -194,7 +194,7 @@ class MasterClient:
                     f"or add a line 'ADDRESS {error.host}' to /etc/hosts."
                 )
             if isinstance(error.__cause__, ConnectionResetError):
-                cure = "Does its option --allow (PYROS1_ALLOW) let this machine in?"
+                cure = "Does its option --allow (PYROS1_ALLOW) include this machine?"
             if isinstance(error, DeadlineError):
                 cure = "Is it stopped (then: kill -CONT PID), or does the network lose packets?"
             if self._closed:

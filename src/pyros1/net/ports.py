@@ -113,7 +113,7 @@ def _one_of(attempt: Callable[[int], socket.socket], bind: str, port: int, ports
             if error.errno != errno.EADDRINUSE:
                 raise
     raise OSError(
-        errno.EADDRINUSE, f"all ports of PYROS1_PORTS={ports} are taken here: end some nodes, or give more ports"
+        errno.EADDRINUSE, f"all ports of PYROS1_PORTS={ports} are in use here: stop some nodes, or allow more ports"
     )
 
 

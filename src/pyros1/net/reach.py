@@ -34,22 +34,22 @@ def how_to_reach(host: str, error: BaseException | None, own: str = "") -> str:
     if is_loopback(host):
         return _about_loopback(host, causes, own)
     if any(isinstance(cause, ConnectionResetError) for cause in causes):
-        return f"Does PYROS1_ALLOW (or --allow) on [{host}] let this machine in?"
+        return f"Does PYROS1_ALLOW (or --allow) on [{host}] include this machine?"
     if any(isinstance(cause, ConnectionRefusedError) for cause in causes):
         return (
-            f"Has it ended? pyros1 node cleanup. Else its machine is not [{host}] (export ROS_IP=<its address> there "
-            "and restart it), or a firewall refuses the port (PYROS1_PORTS)"
+            f"Has it exited? Then: pyros1 node cleanup. Otherwise its machine is not [{host}] (export "
+            "ROS_IP=<its address> there and restart it), or a firewall rejects the port (PYROS1_PORTS)"
         )
     return (
-        f"Is [{host}] on, and the machine of this node? If not: export ROS_IP=<its address> there and restart it. "
-        "A firewall must let the node's ports through (PYROS1_PORTS)"
+        f"Is [{host}] switched on, and is it the machine of this node? If not: export ROS_IP=<its address> there and "
+        "restart it. A firewall must allow the node's ports (PYROS1_PORTS)"
     )
 
 
 def _about_loopback(host: str, causes: list[BaseException], own: str) -> str:
     if any(isinstance(cause, DeadlineError) for cause in causes):  # a process that has ended is told at once
-        return "It hangs, or is stopped: kill -CONT PID goes on with one that is stopped (state T in ps)"
-    ended = "Has it ended? pyros1 node cleanup"
+        return "It is hanging or stopped: kill -CONT PID continues a stopped process (state T in ps)"
+    ended = "Has it exited? Then: pyros1 node cleanup"
     if is_loopback(own):
         return ended
     return (

@@ -177,8 +177,8 @@ class Context:
         """Raise NodeError in a forked process, and NodeShutdownError when the node is shutting down."""
         if self.forked:
             raise NodeError(
-                f"this process was forked from that of {self.name}, where topics and services must be made and ended; "
-                "or fork before the node starts, and give each process a node"
+                f"this process was forked from that of {self.name}, where topics and services must be created and shut "
+                "down; or fork before the node starts, and give each process its own node"
             )
         self.check_running()
 

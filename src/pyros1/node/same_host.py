@@ -81,7 +81,7 @@ def connect(name: str) -> socket.socket:
     """Return a socket that is connected to the one of that name, and does not block.
 
     Raises:
-        OSError: it is not there, has too much to do, or belongs to another user.
+        OSError: it is not there, is too busy, or belongs to another user.
     """
     if not _is_name(name):
         raise ConnectionRefusedError(f"{name[:100]!r} is no name of such a socket")

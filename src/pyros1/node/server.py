@@ -124,7 +124,7 @@ class TcprosServer:
         except ProtocolError as error:
             http = data.startswith((b"POST ", b"GET "))
             self._refuse(
-                greeting, "this is an HTTP request; the node's API has another port" if http else str(error), None
+                greeting, "this is an HTTP request; the node's API is on another port" if http else str(error), None
             )
             return
         if header is not None:
@@ -163,7 +163,7 @@ class TcprosServer:
         what = header.get("topic") or header.get("service")
         if what:
             who = header.get("callerid", "?")
-            self._context.log.peer(WARN, "refused a connection of %s for %s: %s", who, what, reason)
+            self._context.log.peer(WARN, "refused a connection from %s for %s: %s", who, what, reason)
         else:  # not a ROS node, or a broken one
             text = "refused a connection from %s that names no topic or service: %s"
             self._context.log.peer(WARN, text, _host(greeting.sock), reason)

@@ -210,7 +210,7 @@ class SlaveApi:
             raise _BadArgumentError("parameter [msg] must be a string")
         meant = re.fullmatch(_NAMESAKE, reason)
         if meant is not None and meant[1] != self._context.name:  # a dead node had our port, and was started again
-            self._context.log.peer(WARN, "a request to end that was meant for %s is ignored", meant[1])
+            self._context.log.peer(WARN, "a shutdown request that was meant for %s is ignored", meant[1])
             return [1, "shutdown", 0]
         self._on_shutdown(reason)
         return [1, "shutdown", 0]

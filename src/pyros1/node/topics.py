@@ -214,7 +214,7 @@ class Topics:
         """Take the list of publishers in the master's answer to a registration."""
         known = [uri for uri in uris if isinstance(uri, str)] if isinstance(uris, list) else []
         if known != uris:
-            text = "the master does not name the publishers of %s as a master does; it answers %s"
+            text = "the master gave an invalid answer about the publishers of %s: %s"
             self._context.log.peer(WARN, text, topic, repr(uris)[:60])
         subscription = self.subscriptions.get(topic)
         if subscription is not None:
@@ -388,7 +388,7 @@ class TopicMethods:
         if seconds is None and on_missed is None:
             return None
         if seconds is None or on_missed is None:
-            raise ValueError("subscribe: deadline and on_missed belong together: give both or none")
+            raise ValueError("subscribe: deadline and on_missed belong together: give both or neither")
         checks.check_positive(seconds, "subscribe: deadline", "s", LONGEST_PERIOD)
         checks.check_callback(on_missed, _SUBSCRIBE, "on_missed")
         from pyros1.node.subscribing.deadline import Deadline  # noqa: PLC0415 - few have one

@@ -76,7 +76,7 @@ class Heard(Generic[M]):
         with self._news:
             if not self._news.wait_for(lambda: self.count - self._taken >= count, timeout):
                 came = self.count - self._taken
-                raise AssertionError(f"{came} of {count} messages came within {timeout:g} s. {self._known()}")
+                raise AssertionError(f"{came} of {count} messages arrived within {timeout:g} s. {self._known()}")
             skipped = self._taken - (self.count - len(self._kept))
             if skipped < 0:
                 raise AssertionError(f"{-skipped} messages of {self.topic} were forgotten: only {KEPT} are kept")
@@ -103,7 +103,7 @@ class Heard(Generic[M]):
                         return message
                 seen = self.count
                 if not self._news.wait_for(lambda: self.count > seen, end - time.monotonic()):  # noqa: B023
-                    raise AssertionError(f"no message that fits came within {timeout:g} s. {self._known()}")
+                    raise AssertionError(f"no matching message arrived within {timeout:g} s. {self._known()}")
 
     def nothing(self, seconds: float) -> None:
         """Wait, and make sure that there is no message that neither `next` nor `wait` has returned.
@@ -116,7 +116,7 @@ class Heard(Generic[M]):
         """
         with self._news:
             if self._news.wait_for(lambda: self.count > self._taken, seconds):
-                raise AssertionError(f"a message came that should not. {self._known()}")
+                raise AssertionError(f"an unexpected message arrived. {self._known()}")
 
     def clear(self) -> None:
         """Forget what has come so far."""
@@ -128,8 +128,10 @@ class Heard(Generic[M]):
         """What helps to see why a message is missing."""
         connected = self._subscriber.num_connections
         if not connected:
-            return f"{self.topic}: nobody publishes this topic, or under another type: see `pyros1 topic info`."
+            return f"{self.topic}: no node publishes this topic, or it has a different type: see `pyros1 topic info`."
         if not self.count:
             return f"{self.topic}: connected to {connected} publisher(s), which sent nothing."
         last = str(self._kept[-1])
-        return f"{self.topic}: {self.count} came in all, the last one:\n{last[:_SHOWN]}{'...' * (len(last) > _SHOWN)}"
+        return (
+            f"{self.topic}: {self.count} arrived in all, the last one:\n{last[:_SHOWN]}{'...' * (len(last) > _SHOWN)}"
+        )

@@ -81,7 +81,7 @@ class Program:
             found = wanted.search(self._text)
             if found:
                 return found
-            why = "ended without printing" if self._closed else f"did not print within {timeout:g} s"
+            why = "exited without printing" if self._closed else f"did not print within {timeout:g} s"
             raise AssertionError(f"{' '.join(self.words)}\n{why} {pattern!r}, but:\n{self._text or '(nothing)'}")
 
     def wait(self, timeout: float = PATIENCE) -> int:
@@ -99,7 +99,9 @@ class Program:
         try:
             return self._process.wait(timeout)
         except subprocess.TimeoutExpired:
-            raise AssertionError(f"{' '.join(self.words)}\nstill runs after {timeout:g} s:\n{self.output}") from None
+            raise AssertionError(
+                f"{' '.join(self.words)}\nis still running after {timeout:g} s:\n{self.output}"
+            ) from None
 
     def stop(self) -> int:
         """End it as Ctrl-C does; by force if it does not end within 10 seconds. It may have ended already.

@@ -354,7 +354,7 @@ class Buffer:
     def _wait(self, deadline: float) -> bool:
         """Wait for a change; return False at the timeout. The caller must hold the lock."""
         if self._ended:
-            raise NodeShutdownError("the wait for a transform was ended, because the node has shut down")
+            raise NodeShutdownError("the wait for a transform was interrupted because the node has shut down")
         left = deadline - self._now()
         if left <= 0:
             return False

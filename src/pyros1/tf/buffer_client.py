@@ -216,7 +216,7 @@ class BufferClient:
 
     def _check_running(self) -> None:
         if not self._node.ok():
-            raise NodeShutdownError("the wait for a transform was ended, because the node has shut down")
+            raise NodeShutdownError("the wait for a transform was interrupted because the node has shut down")
 
 
 def _left(ends: float | None) -> float | None:

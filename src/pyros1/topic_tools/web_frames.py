@@ -111,7 +111,7 @@ class Republisher:
         rate = min(max(want.rate, _SLOWEST), _FASTEST) if want.rate > 0 else _RATE
         with self._lock:
             if self._pages >= MOST:
-                raise ValueError(f"{MOST} pages are served already")
+                raise ValueError(f"{MOST} pages are already being served")
             self._pages += 1
         return moves, 1.0 / rate
 

@@ -87,7 +87,7 @@ def broadcast(argv: list[str]) -> int:
         words = node.arguments.rest
         turtle = words[0] if words else node.params.get("~turtle")
         if not isinstance(turtle, str) or not turtle.strip("/"):
-            node.log.fatal("say whose frame: turtle_tf2_broadcaster turtle1, or the parameter ~turtle")
+            node.log.fatal("name the turtle: turtle_tf2_broadcaster turtle1, or the parameter ~turtle")
             return 1
         Broadcaster(node, turtle)
         node.spin()

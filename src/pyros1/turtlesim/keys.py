@@ -43,9 +43,11 @@ class Keys:
             self._descriptor = sys.stdin.fileno()
             self._former = termios.tcgetattr(self._descriptor)
         except (ImportError, ValueError, AttributeError, OSError, termios.error):
-            raise NoTerminalError("there is no terminal: run it in one of its own, without < or |") from None
+            raise NoTerminalError(
+                "standard input is not a terminal: run it in a terminal of its own, without < or |"
+            ) from None
         if not _ours(self._descriptor):
-            raise NoTerminalError("it runs in the background, where it gets no keys: run it without &")
+            raise NoTerminalError("it is running in the background, where it cannot read keys: run it without &")
         self._take_up()
         with contextlib.suppress(ValueError):  # not in the main thread
             self._former_handler = signal.signal(signal.SIGCONT, lambda *_: self._take_up())

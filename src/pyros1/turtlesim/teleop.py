@@ -68,7 +68,7 @@ class Teleop:
     def _look(self, theta: float) -> None:
         pose = self._pose
         if pose is None:
-            self._node.log.warn("there is no turtle yet: nobody publishes %s", self._node.resolve("turtle1/pose"))
+            self._node.log.warn("there is no turtle yet: no node publishes %s", self._node.resolve("turtle1/pose"))
             return
         try:
             self._teleport.call(TeleportAbsolute._request_class(pose.x, pose.y, theta), _ANSWER)

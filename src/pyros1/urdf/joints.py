@@ -135,7 +135,7 @@ class JointStates:
         leaders.update({name: each for name, each in options.dependent_joints.items() if name in joints})
         for name in [*options.zeros, *options.dependent_joints]:
             if name not in joints:
-                self.warnings.append(f"{_shown(name)} has a parameter, and is no joint that moves")
+                self.warnings.append(f"{_shown(name)} has a parameter, but is not a movable joint")
         for name in [name for name, each in leaders.items() if each.joint not in joints]:
             self.warnings.append(f"joint {_shown(name)} follows {_shown(leaders.pop(name).joint)}, which does not move")
         self.followers = _followers(leaders, self.warnings)

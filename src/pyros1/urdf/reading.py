@@ -75,7 +75,7 @@ def _parse(text: str) -> Element:
         hint = "; is it xacro? Then: xacro FILE.xacro" if "xacro:" in text else ""
         raise UrdfError(f"the description is not readable XML: {_shown(str(error))}{hint}") from None
     if root.tag == "COLLADA" or root.tag.endswith("}COLLADA"):
-        raise UrdfError("the description is COLLADA, of which robots cannot be read here: convert it to URDF")
+        raise UrdfError("the description is COLLADA, which is not supported for robots: convert it to URDF")
     if root.tag != "robot":
         raise UrdfError(f"the description begins with <{_shown(root.tag)}>, where URDF has <robot>")
     if any(str(element.tag).startswith(_SPACE) for element in root):
@@ -182,7 +182,7 @@ def _check_mimics(joints: dict[str, Joint], warnings: list[str]) -> None:
                 if leader is None and len(warnings) < _HELPED:  # to compare names takes long
                     told = did_you_mean(each.mimic.joint, list(joints)[:_HINTS])
                 warnings.append(
-                    f"joint {_shown(each.name)} mimics {_shown(each.mimic.joint)}, which is no joint that moves{told}"
+                    f"joint {_shown(each.name)} mimics {_shown(each.mimic.joint)}, which is not a movable joint{told}"
                 )
             each = leader
         checked.update(path)

@@ -131,9 +131,7 @@ class RobotStatePublisher:
         self._kinematics.complete(known)
         places = [known[name] for name in kind.joints]
         if not isfinite(sum(places)) and not all(map(isfinite, places)):
-            self._node.log.warn(
-                "positions that are no numbers are ignored, with all others of their message", throttle=10
-            )
+            self._node.log.warn("messages with positions that are not numbers are ignored", throttle=10)
             return
         if places:
             self._moving.publish(AnyMsg(kind.batch.encode(stamp.secs, stamp.nsecs, places)))
@@ -214,7 +212,10 @@ def main(argv: list[str]) -> int:
             for joint in robot.joints.values():
                 if joint.type in ("floating", "planar"):
                     node.log.warn(
-                        "joint %s is %s, which joint states do not tell: %s", joint.name, joint.type, _TOLD[joint.type]
+                        "joint %s is %s, which joint states cannot describe: %s",
+                        joint.name,
+                        joint.type,
+                        _TOLD[joint.type],
                     )
             RobotStatePublisher(node, Kinematics(robot), settings(node))
         except Error as error:

@@ -102,7 +102,7 @@ def answer_subscriber(
 
 def _check_answer(header: Mapping[str, str], sent: Mapping[str, str] | None, who: str, *needed: str) -> None:
     if header == sent:
-        raise ProtocolError(f"{who} only sends back what it gets: another program has its port now")
+        raise ProtocolError(f"{who} only sends back what it receives: another program is using its port now")
     if "error" in header:
         raise ConnectionRefusedByPeerError(f"{who} refused the connection: {one_line(header['error'])}")
     for name in needed:

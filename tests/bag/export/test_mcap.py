@@ -264,7 +264,7 @@ def test_what_is_not_ros_1_is_left_out_and_named(run: Run, tmp_path: Path) -> No
         assert not {"no name", "ö", "a=b", "a"} & bag.connections[0].header.keys()
     write(tmp_path / "y.mcap", channel(2, "/json", "json", 0), message(2, 0), profile="")
     code, _, err = run("import", "y.mcap")
-    assert (code, "no messages of ROS 1 that can be imported: /json: its messages" in err) == (1, True), err
+    assert (code, "no ROS 1 messages that can be imported: /json: its messages" in err) == (1, True), err
     assert not (tmp_path / "y.bag").exists()
 
 

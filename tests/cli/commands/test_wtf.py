@@ -429,8 +429,9 @@ def test_disks(findings: Callable[..., Found], shell: pytest.MonkeyPatch, tmp_pa
     shell.setattr("shutil.disk_usage", lambda folder: type("Usage", (), {"free": 4096, "total": 1 << 30}))
     shell.setattr(here, "folder_size", lambda *_, **__: 2 << 30)
     found = findings("--offline")
-    assert "4.0K of 1.0G are free" in found["disk-full"]["text"] and "pyros1 clean purge" in found["disk-full"]["cure"]
-    assert "uses 2.0G" in found["log-size"]["text"] and found["log-size"]["cure"] == "pyros1 clean purge --size 500"
+    assert "4.1 kB of 1.1 GB are free" in found["disk-full"]["text"]
+    assert "pyros1 clean purge" in found["disk-full"]["cure"]
+    assert "uses 2.1 GB" in found["log-size"]["text"] and found["log-size"]["cure"] == "pyros1 clean purge --size 500"
     shell.setattr("os.access", lambda *_: False)
     assert "chown" in findings("--offline")["not-writable"]["cure"]
 

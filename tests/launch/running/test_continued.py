@@ -92,14 +92,14 @@ def test_a_master_without_a_journal_sets_it_aside(made: list[Continued], tmp_pat
 def test_a_spoilt_one_is_set_aside(made: list[Continued], tmp_path: Path) -> None:
     leave(made, tmp_path).write_text("hello")
     core, said = make(made, tmp_path)
-    assert core.found is None and "is no journal of a master" in said.lines[0]
+    assert core.found is None and "is not the journal of a master" in said.lines[0]
 
 
 def test_a_cut_one_is_used_as_far_as_it_goes(made: list[Continued], tmp_path: Path) -> None:
     path = leave(made, tmp_path, ("setParam", ["/a", "/run_id", "one"]), ("setParam", ["/a", "/run_id", "two"]))
     path.write_bytes(path.read_bytes()[:-3])
     core, said = make(made, tmp_path)
-    assert core.run_id == "one" and "but for its last changes" in said.lines[0]
+    assert core.run_id == "one" and "except for its last changes" in said.lines[0]
 
 
 def test_without_a_journal_a_core_runs_too(made: list[Continued], tmp_path: Path) -> None:

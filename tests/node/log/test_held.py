@@ -113,7 +113,7 @@ def test_a_held_log_file_makes_no_node_deaf(make_node: Any, raw_peer: Any, call_
     assert raw_peer(node).greet(**BAD, callerid="/peer").answer()["error"]
     assert call_node(node, "getPid", "/tool")[0] == 1
     with open(reader) as log:
-        assert "refused a connection of /peer" in log.readline()
+        assert "refused a connection from /peer" in log.readline()
         node.shutdown()
 
 
@@ -150,8 +150,8 @@ def test_what_peers_do_again_and_again_is_counted(make_node: Any, raw_peer: Any,
         raw_peer(node).greet(nothing="useful").answer()
     node.shutdown()
     refused = [text for text in log.texts if "refused" in text]
-    rude = [text for text in refused if "of /rude for" in text]
-    assert rude[0].startswith("refused a connection of /rude for /nothing: [/talker] is not a publisher")
+    rude = [text for text in refused if "from /rude for" in text]
+    assert rude[0].startswith("refused a connection from /rude for /nothing: [/talker] is not a publisher")
     assert rude[1:] == [rude[0] + " (repeated 37 times)"]
     assert len([text for text in refused if "/rude" in text]) == MOST_TEXTS + 1, "the first one counts as one"
     assert any(f"{2 * MOST_TEXTS + 1} more messages" in text for text in log.texts)
@@ -207,7 +207,7 @@ def test_a_pipe_that_nobody_reads_harms_nobody_and_keeps_what_fits(
         assert process.wait(20) == 0
         with open(reader, closefd=False) as pipe:
             text = pipe.read()
-        assert "refused a connection of /0yyy" in text and "more characters" in text
+        assert "refused a connection from /0yyy" in text and "more characters" in text
     finally:
         process.kill()
         process.wait(20)

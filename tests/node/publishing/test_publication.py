@@ -140,7 +140,7 @@ def test_publishing_after_the_end_of_the_node_is_said_once(make_node: Any, capsy
     for _ in range(3):
         publisher.publish(cls())
     said = capsys.readouterr()
-    assert (said.out + said.err).count("publish() on /t after the end of its node: the message is lost") == 1
+    assert (said.out + said.err).count("publish() on /t after its node has shut down: the message is lost") == 1
 
 
 def test_the_last_messages_for_a_stuck_subscriber_do_not_stop_the_loop(

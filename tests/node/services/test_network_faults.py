@@ -44,7 +44,7 @@ def test_a_call_ends_when_the_providers_machine_is_gone(
         if greeted:
             sock.sendall(encode_header({"md5sum": Empty._md5sum}))
         gone.set()
-        with pytest.raises(ServiceError, match="the provider's machine does not answer any more"):
+        with pytest.raises(ServiceError, match="the provider's machine no longer answers"):
             call.join()
 
 

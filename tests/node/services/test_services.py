@@ -710,7 +710,7 @@ def test_a_client_that_does_not_take_its_response_is_given_up(
     server.advertise_service("s", Trigger, lambda request: (True, "x" * 20_000_000))
     with socket.create_connection(("localhost", tcpros_port(server))) as peer:
         peer.sendall(encode_header({"callerid": "/slow", "service": "/s", "md5sum": "*"}) + bytes(4))
-        log.saw("a call of /s by /slow failed", "it took no more of its response for 0.05 s")
+        log.saw("a call of /s by /slow failed", "it did not read the rest of its response within 0.05 s")
 
 
 def test_a_program_that_echoes_is_no_service(caller: Any) -> None:
@@ -727,7 +727,7 @@ def test_a_program_that_echoes_is_no_service(caller: Any) -> None:
         thread.start()
         port = listener.getsockname()[1]
         caller.master.register_service("/flip", f"rosrpc://127.0.0.1:{port}", caller.uri)
-        with pytest.raises(ServiceError, match="only sends back what it gets: another program has its port"):
+        with pytest.raises(ServiceError, match="only sends back what it receives: another program is using its port"):
             caller.service("/flip", SetBool).call(SetBool._request_class(True), timeout=10)
         thread.join(10)
 

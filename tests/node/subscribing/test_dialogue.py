@@ -123,7 +123,7 @@ def test_another_programs_answer_is_told_once_until_there_is_a_link_or_news() ->
     ("answer", "words"),
     [
         ([-1, "Not a publisher of [/t]", []], "it answers: Not a publisher of [/t]"),
-        ("hello", "it does not answer as a node"),
+        ("hello", "it does not answer like a node"),
         (UnreachableError("Connection refused"), "Connection refused"),
     ],
 )
@@ -146,7 +146,7 @@ def test_one_who_sends_back_our_header_is_refused() -> None:
     talk.answered([1, "", ["TCPROS", "talker", 5000]])
     talk.connected(SENT)
     told, dropped = talk.received(encode_header(SENT))
-    assert isinstance(told, do.Tell) and "only sends back what it gets" in told.args[0] and dropped == do.Drop()
+    assert isinstance(told, do.Tell) and "only sends back what it receives" in told.args[0] and dropped == do.Drop()
     assert talk.state is State.REFUSED
 
 

@@ -48,7 +48,7 @@ def import_ros1(
         result.messages, result.topics = writer.messages, len({each.topic for each in writer.connections.values()})
         if result.skipped and not result.topics:
             topic, reason = next(iter(result.skipped.items()))
-            raise BagError(reader.path, f"it has no messages of ROS 1 that can be imported: {topic}: {reason}")
+            raise BagError(reader.path, f"it has no ROS 1 messages that can be imported: {topic}: {reason}")
     return result
 
 

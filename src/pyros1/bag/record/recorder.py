@@ -262,7 +262,7 @@ class Recorder:
             if error.errno not in (errno.EMFILE, errno.ENFILE):
                 raise
             self._split_from = time.monotonic() + _AGAIN_TIME
-            self._warn(f"Cannot begin the next file ({error.strerror}); the recording goes on in {file.path}.")
+            self._warn(f"Cannot start the next file ({error.strerror}); the recording continues in {file.path}.")
             return False
         try:
             self._close_file()

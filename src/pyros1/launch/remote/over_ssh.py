@@ -211,8 +211,8 @@ class Machine:
 
     def _say_lost(self) -> None:
         self._console.error(
-            f"the connection to machine [{self.plan.name}] ({self.plan.address}) is lost, and its nodes are ended "
-            "there. After reconnecting, nodes with respawn are started again; use pyros1 node start for others. "
+            f"the connection to machine [{self.plan.name}] ({self.plan.address}) was lost, and its nodes there "
+            "were stopped. After reconnecting, nodes with respawn are started again; use pyros1 node start for others. "
             f"Check the network, and: ssh {self.plan.address}"
         )
         for process in list(self._processes.values()):

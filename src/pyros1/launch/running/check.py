@@ -112,7 +112,7 @@ def unsendable(params: Mapping[str, Any]) -> Iterator[LaunchError]:
         try:
             dumps_call("setParam", (name, value))
         except SerializationError as error:
-            yield LaunchError(f"parameter {name}: {error}; in quotes it is a text")
+            yield LaunchError(f"parameter {name}: {error}; put it in quotes to make it a string")
 
 
 def endless_waits(plan: Plan) -> Iterator[LaunchError]:

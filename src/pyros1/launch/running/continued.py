@@ -37,7 +37,7 @@ class Continued:
         try:
             self.journal = Journal(path, console.warning)
         except JournalError as error:
-            console.warning(f"this master keeps no journal, so a restart would not continue it: {error}")
+            console.warning(f"this master keeps no journal, so it cannot be restored after a restart: {error}")
             return
         try:
             self.found = read(path)
@@ -50,7 +50,7 @@ class Continued:
             _set_aside(path, f"it is not continued: {why}", console)
             self.found = None
         else:
-            cut = ", but for its last changes, which were not written" if self.found.cut else ""
+            cut = ", except for its last changes, which were not written" if self.found.cut else ""
             console.line(f"continuing the master that was killed (pid {self.found.pid}){cut}")
 
     @property

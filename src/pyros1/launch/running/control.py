@@ -26,7 +26,7 @@ _MOST_ASKED = 200
 """Processes of a stock launch that are asked for one by one."""
 _LONGEST = 1_000
 """Most characters of a text."""
-_STOCK = "this is a stock roslaunch, which tells how its nodes are, but cannot stop or start them"
+_STOCK = "this is a stock roslaunch, which reports the state of its nodes, but cannot stop or start them"
 
 
 @dataclass(frozen=True)

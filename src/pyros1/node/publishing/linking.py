@@ -167,7 +167,7 @@ class Linking:
         try:
             answer = self._answer(header)
         except Refusal as refusal:  # over TCP the server logs it
-            self.context.log.warn("refused a connection of %s for %s: %s", header["callerid"], self.topic, refusal)
+            self.context.log.warn("refused a connection from %s for %s: %s", header["callerid"], self.topic, refusal)
             raise
         _ = self.message_class._copy  # as in __init__
         room = self.context.local_room

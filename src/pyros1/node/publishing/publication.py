@@ -208,7 +208,7 @@ class Publication(Linking):
         context = self.context
         if context.tells_late_publishers:
             context.tells_late_publishers = False
-            context.log.warn("publish() on %s after the end of its node: the message is lost", self.topic)
+            context.log.warn("publish() on %s after its node has shut down: the message is lost", self.topic)
 
     def publish_body(self, body: bytes, source: object = None) -> None:
         """Send an already encoded message.

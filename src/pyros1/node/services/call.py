@@ -122,7 +122,7 @@ class Call:
     def _check_peer(self, error: OSError) -> None:
         """Raise a ConnectionError if the wait is over since the system has given up the connection, or should have."""
         if error.errno == errno.ETIMEDOUT or is_gone(self.sock):
-            raise ConnectionError("the provider's machine does not answer any more")
+            raise ConnectionError("the provider's machine no longer answers")
 
     def send(self, data: bytes) -> None:
         """Send all bytes."""
@@ -158,8 +158,8 @@ class Call:
         if not self.greeted and monotonic() > self._silent_at:
             self._silent_at = inf
             self._context.log.warn(
-                "a call of service %s waits for %s, which does not answer. "
-                "Is its node stopped, or has another program its port?",
+                "a call of service %s is waiting for %s, which does not answer. "
+                "Is its node stopped, or is another program using its port?",
                 self.service,
                 self._uri,
             )

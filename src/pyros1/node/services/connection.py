@@ -121,7 +121,9 @@ class ServiceLink:
             return
         self._loop.unregister(self._sock)
         begun = self._buffer.partial
-        self._close(ProtocolError(f"no more of its request came for {REQUEST_TIMEOUT:g} s") if begun else None)
+        self._close(
+            ProtocolError(f"the rest of its request did not arrive within {REQUEST_TIMEOUT:g} s") if begun else None
+        )
 
     def _readable(self, _mask: int) -> None:
         fresh = not self._buffer.partial
@@ -181,7 +183,7 @@ class ServiceLink:
                 answered += len(frames)
                 frames = []
         except WaitOver:
-            self._close(ProtocolError(f"it took no more of its response for {REQUEST_TIMEOUT:g} s"))
+            self._close(ProtocolError(f"it did not read the rest of its response within {REQUEST_TIMEOUT:g} s"))
         except (OSError, ProtocolError) as error:
             self._close(error)
         else:

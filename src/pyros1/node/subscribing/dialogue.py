@@ -151,9 +151,9 @@ Action = (
     Ask | Connect | ConnectLocal | Greet | Link | LinkDatagrams | Rest | Drop | EndDatagrams | Forget | Tell | TellHost
 )
 
-_SILENT = "no messages of %s from the publisher at %s yet: %s does not answer. Is it stopped? Else: %s"
+_SILENT = "no messages of %s from the publisher at %s yet: %s does not answer. Is it stopped? Otherwise: %s"
 _UNREACHED = "no messages of %s from the publisher at %s: %s. %s"
-_TAKEN = "Has another program taken the port of a node that has ended?"
+_TAKEN = "Has another program taken the port of a node that has exited?"
 
 
 class Dialogue:
@@ -257,7 +257,7 @@ class Dialogue:
                 return [Connect(host, port)]
             case [int(), str(reason), *_]:  # it is not a publisher, not yet or no longer
                 return self._no_publisher(f"it answers: {reason}")
-        return self._no_publisher("it does not answer as a node")
+        return self._no_publisher("it does not answer like a node")
 
     def local_failed(self) -> list[Action]:
         """Take the event that the Unix socket cannot be opened, or leads to a wrong place: TCP remains."""

@@ -31,7 +31,7 @@ class Hints(NamedTuple):
         from pyros1.wire.datagram import LARGEST_SIZE, SMALLEST_SIZE  # noqa: PLC0415 - few nodes need it
 
         if not self.transports or not set(self.transports) <= {"local", "tcp", "udp"}:
-            raise ValueError(f"transports must be of 'local', 'tcp' and 'udp', not {self.transports!r}")
+            raise ValueError(f"transports must be some of 'local', 'tcp' and 'udp', not {self.transports!r}")
         if "local" in self.transports and "tcp" not in self.transports:
             raise ValueError("transports: 'local' is only for publishers of this machine; add 'tcp' for the others")
         if not SMALLEST_SIZE <= self.max_datagram_size <= LARGEST_SIZE:

@@ -195,7 +195,7 @@ class SharedSource(TcpSource):
             except ConnectionResetError:
                 continue  # the publisher has ended; what it wrote before is still there
             except OSError as error:
-                raise ProtocolError(f"a block of shared memory has not come: {error.strerror or error}") from None
+                raise ProtocolError(f"a block of shared memory was not received: {error.strerror or error}") from None
             try:
                 self._take_block(record, descriptors)
             finally:

@@ -147,7 +147,7 @@ class DeliveryThreads:
             self._on_error(error)
         except Exception as other:  # noqa: BLE001  this thread must go on
             with contextlib.suppress(Exception):
-                sys.stderr.write(f"{self._name}: {error!r}; reporting this failed, too: {other!r}\n")
+                sys.stderr.write(f"{self._name}: {error!r}; reporting this also failed: {other!r}\n")
 
     @property
     def someone_waits(self) -> bool:

@@ -15,4 +15,4 @@ from smach_ros.util import set_preempt_handler
 smach.set_loggers(rospy.loginfo, rospy.logwarn, rospy.logdebug, rospy.logerr)
 smach.set_shutdown_check(rospy.is_shutdown)
 
-__getattr__ = missing("smach_ros", RosState="it is of ROS 2", SmachNode="it is of ROS 2")
+__getattr__ = missing("smach_ros", RosState="it belongs to ROS 2", SmachNode="it belongs to ROS 2")

@@ -12,5 +12,7 @@ _GONE = ("_bt_to_msg", "_msg_to_bt")  # conversions of the C++ extension of 2012
 
 def __getattr__(name: str) -> object:
     if name.endswith(_GONE):
-        raise AttributeError(f"tf.{name} converted to a C++ type, and went when tf became tf2; stock lacks it, too")
+        raise AttributeError(
+            f"tf.{name} converted to a C++ type, and was removed when tf became tf2; stock lacks it, too"
+        )
     raise AttributeError(f"pyros1 has no tf.{name}")
