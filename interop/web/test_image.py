@@ -145,9 +145,9 @@ def test_depths_that_are_compressed_look_like_those_that_are_not(
     [
         (Image(width=2, height=2, encoding="rgb8", step=6, data=b"123"), "too few"),
         (Image(width=4, height=1, encoding="rgb8", step=4, data=bytes(100)), "but step is 4"),
-        (Image(width=2, height=2, encoding="odd<b>", step=6, data=bytes(100)), "the encoding odd<b> is not known"),
+        (Image(width=2, height=2, encoding="odd<b>", step=6, data=bytes(100)), "the encoding odd<b> is not supported"),
         (Image(width=4_000_000_000, height=4_000_000_000, encoding="mono8", step=1), "too large"),
-        (Image(encoding="rgb8"), "0 by 0 pixels"),
+        (Image(encoding="rgb8"), "0 x 0 pixels"),
         (CompressedImage(format="jpeg", data=b"no picture"), "cannot show images of the format jpeg"),
         (String("x"), "not an image topic, but of type std_msgs/String"),
     ],

@@ -98,7 +98,7 @@ def test_one_field_against_another(browser: Browser, web: Web, make_node: Callab
     publisher = make_node("walker").advertise("pose", "geometry_msgs/Pose2D")
     browser.open(web.page("plot"))
     browser.click(".tools button", "XY")
-    browser.wait_for_text("drawn against the first")
+    browser.wait_for_text("the second against the first")
     add(browser, "/pose/x:y")
     assert publisher.wait_for_subscribers(timeout=20)
     chart = "document.querySelector('.plot').plot.charts[0]"
@@ -134,7 +134,7 @@ def test_one_field_against_another(browser: Browser, web: Web, make_node: Callab
     browser.wait(f"'/pose/x' in {SHOWN} && '/pose/y' in {SHOWN}")
     browser.click(".tools button", "XY")
     browser.click(".chip button[aria-label^=remove]")
-    browser.wait_for_text("drawn against the first")
+    browser.wait_for_text("the second against the first")
 
 
 def test_values_at_the_cursor_and_what_is_saved(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:

@@ -122,7 +122,7 @@ def test_messages_are_inspected(browser: Browser, web: Web, scanner: Any) -> Non
     browser.click(".pager button[title*=after]")
     browser.wait("document.querySelector('.numbers .value').textContent === '64'")
     browser.click("button", "Freeze")
-    browser.wait("document.querySelector('.inspector .actions > button').textContent === 'Go on'")
+    browser.wait("document.querySelector('.inspector .actions > button').textContent === 'Resume'")
     browser.click(".pager button[title*=after]")
     browser.wait("document.querySelector('.numbers .value').textContent === '128'")
     frozen = browser.run(f"return {value}")

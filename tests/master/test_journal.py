@@ -194,7 +194,7 @@ def test_it_does_not_grow_for_ever(journal: Callable[..., Journal], tmp_path: Pa
 @pytest.mark.parametrize("make", [Path.mkdir, os.mkfifo])
 def test_what_is_no_file_is_no_journal(make: Callable[[Path], object], tmp_path: Path) -> None:
     make(tmp_path / "m.journal")
-    with pytest.raises(JournalError, match="is no file"):
+    with pytest.raises(JournalError, match="is not a file"):
         read(tmp_path / "m.journal")
 
 
@@ -267,8 +267,8 @@ def test_a_full_disk_is_told_once_and_asked_for_again(
 @pytest.mark.parametrize(
     ("content", "why"),
     [
-        (b"", "no journal"),
-        (b"hello", "no journal"),
+        (b"", "not the journal"),
+        (b"hello", "not the journal"),
         (MAGIC, "which master"),
         (MAGIC + frame(("setParam", ["/a", "/b", 1])), "which master"),
         (MAGIC + frame(("begin", ["x", 1])), "which master"),
@@ -289,16 +289,16 @@ def test_what_is_no_journal(tmp_path: Path, content: bytes, why: str) -> None:
 def test_a_pipe_in_its_place_is_not_waited_for(tmp_path: Path) -> None:
     path = tmp_path / "m.journal"
     os.mkfifo(path)
-    with pytest.raises(JournalError, match="is no file"):
+    with pytest.raises(JournalError, match="is not a file"):
         read(path)
 
 
 def test_stale_journals() -> None:
     found = Found((("registerPublisher", ["/a", "/t", "*", "http://h:1/"]),), 1, boot_id(), 1000.0, False)
     assert why_stale(found, 1059.0, lambda _: False) == ""
-    assert "none of its nodes is left" in why_stale(found, 1061.0, lambda apis: list(apis) != ["http://h:1/"])
+    assert "none of its nodes is running" in why_stale(found, 1061.0, lambda apis: list(apis) != ["http://h:1/"])
     assert why_stale(found, 1061.0, lambda _: True) == ""
-    assert "started again" in why_stale(Found((), 1, "other", 1000.0, False), 1001.0, lambda _: True)
+    assert "restarted" in why_stale(Found((), 1, "other", 1000.0, False), 1001.0, lambda _: True)
 
 
 def test_who_listens() -> None:

@@ -35,7 +35,7 @@ def test_networks(text: str, inside: list[str], outside: list[str]) -> None:
     [
         ("robot", "neither an address nor a network"),
         ("10.0.0.0/33", "neither"),
-        ("10.0.0.1/24", "10.0.0.0/24 is, and 10.0.0.1 is the one machine"),
+        ("10.0.0.1/24", "use 10.0.0.0/24 for the network, or 10.0.0.1"),
         (" , ", "is empty"),
         ("10.0.0.1;10.0.0.2", "neither"),
     ],

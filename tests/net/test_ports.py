@@ -40,12 +40,12 @@ def test_all_ports_of_a_range_can_be_had_and_no_more(free_port: int) -> None:
         with socket.create_server(("127.0.0.1", free_port + 1)):  # another program's
             had = [stack.enter_context(listening_socket("127.0.0.1", 0, ports)) for _ in range(2)]
             assert {sock.getsockname()[1] for sock in had} == {free_port, free_port + 2}
-            with pytest.raises(OSError, match=f"PYROS1_PORTS={free_port}-{free_port + 2} are taken") as caught:
+            with pytest.raises(OSError, match=f"PYROS1_PORTS={free_port}-{free_port + 2} are in use") as caught:
                 listening_socket("127.0.0.1", 0, ports)
             assert caught.value.errno == errno.EADDRINUSE
         datagrams = [stack.enter_context(datagram_socket("127.0.0.1", ports)) for _ in range(3)]
         assert len({sock.getsockname()[1] for sock in datagrams}) == 3
-        with pytest.raises(OSError, match="are taken"):
+        with pytest.raises(OSError, match="are in use"):
             datagram_socket("127.0.0.1", ports)
 
 

@@ -32,7 +32,7 @@ def test_what_a_terminal_sends() -> None:
 def test_without_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     with open(os.devnull) as nothing:
         monkeypatch.setattr("sys.stdin", nothing)
-        with pytest.raises(NoTerminalError, match="there is no terminal"), Keys():
+        with pytest.raises(NoTerminalError, match="standard input is not a terminal"), Keys():
             pass
 
 

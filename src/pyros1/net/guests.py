@@ -63,7 +63,9 @@ def _network(word: str) -> _Network:
             f"PYROS1_ALLOW: {word[:60]!r} is neither an address nor a network such as 192.168.1.0/24"
             " (host names are not supported)"
         ) from None
-    raise SettingError(f"PYROS1_ALLOW: {word!r} is no network: {inside.network} is, and {inside.ip} is the one machine")
+    raise SettingError(
+        f"PYROS1_ALLOW: {word!r} is no network: use {inside.network} for the network, or {inside.ip} for the machine"
+    )
 
 
 def _address(text: str) -> _Address | None:

@@ -31,9 +31,9 @@ def decode_depth(form: str, data: bytes, most: int = MOST_PIXELS) -> Pixels:
     """
     kind = form.partition(";")[0].strip()
     if "compressedDepth" not in form or kind not in _KINDS or len(data) < HEAD.size:
-        raise ImageFileError(f"no depths of {' or '.join(_KINDS)}, but a picture of the format {form[:200]}")
+        raise ImageFileError(f"not a depth image of {' or '.join(_KINDS)}, but an image of the format {form[:200]}")
     if data[HEAD.size :][:4] != b"\x89PNG":
-        raise ImageFileError("of compressed depths only PNG files are supported")
+        raise ImageFileError("only PNG is supported for compressed depth images")
     found = decode(data[HEAD.size :], most)
     if found.ndim != 2:
         raise ImageFileError("compressed depths with colours")

@@ -119,7 +119,7 @@ def _split(uri: str) -> tuple[str, list[str]]:
         uri.encode()
         parts = urlsplit(uri)
     except ValueError:
-        raise FileError("this is no URI") from None
+        raise FileError("this is not a URI") from None
     if not (parts.scheme == "package" and parts.netloc) and not (parts.scheme == "file" and not parts.netloc):
         raise FileError("only URIs of the form package://NAME/PATH, and file:///PATH within a package, are read")
     names = [name for name in unquote(parts.path).split("/") if name not in ("", ".")]

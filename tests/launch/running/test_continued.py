@@ -68,7 +68,7 @@ def test_an_old_one_is_set_aside(made: list[Continued], tmp_path: Path) -> None:
     os.utime(path, (time.time() - 3600,) * 2)
     core, said = make(made, tmp_path)
     assert core.found is None and core.run_id is None and core.journal is not None
-    assert "none of its nodes is left" in said.lines[0] and str(path.with_suffix(".old")) in said.lines[0]
+    assert "none of its nodes is running" in said.lines[0] and str(path.with_suffix(".old")) in said.lines[0]
     assert path.with_suffix(".old").exists() and not path.exists()
 
 

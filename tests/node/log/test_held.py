@@ -55,7 +55,7 @@ def test_a_held_terminal_makes_no_node_deaf(
     assert call_node(node, "getPid", "/tool")[0] == 1
     stream.go_on.set()
     node.shutdown()
-    assert [line.split("connection of ")[1].split(" ")[0] for line in stream.text.splitlines()] == [
+    assert [line.split("connection from ")[1].split(" ")[0] for line in stream.text.splitlines()] == [
         f"/peer{number}" for number in range(5)
     ]
 

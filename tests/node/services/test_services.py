@@ -741,7 +741,8 @@ def test_a_provider_that_does_not_greet_is_named(caller: Any, watch_log: Any, mo
         caller.master.register_service("/flip", place, caller.uri)
         with pytest.raises(WaitTimeoutError):
             caller.service("/flip", SetBool).call(SetBool._request_class(True), timeout=0.7)
-    assert [text for text in log.texts if "/flip waits for" in text and place in text and "another program" in text]
+    wanted = ("/flip is waiting for", place, "another program")
+    assert [text for text in log.texts if all(each in text for each in wanted)]
     assert len(log.texts) == 1
 
 

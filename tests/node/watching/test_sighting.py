@@ -28,8 +28,8 @@ def test_what_never_answered_is_not_lost() -> None:
 def test_a_closed_port_is_a_loss_at_once() -> None:
     watched = found()
     (news,) = watched.failed("refused", 10.5, 10.5, closed=True)
-    assert news == Sighting("/x", False, "its port is closed: it has ended (refused)", 0.5, A, 7)
-    assert str(news) == "/x is lost: its port is closed: it has ended (refused)"
+    assert news == Sighting("/x", False, "its port is closed: it has exited (refused)", 0.5, A, 7)
+    assert str(news) == "/x is lost: its port is closed: it has exited (refused)"
     assert watched.state is State.LOST
     assert watched.failed("refused", 11.0, 11.0, closed=True) == []
     (back,) = watched.answered(8, 12.0)

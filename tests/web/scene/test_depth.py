@@ -63,12 +63,12 @@ def test_compressed_depths() -> None:
 @pytest.mark.parametrize(
     ("message", "said"),
     [
-        (image([[1]], "mono8", "u1"), "16UC1 or 32FC1, but these are mono8"),
+        (image([[1]], "mono8", "u1"), "16UC1 or 32FC1, but this one is mono8"),
         (Image(encoding="16UC1", width=5, height=5, step=10, data=b"12"), "2 bytes"),
         (CompressedImage(format="jpeg", data=b"123456789012"), "of the format jpeg"),
         (CompressedImage(format="16UC1; compressedDepth", data=bytes(20)), "only PNG"),
         (CompressedImage(format="16UC1; compressedDepth", data=bytes(12) + b"\x89PNG\r\n"), "cannot be read"),
-        (CompressedImage(format="16UC1; compressedDepth", data=b"1"), "no depths"),
+        (CompressedImage(format="16UC1; compressedDepth", data=b"1"), "not a depth image"),
     ],
 )
 def test_pictures_that_are_no_depths(message: Any, said: str) -> None:

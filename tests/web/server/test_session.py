@@ -199,7 +199,7 @@ def test_calls(robot: Robot, make_node: Callable[..., Any]) -> None:
     assert "/topic1/data" in ask("topics.fields", begin="/top")
     assert ask("services.form", service="/twice")["type"] == "rospy_tutorials/AddTwoInts"
     assert ask("services.call", service="/twice", value={"a": 21})["value"] == {"fields": [["sum", "int64", 42]]}
-    assert "nobody provides" in ask("services.call", service="/nothing", value={})["error"]
+    assert "no node provides" in ask("services.call", service="/nothing", value={})["error"]
     facts = ask("nodes.info", node="/listener")
     assert "/twice" in facts["services"]
     assert "knows no node" in ask("nodes.info", node="/nobody")["error"]

@@ -56,7 +56,7 @@ def test_a_circle_is_a_fault() -> None:
     frames.add([transform("a", "b"), transform("b", "a"), transform("a", "c")], "/x", False, 0.0)
     told = by_name(frames, 0.0)
     assert told["b"]["problem"] == "is its own ancestor"
-    assert "circle" in told["c"]["problem"]
+    assert "loop" in told["c"]["problem"]
     assert frames.describe(0.0)["roots"] == []
 
 

@@ -39,7 +39,7 @@ def test_a_parameter_that_is_a_text(make_node: Make, watch: Make) -> None:
     watched.until(lambda data: data == {"text": "<robot/>"})
     assert watched.view.take() is None
     master.set_param("/robot_description", {"a": 1})
-    watched.until(lambda data: data["why"] == "/robot_description is not a text")
+    watched.until(lambda data: data["why"] == "/robot_description is not a string")
     watched.view.change({"param": "/other"})
     watched.until(lambda data: "/other" in data["why"])
 

@@ -53,7 +53,7 @@ _VERB = Verb(
     Option("--svg", metavar="FILE", help="draw the graph to a file; needs Graphviz", own=True),
     examples=[
         ("--once", "nodes, their connections and services"),
-        ("--svg graph.svg", "a picture of them"),
+        ("--svg graph.svg", "an image of them"),
         ("--json", "for programs"),
     ],
     parse=leave_words,

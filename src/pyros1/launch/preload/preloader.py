@@ -135,7 +135,7 @@ class _Server:
             data = link.recv(NUMBER.size)
             pid = NUMBER.unpack(data)[0] if len(data) == NUMBER.size else 0
             if pid <= 0:  # it was killed at once
-                raise ConnectionError("the process that forks nodes has ended, or cannot fork")
+                raise ConnectionError("the process that forks nodes has exited, or cannot fork")
         except BaseException:
             link.close()
             raise

@@ -112,7 +112,7 @@ class Watched:
         if self._failing_since is None:
             self._failing_since = asked
         if closed:
-            return self._lose(f"its port is closed: it has ended ({why})", now)
+            return self._lose(f"its port is closed: it has exited ({why})", now)
         # A timer may come some microseconds early.
         return self._lose(why, now) if now >= self._failing_since + self._limit - 1e-3 else []
 

@@ -21,7 +21,7 @@ def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     action_goal = robot.types.find_on(f"{name}/goal", _goal_type(robot, name))
     kinds = dict(zip(action_goal.__slots__, action_goal._slot_types, strict=True))
     if kinds.get("goal") not in action_goal._classes or "goal_id" not in kinds:
-        raise RequestError(f"{action_goal._type} is no goal of an action")
+        raise RequestError(f"{action_goal._type} is not the goal of an action")
     return form_of(action_goal._classes[kinds["goal"]])
 
 

@@ -106,7 +106,7 @@ def value_to_set(parameter: SetParameter) -> Any:
         ):
             return [number(parameter.name, each) for each in value]
         case (("byte_array" | "float64" | "float64_array"), _):
-            raise FrameError(f"the value of {parameter.name[:200]} is no {parameter.type}")
+            raise FrameError(f"the value of {parameter.name[:200]} is not a {parameter.type}")
         case "", _:
             return value
     raise FrameError(f"parameters have no type {parameter.type[:100]!r}")

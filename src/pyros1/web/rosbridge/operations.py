@@ -190,7 +190,7 @@ def _text(frame: Mapping[str, Any], name: str, default: str | None = None) -> st
 def _name(frame: Mapping[str, Any], name: str, default: str | None = None) -> str:
     value = _text(frame, name, default)
     if len(value) > _LONGEST_NAME or not value.isascii() or not (value or default is not None):
-        raise BridgeError(f"{name} is no name")
+        raise BridgeError(f"{name} is not a valid name")
     return value
 
 

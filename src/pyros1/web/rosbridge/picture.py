@@ -53,11 +53,11 @@ def unpack(data: str, limit: int) -> bytes:
             found: bytes = picture.convert("RGB").tobytes()
             return found
     except (binascii.Error, OSError, ValueError, SyntaxError, pillow.DecompressionBombError) as error:
-        raise BridgeError(f"the picture cannot be read: {error}") from None
+        raise BridgeError(f"the image cannot be read: {error}") from None
 
 
 def _pillow() -> Any:
     try:
         return import_module("PIL.Image")
     except ImportError:
-        raise BridgeError("pictures need Pillow: pip install 'pyros1[web]'") from None
+        raise BridgeError("images need Pillow: pip install 'pyros1[web]'") from None

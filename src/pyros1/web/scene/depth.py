@@ -41,7 +41,7 @@ def depths(message: Any) -> NDArray[np.float32]:
     if found.ndim == 2 and found.dtype.kind == "f":
         with np.errstate(over="ignore"):
             return found.astype(np.float32)
-    raise ShapeError(f"depths are pictures of 16UC1 or 32FC1, but these are {message.encoding}"[:200])
+    raise ShapeError(f"depth images must be 16UC1 or 32FC1, but this one is {message.encoding}"[:200])
 
 
 def colours(message: Any) -> NDArray[np.uint8]:

@@ -33,7 +33,7 @@ def check_picture(arrival: Arrival) -> str:
     if kind not in ("sensor_msgs/Image", COMPRESSED):
         raise RequestError(f"not an image topic, but of type {kind}")
     if len(arrival.raw._buff) > MOST_BYTES:
-        raise RequestError(f"a picture of {len(arrival.raw._buff) >> 20} MB; {MOST_BYTES >> 20} MB can be shown")
+        raise RequestError(f"an image of {len(arrival.raw._buff) >> 20} MB; {MOST_BYTES >> 20} MB can be shown")
     return kind
 
 
@@ -56,7 +56,7 @@ def picture(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
         facts["format"] = message.format
         width, height = picture_size(data) or picture_size(data[_DEPTH_HEAD:]) or (0, 0)
         if width * height > MOST_PIXELS:
-            raise RequestError(f"a picture of {width} x {height} pixels is too large to be shown")
+            raise RequestError(f"an image of {width} x {height} pixels is too large to be shown")
     else:
         facts |= {
             "encoding": message.encoding,
