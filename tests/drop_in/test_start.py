@@ -6,13 +6,14 @@ import sys
 from pathlib import Path
 
 import pytest
-from programs import run
+from programs import SOURCE, run
 
 from pyros1.drop_in.environment import disable, enable, is_enabled
 from pyros1.drop_in.finder import MODULES, Finder
 from pyros1.finding.python_modules import START, modules_environment
 from pyros1.ground.errors import Error
 
+TAKEN_OVER = sorted(path.stem for path in Path(START).glob("*.py") if "take_over(" in path.read_text()[:200])
 WHERE = "import rospy; print(rospy.__file__)"
 
 
@@ -47,6 +48,29 @@ def test_the_users_sitecustomize_runs_too(tmp_path: Path) -> None:
     assert run("import rospy, sitecustomize", {"PYTHONPATH": f"{START}:{tmp_path}"}) == "mine\n"
     (tmp_path / "sitecustomize.py").write_text("raise RuntimeError('an error of theirs')")
     run("import rospy", {"PYTHONPATH": f"{START}:{tmp_path}"})
+
+
+@pytest.mark.parametrize("name", TAKEN_OVER)
+def test_another_sitecustomize_before_ours(tmp_path: Path, name: str) -> None:
+    """Debuggers and tools that measure bring one, and most do not run the next."""
+    (tmp_path / "sitecustomize.py").write_text("print('theirs')")
+    hidden = {"PYTHONPATH": f"{tmp_path}:{START}:{SOURCE}"}
+    program = f"import {name}, rospy.names; print({name}.__spec__.name, rospy.__file__)"
+    theirs, found = run(program, hidden).splitlines()
+    assert theirs == "theirs" and found.startswith(f"{name} {MODULES}")
+
+
+def test_another_sitecustomize_hides_neither_a_real_rospy_nor_the_word_on_a_missing_one(tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").touch()
+    (tmp_path / "real" / "rospy").mkdir(parents=True)
+    (tmp_path / "real" / "rospy" / "__init__.py").touch()
+    hidden = {"PYTHONPATH": f"{tmp_path}:{START}:{SOURCE}"}
+    assert (
+        run(WHERE, {"PYTHONPATH": f"{hidden['PYTHONPATH']}:{tmp_path / 'real'}"})
+        == f"{tmp_path}/real/rospy/__init__.py\n"
+    )
+    assert "No module named 'rospy'" in run(WHERE, {**hidden, "PYROS1_ROSPY": "stock"}, code=1)
+    assert START not in run("import sys, std_msgs.msg; print(sys.path)", hidden)
 
 
 def test_threads_that_import_at_once_do_not_wait_for_each_other() -> None:

@@ -183,6 +183,18 @@ def word_on(error):
     return "pyros1: this program was written for an older Python. %s." % advice if advice else ""
 
 
+def take_over(name):
+    """Import a module in the place of the one of that name in this folder.
+
+    The folder has modules of the names that programs import first. They are only met if another sitecustomize stands
+    before ours on PYTHONPATH, so that nothing has offered our modules yet.
+    """
+    sys.path[:] = [each for each in sys.path if os.path.abspath(each or ".") != HERE]
+    install()
+    sys.modules.pop(name, None)
+    __import__(name)
+
+
 def install():
     """Offer the modules in this process, unless the environment says stock's."""
     wanted = os.environ.get("PYROS1_ROSPY", "")

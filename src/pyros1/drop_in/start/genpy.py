@@ -1,0 +1,4 @@
+# See take_over.
+import pyros1_modules
+
+pyros1_modules.take_over(__name__)
