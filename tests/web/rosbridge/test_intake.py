@@ -74,7 +74,7 @@ def test_operations() -> None:
         ('{"op":"fragment","data":"","num":0,"total":2}', "id"),
         ('{"op":"fragment","id":"a","data":"","num":2,"total":2}', "part"),
         ('{"op":"fragment","id":"a","data":"","num":0,"total":1000000}', "parts"),
-        ('{"op":"png","data":"?"}', "picture"),
+        ('{"op":"png","data":"?"}', "image"),
         ("[" * 100_000, "JSON"),
         ("1" * 1000, "object"),
     ],

@@ -303,7 +303,7 @@ def test_a_service_of_a_client(serve: Serve, make_node: MakeNode, capfd: pytest.
         assert capfd.readouterr().err == ""
         begin()
         hear(socket_)
-    assert "gone" in answers.get(timeout=PATIENCE)
+    assert "disconnected" in answers.get(timeout=PATIENCE)
     for thread in threads:
         thread.join(PATIENCE)
 

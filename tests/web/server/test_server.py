@@ -411,7 +411,7 @@ def test_of_a_page_that_has_gone_not_all_is_done(serve: Callable[..., Served], m
 
 def test_calls_of_a_server_that_ends_are_refused(robot: Any) -> None:
     robot.close()
-    with pytest.raises(RequestError, match="ends"):
+    with pytest.raises(RequestError, match="shutting down"):
         calls.run(robot, "page.about", {})
 
 
