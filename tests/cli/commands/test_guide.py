@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from pyros1.cli.main import usage
 from pyros1.cli.running import run_command
 from pyros1.guide import checks
 from pyros1.guide.text import pages, steps
@@ -34,6 +35,10 @@ def test_the_list_and_each_step(capsys: Any) -> None:
         assert (f"pyros1 guide -w {step.number} writes" in shown) == bool(step.files)
         for command in (line for line in step.text.splitlines() if line.startswith("$ ")):
             assert f"    {command}\n" in shown
+
+
+def test_it_leads_the_list_of_commands() -> None:
+    assert re.findall(r"^  (\w\S*) ", usage(), re.M)[0] == "guide"
 
 
 def test_the_pages(capsys: Any) -> None:
