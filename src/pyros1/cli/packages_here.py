@@ -27,7 +27,13 @@ def add_packages_here(environ: MutableMapping[str, str]) -> None:
     except OSError:  # it was removed
         return
     known = [part for part in environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
-    found = [folder for folder in packages_around(here) if not any(_is_in(folder, root) for root in known)]
+    around = packages_around(here)
+    if not around:
+        return
+    from pyros1.finding.packages import OWN_PACKAGES  # noqa: PLC0415 - most commands need no packages
+
+    known_or_last = (*known, OWN_PACKAGES)  # the shipped ones come last, also for someone who stands in them
+    found = [folder for folder in around if not any(_is_in(folder, root) for root in known_or_last)]
     if found and os.pathsep not in "".join(found):
         environ["ROS_PACKAGE_PATH"] = os.pathsep.join([*known, *found])
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 
 from pyros1.cli.main import entry
 from pyros1.cli.packages_here import add_packages_here
+from pyros1.finding.packages import OWN_PACKAGES, PackageIndex
 
 SOURCE = Path(__file__).resolve().parents[3] / "src"
 
@@ -176,6 +178,38 @@ def test_what_is_set_comes_first_and_is_not_named_twice(clean: Path, monkeypatch
     package(clean / "one")
     assert here(clean, monkeypatch, "/set") == [os.path.relpath("/set", clean), "one"]
     assert here(clean, monkeypatch, str(clean)) == ["."]
+
+
+def test_shipped_packages_come_last_in_whatever_folder(clean: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for folder in (OWN_PACKAGES, os.path.join(OWN_PACKAGES, "minimal_nodes", "scripts")):
+        assert here(Path(folder), monkeypatch) == []
+    package(clean / "minimal_nodes")
+    for folder in (str(clean), OWN_PACKAGES, "/"):
+        environ = {"ROS_PACKAGE_PATH": str(clean)}
+        monkeypatch.chdir(folder)
+        add_packages_here(environ)
+        assert PackageIndex(environ).find_folder("minimal_nodes") == str(clean / "minimal_nodes")
+
+
+def test_the_warning_of_two_packages_names_the_one_that_is_used(
+    clean: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    first, second = clean / "first", clean / "second"
+    for folder in (first, second):
+        folder.mkdir()
+    monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
+    monkeypatch.chdir(first)
+    assert pkg("create", "minimal_nodes") == 0
+    text = f"elsewhere, until you set ROS_PACKAGE_PATH={first}:$ROS_PACKAGE_PATH\n"
+    assert f"{OWN_PACKAGES}/minimal_nodes: the new one is used in this folder" in (err := capfd.readouterr().err)
+    assert text in err
+    monkeypatch.chdir(second)
+    for path, word in ((f"{first}:{second}", "that"), (f"{second}:{first}", "the new")):
+        monkeypatch.setenv("ROS_PACKAGE_PATH", path)
+        assert pkg("create", "minimal_nodes") == 0
+        err = capfd.readouterr().err
+        assert f"{first}/minimal_nodes: {word} one is used, which comes first in ROS_PACKAGE_PATH\n" in err
+        shutil.rmtree(second / "minimal_nodes")
 
 
 def test_in_a_place_for_all_only_ones_own_packages_count(clean: Path, monkeypatch: pytest.MonkeyPatch) -> None:

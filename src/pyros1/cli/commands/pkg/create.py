@@ -150,7 +150,29 @@ def _warn(package: str, depends: Sequence[str], known: dict[str, str]) -> None:
             )
     other = known.get(package)
     if other is not None:
-        print(f"WARNING: there is another package '{package}' in {other}", file=sys.stderr)
+        print(f"WARNING: there is another package '{package}' in {other}: {_winner(package, other)}", file=sys.stderr)
+
+
+def _winner(package: str, other: str) -> str:
+    """Return which of two packages of one name is used: the new one in this folder, or another one."""
+    here = str(Path.cwd())
+    found = _found_from_here(package)
+    if found != os.path.join(here, package):
+        return f"{'that one' if found == other else found} is used, which comes first in ROS_PACKAGE_PATH"
+    roots = [part for part in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
+    if any(os.path.join(here, "").startswith(os.path.join(os.path.abspath(root), "")) for root in roots):
+        return "the new one is used, which comes first in ROS_PACKAGE_PATH"
+    return (
+        "the new one is used in this folder and below, and that one elsewhere, until you set "
+        f"ROS_PACKAGE_PATH={here}:$ROS_PACKAGE_PATH"
+    )
+
+
+def _found_from_here(package: str) -> str | None:
+    """Return the folder of the package of a name that commands use in this folder."""
+    environ = dict(os.environ)
+    add_packages_here(environ)
+    return next((each.folder for each in all_packages(environ) if each.name == package), None)
 
 
 def _say_as_stock(package: NewPackage, made: list[str]) -> None:
@@ -174,12 +196,7 @@ def _say(package: NewPackage, made: list[str], commands: list[str]) -> None:
         for command in commands:
             print(f"  {command}")
     here = str(Path.cwd())
-    set_before = dict(os.environ)
-    add_packages_here(os.environ)
-    found = next((each.folder for each in all_packages(os.environ) if each.name == package.name), None)
-    os.environ.clear()
-    os.environ.update(set_before)
-    if found != str(Path.cwd() / package.name):
+    if _found_from_here(package.name) != str(Path.cwd() / package.name):
         print(f"\nTo make the package known: export ROS_PACKAGE_PATH={here}:$ROS_PACKAGE_PATH")
         return
     print("\npyros1 finds the package from this folder and from inside it. To find it from elsewhere:")
