@@ -121,3 +121,43 @@ rospy.signal_shutdown("done")
 
 def test_goals_that_are_sent_at_the_end_of_others(environ: dict[str, str]) -> None:
     run(CHAIN, environ)
+
+
+COUNTDOWN = """
+import faulthandler, threading, time
+import rospy, actionlib
+from actionlib.msg import TestAction, TestGoal
+from rosgraph_msgs.msg import Clock
+faulthandler.dump_traceback_later(25, exit=True)
+rospy.set_param("/use_sim_time", True)
+rospy.init_node("counts", disable_signals=True)
+clock = rospy.Publisher("/clock", Clock, queue_size=10)
+server = actionlib.SimpleActionServer("work", TestAction, lambda goal: time.sleep(30), False)
+server.start()
+client = actionlib.SimpleActionClient("work", TestAction)
+assert client.wait_for_server()
+seconds, ticking = [100.0], threading.Event()
+def tick():
+    while not ticking.wait(0.01):
+        seconds[0] += 0.05
+        clock.publish(Clock(rospy.Time(seconds[0])))
+ticker = threading.Thread(target=tick, daemon=True)
+ticker.start()
+while not rospy.get_time():
+    time.sleep(0.01)
+client.send_goal(TestGoal())
+threading.Timer(0.2, seconds.__setitem__, (0, 1.0)).start()  # the bag is played again
+print(client.wait_for_result(rospy.Duration(3)), rospy.get_time() < 50)
+ticking.set()
+ticker.join()
+rospy.on_shutdown(lambda: print("hook", client.wait_for_result(rospy.Duration(1000))))
+rospy.signal_shutdown("the simulation has ended")
+import os, sys
+sys.stdout.flush()
+os._exit(0)
+"""
+
+
+def test_waits_end_when_simulated_time_begins_again_or_has_gone(environ: dict[str, str]) -> None:
+    lines = run(COUNTDOWN, environ).splitlines()
+    assert [line for line in lines if line[0] != "["] == ["False True", "hook False"]

@@ -6,6 +6,7 @@ import threading
 import time
 import weakref
 from collections.abc import Callable
+from math import inf
 from typing import Any
 
 import rospy
@@ -21,8 +22,10 @@ from actionlib.exceptions import ActionException
 from pyros1.actions import ActionError
 from pyros1.actions.parts import Action
 from pyros1.drop_in.missing import missing
+from pyros1.drop_in.process import PROCESS
 from pyros1.msgs.actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from pyros1.msgs.std_msgs.msg import Header
+from pyros1.node.clock import PATIENCE
 
 __all__ = [
     "INVALID_TRANSITION",
@@ -69,6 +72,31 @@ def message_classes(ActionSpec: Any) -> tuple[Any, Any, Any]:
     except ActionError:
         raise ActionException(f"Type is not an action spec: {ActionSpec}") from None
     return found.action_goal, found.action_result, found.action_feedback
+
+
+class Countdown:
+    """Counts a timeout down in the node's time, which may jump back, and stand still while the node ends.
+
+    Args:
+        timeout: rospy.Duration; zero: no limit.
+    """
+
+    def __init__(self, timeout: Any) -> None:
+        self._last = rospy.get_rostime()
+        self._left = (
+            (self._last + timeout) - self._last
+        ).to_sec() or inf  # of what is no Duration, an error as in stock
+        self._moved = time.monotonic()
+
+    def left(self) -> float:
+        """Return the seconds that are left."""
+        now = rospy.get_rostime()
+        if now != self._last:
+            self._left -= max(0.0, (now - self._last).to_sec())
+            self._last, self._moved = now, time.monotonic()
+        elif PROCESS.ending and time.monotonic() - self._moved > PATIENCE:
+            return 0.0  # a shutdown hook waits, and the simulation has ended
+        return self._left
 
 
 class GoalManager:
@@ -215,12 +243,11 @@ class ActionClient:
         Returns:
             Whether it is connected; False if the node ends before that.
         """
-        until = rospy.get_rostime() + timeout
-        limited = timeout != rospy.Duration()
+        countdown = Countdown(timeout)
         while not rospy.is_shutdown():
             if self._is_connected():
                 return True
-            if limited and rospy.get_rostime() >= until:
+            if countdown.left() <= 0:
                 return False
             time.sleep(_POLL)
         return False

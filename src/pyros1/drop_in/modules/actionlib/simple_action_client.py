@@ -8,7 +8,7 @@ from typing import Any
 
 import rospy
 
-from actionlib.action_client import ActionClient, CommState, get_name_of_constant
+from actionlib.action_client import ActionClient, CommState, Countdown, get_name_of_constant
 from pyros1.drop_in.missing import missing
 from pyros1.msgs.actionlib_msgs.msg import GoalStatus
 
@@ -132,11 +132,10 @@ class SimpleActionClient:
             rospy.logerr("Called wait_for_result when no goal exists")
             return False
         goal = self.gh  # its done_cb may send another one
-        until = rospy.get_rostime() + timeout
-        limited = timeout != rospy.Duration()
+        countdown = Countdown(timeout)
         with self.done_condition:
             while not self._is_done(goal) and not rospy.is_shutdown():
-                left = (until - rospy.get_rostime()).to_sec() if limited else _POLL
+                left = countdown.left()
                 if left <= 0:
                     break
                 self.done_condition.wait(min(left, _POLL))
