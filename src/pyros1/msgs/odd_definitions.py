@@ -20,6 +20,8 @@ from pyros1.msgs.spec import MessageSpec, is_type_name
 _T = TypeVar("_T")
 
 ANY = "*"
+_MOST_TYPES = 100
+"""Most types in a text that is read leniently: to look for one that is not installed takes a millisecond or more."""
 _SEPARATOR = re.compile(r"\s*[=-]{10,}\s*\Z")
 _TITLE = re.compile(r"\s*(?:MSG\s*:)?\s*(\w+/(?:msg/)?\w+)\s*\Z", re.IGNORECASE)
 _BLANKS = re.compile(r"[\t\v\f\xa0\ufeff]")
@@ -111,6 +113,8 @@ def _readings(type_name: str, full_text: str) -> Iterator[type[Message]]:
     if len(full_text) > MAX_TEXT:
         return
     texts = _split(type_name, full_text)
+    if len(texts) > _MOST_TYPES:
+        return
     own = {name: text for name, text in texts.items() if name == type_name or _tried(lambda: _spec(name))[0] is None}  # noqa: B023 - called at once
     for each in (texts, own):
         cls, _ = _tried(lambda: from_texts(type_name, each, _spec))  # noqa: B023 - called at once
