@@ -50,6 +50,8 @@ LIKE_RVIZ = f"""
     stage.camera.updateProjectionMatrix();
 """
 PIXELS = f"const {{stage}} = {SCENE}; stage.render(); return stage.canvas.toDataURL('image/png')"
+SAVED = Path(__file__).parents[2] / "tests" / "web" / "scene" / "rviz_saved.yaml"
+PLUGINS = Path("/usr/share/rviz/plugin_description.xml")
 Blocks = NDArray[np.float64]
 
 
@@ -207,3 +209,21 @@ def test_any_markers_look_as_in_rviz(
         compare(robot, browser, tmp_path)
     except AssertionError as error:
         raise AssertionError(f"markers of seed {seed}: {error}") from None
+
+
+def test_rviz_writes_the_properties_that_the_tests_of_files_know(robot: Robot, tmp_path: Path) -> None:
+    """tests/web/scene/test_rviz_properties.py changes each of them; a new one belongs into its file."""
+    known = yaml.safe_load(SAVED.read_text())["Visualization Manager"]["Displays"]
+    classes = re.findall(r'name="(rviz/\w+)"[^>]*base_class_type="rviz::Display"', PLUGINS.read_text())
+    bare = [{"Class": each, "Name": each.partition("/")[2], "Enabled": False} for each in classes]
+    begun, saved = tmp_path / "bare.rviz", tmp_path / "saved.rviz"
+    begun.write_text(yaml.safe_dump({"Visualization Manager": {"Displays": bare}}))
+    robot.rviz.load(begun)
+    robot.rviz.save(saved)
+    written = yaml.safe_load(saved.read_text())["Visualization Manager"]["Displays"]
+    assert [{**each, **_visibility(each)} for each in written] == [{**each, **_visibility(each)} for each in known]
+
+
+def _visibility(display: dict[str, Any]) -> dict[str, Any]:
+    """A camera has one for each display beside it."""
+    return {"Visibility": None} if "Visibility" in display else {}
