@@ -31,6 +31,7 @@ from pyros1.msgs.sensor_msgs.msg import (
     Illuminance,
     Image,
     Imu,
+    LaserScan,
     PointCloud,
     PointCloud2,
     PointField,
@@ -311,3 +312,31 @@ def test_a_link_may_say_anything(browser: Browser, web: Web, robot: Any) -> None
     browser.wait(f"{SCENE}?.frames?.word === 'no frames yet'")
     browser.wait_for_text("there is no parameter /<img src=x>")
     assert browser.run(f"return {SCENE}.frames.options.size") == 0.3
+
+
+def test_older_messages_stay_as_long_as_one_wants(browser: Browser, web: Web, robot: Any) -> None:
+    scans, steps = robot.advertise("/scan", LaserScan), robot.advertise("/odom", Odometry)
+    options = {"/scan": {"decay": 3600}, "/odom": {"keep": 2}}
+    settings = {"fixed": "map", "topics": ["/scan", "/odom"], "options": options}
+    browser.open(panel_link(web.link, "scene", settings))
+    assert scans.wait_for_subscribers(timeout=20.0) and steps.wait_for_subscribers(timeout=20.0)
+    scan = LaserScan(angle_increment=0.1, range_max=9.0, ranges=[1.0, 2.0])
+    step = Odometry()
+    scan.header.frame_id = step.header.frame_id = "map"
+    drawn = "{}?.object.children.length === arguments[0]"
+    for count in (1, 2, 3):
+        scans.publish(scan)
+        browser.wait(drawn.format(display("/scan")), count)
+    for place, count in ((0.0, 1), (0.15, 2), (0.3, 2)):
+        step.pose.pose.position.x = place
+        steps.publish(step)
+        browser.wait(f"{drawn.format(display('/odom'))} && {display('/odom')}.before?.[0].toFixed(2) === arguments[1]",
+            count, f"{place:.2f}")  # fmt: skip
+    step.pose.pose.position.x = 0.35  # nearer than the tolerance
+    steps.publish(step)
+    scans.publish(scan)
+    browser.wait(drawn.format(display("/scan")), 4)
+    assert browser.run(f"return {display('/odom')}.before[0].toFixed(2)") == "0.30"
+    browser.click("button[aria-label='options of /scan']")
+    browser.type("input[data-mark='/scan decay']", "0")
+    browser.wait(drawn.format(display("/scan")), 0)

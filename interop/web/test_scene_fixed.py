@@ -71,7 +71,9 @@ def test_a_fixed_frame_without_connection_names_the_trees_that_there_are(
     assert browser.run(f"return [{tf}.word, {tf}.problem]") == ["3 frames", ""]
     browser.open(panel_link(web.link, "scene", {"fixed": "nowhere"}))
     browser.wait(f"{tf}?.problem === arguments[0]", f"no frame is connected to nowhere; {trees}")
-    browser.open(panel_link(web.link, "scene", {}))  # without a choice, what the robot stands on stands still
+    browser.open(
+        panel_link(web.link, "scene", {"fixed": ""})
+    )  # without a choice, what the robot stands on stands still
     browser.wait(f"{SCENE}?.fixedFrame() === 'base' && {robot}?.problem === ''")
 
 

@@ -160,8 +160,7 @@ export class Display {
     const before = this.before;
     if (before && pose.length >= 7) {
       const far = Math.hypot(...[0, 1, 2].map((axis) => pose[axis] - before[axis]));
-      const turn = 2 * Math.acos(Math.min(1, Math.abs([3, 4, 5, 6].reduce((sum, axis) => sum + pose[axis] * before[axis], 0))));
-      if (far < step && turn < angle) return true;
+      if (far < step && turned(before).angleTo(turned(pose)) < angle) return true;
     }
     this.before = pose.slice(0, 7);
     return false;
@@ -288,6 +287,12 @@ export class Display {
   _clear() {
     for (const child of [...this.object.children]) this._drop(child);
   }
+}
+
+function turned(pose) {
+  const place = new THREE.Object3D();
+  put(place, pose);
+  return place.quaternion;
 }
 
 // A link may say anything.

@@ -164,7 +164,7 @@ export class Stage {
     const ball = box.getBoundingSphere(new THREE.Sphere());
     if (box.isEmpty() || !(ball.radius > 0)) return false;
     const narrow = Math.max(1, 1 / this.cameras[0].aspect); // a picture that is high shows less to the sides
-    const way = this.camera.position.clone().sub(this.controls.target).setLength(Math.max(0.5, 2.6 * narrow * ball.radius));
+    const way = this.camera.position.clone().sub(this.controls.target).setLength(Math.max(0.5, 2.95 * narrow * ball.radius));
     this.controls.target.copy(ball.center);
     this.camera.position.copy(ball.center).add(way);
     if (this.camera === this.cameras[1]) this.camera.zoom = FLAT_HEIGHT / Math.max(1, 2.4 * narrow * ball.radius);
