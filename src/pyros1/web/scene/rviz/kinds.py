@@ -32,6 +32,12 @@ def _looks(values: Mapping[Any, Any]) -> Options:
     channel = text(values, "Channel Name")
     tint = colour(values)
     in_fixed_frame = flag(values, "Use Fixed Frame")
+    ramp = given(
+        rainbow=flag(values, "Use rainbow"),
+        inverted=flag(values, "Invert Rainbow"),
+        first=colour(values, "Min Color"),
+        last=colour(values, "Max Color"),
+    )
     return given(
         style=chosen(values, _STYLES, "Style"),
         size=number(values, "Size (Pixels)", 1, 30),
@@ -43,10 +49,7 @@ def _looks(values: Mapping[Any, Any]) -> Options:
         auto=False if fixed else None,
         low=low if fixed else None,
         high=high if fixed else None,
-        rainbow=flag(values, "Use rainbow"),
-        inverted=flag(values, "Invert Rainbow"),
-        first=colour(values, "Min Color"),
-        last=colour(values, "Max Color"),
+        **({} if how == "axis" else ramp),  # these are of intensities
         local=None if in_fixed_frame is None else not in_fixed_frame,
         decay=number(values, "Decay Time", 0, 3600),
     )
