@@ -293,7 +293,7 @@ def test_a_robot_alone_is_looked_at_where_it_is(browser: Browser, web: Web, make
 
 
 def test_the_view_is_fitted_though_a_mesh_has_wrong_numbers(
-    browser: Browser, web: Web, make_node: Callable[..., Any], package: Path
+    package: Path, browser: Browser, web: Web, make_node: Callable[..., Any]
 ) -> None:
     far = struct.pack("<f", 3e38)
     (package / "meshes" / "far.stl").write_bytes(STL[:-6] + far + STL[-2:])
