@@ -50,6 +50,8 @@ def test_arrays_of_other_shapes() -> None:
     assert value("numpy.reshape(m.pose.covariance, (6, -1)).T.diagonal().tolist()", odom) == [0, 7, 14, 21, 28, 35]
     assert value("(numpy.eye(2) * numpy.full((2, 2), 3)).tolist()") == [[3, 0], [0, 3]]
     assert value("numpy.outer([1, 2], [3, 4]).tolist()") == [[3, 4], [6, 8]]
+    assert value("numpy.dot(numpy.eye(2), [3, 4]).tolist() + [numpy.array([1, 2]).dot([3, 4])]") == [3, 4, 11]
+    assert value("numpy.array([[1, 2], [3, 4]]).max(axis=0).clip(0, 3.5).astype(numpy.float32).tolist()") == [3, 3.5]
     assert value("numpy.arange(1, 4).tolist() + numpy.linspace(0, 1, 2).tolist()") == [1, 2, 3, 0, 1]
     assert value("numpy.tile([1, 2], 2).tolist() + numpy.repeat([1, 2], 2).tolist()") == [1, 2, 1, 2, 1, 1, 2, 2]
 
@@ -86,6 +88,13 @@ def test_arrays_of_other_shapes() -> None:
         "numpy.random.uniform(size=(10 ** 5, 10 ** 5))",
         "numpy.random.rand(10 ** 5, 10 ** 5)",
         "numpy.random.seed(1)",
+        "numpy.dot([[i] for i in range(9999)], [list(range(9999))])",
+        "numpy.add(numpy.arange(9999).reshape(-1, 1), numpy.arange(9999))",
+        "numpy.where(numpy.arange(9999).reshape(-1, 1) > 0, numpy.arange(9999), 0)",
+        "numpy.dot(numpy.arange(9999).reshape(-1, 1), numpy.arange(9999).reshape(1, -1))",
+        "numpy.arange(9999).reshape(-1, 1).dot(numpy.arange(9999).reshape(1, -1))",
+        "numpy.arange(9999).reshape(-1, 1).clip(numpy.arange(9999), 10000)",
+        "map(numpy.add, [numpy.arange(9999).reshape(-1, 1)], [numpy.arange(9999)])",
     ],
 )
 def test_arrays_are_bounded(text: str) -> None:

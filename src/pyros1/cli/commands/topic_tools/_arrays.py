@@ -6,6 +6,7 @@ import functools
 import math
 from collections.abc import Callable, Mapping
 from importlib import import_module
+from itertools import zip_longest
 from typing import Any
 
 from pyros1.ground.expressions import ExpressionError, require
@@ -20,7 +21,7 @@ divide dot dstack e equal exp expm1 fabs flip float32 float64 floor floor_divide
 gradient greater greater_equal hstack hypot imag inf int16 int32 int64 int8 interp isclose isfinite isinf isnan less
 less_equal log log10 log1p log2 logical_and logical_not logical_or logical_xor max maximum mean median min minimum mod
 multiply nan nan_to_num nanargmax nanargmin nanmax nanmean nanmedian nanmin nanpercentile nanstd nansum nanvar
-ndarray negative newaxis nonzero not_equal ones_like percentile pi polyfit polyval power prod ptp quantile rad2deg
+negative newaxis nonzero not_equal ones_like percentile pi polyfit polyval power prod ptp quantile rad2deg
 radians ravel real reciprocal remainder reshape rint roll rot90 round searchsorted sign sin sinc sinh size sort sqrt
 square squeeze stack std subtract sum swapaxes tan tanh trace transpose trapz trunc uint16 uint32 uint64 uint8 unique
 unwrap var vstack where zeros_like
@@ -38,13 +39,21 @@ ARRAY = frozenset(_ARRAY.split())
 def numpy_module() -> Module:
     """Return numpy, as far as expressions may use it."""
     numpy: Any = import_module("numpy")
-    members = {name: getattr(numpy, name) for name in _NUMPY.split() if hasattr(numpy, name)}
-    del members["ndarray"]  # it would give the contents of memory
-    for name, count in _MADE.items():
-        members[name] = functools.partial(_made, getattr(numpy, name), count)
-    linalg = Module("numpy.linalg", {name: getattr(numpy.linalg, name) for name in _LINALG})
-    of_random = {name: functools.partial(_made, getattr(numpy.random, name), count) for name, count in _RANDOM.items()}
+    members = {name: getattr(numpy, name) for name in (*_NUMPY.split(), *_MADE) if hasattr(numpy, name)}
+    for name, value in members.items():
+        if callable(value) and not isinstance(value, type):
+            members[name] = _Checked(value, _MADE.get(name, _broadcast))
+    linalg = Module("numpy.linalg", {name: _Checked(getattr(numpy.linalg, name), _broadcast) for name in _LINALG})
+    of_random = {name: _Checked(getattr(numpy.random, name), count) for name, count in _RANDOM.items()}
     return Module("numpy", {**members, "linalg": linalg, "random": Module("numpy.random", of_random)})
+
+
+def member(array: Any, name: str) -> Any:
+    """Return a member of an array, one of `ARRAY`."""
+    value = getattr(array, name)
+    if not callable(value):
+        return value
+    return _Checked(value, functools.partial(_dot if name == "dot" else _broadcast, array))
 
 
 def check_array(value: Any, limit: int) -> None:
@@ -58,10 +67,45 @@ def check_array(value: Any, limit: int) -> None:
         raise ExpressionError("arrays can only have numbers, truth values and texts here")
 
 
-def _made(function: Callable[..., Any], count: Callable[..., float], *args: Any, **keywords: Any) -> Any:
-    size = count(*args, **keywords)
-    require(MAX_ITEMS + 1 if not size <= MAX_ITEMS else int(size))
-    return function(*args, **keywords)
+class _Checked:
+    """A function whose result is measured before it is made.
+
+    Args:
+        function: the function.
+        count: returns the number of items of the result, from the same arguments.
+    """
+
+    def __init__(self, function: Callable[..., Any], count: Callable[..., float]) -> None:
+        self._function = function
+        self._count = count
+
+    def __call__(self, *args: Any, **keywords: Any) -> Any:
+        """Call the function.
+
+        Raises:
+            ExpressionError: the result would be too large.
+        """
+        size = self._count(*args, **keywords)
+        require(int(size) if size <= MAX_ITEMS else MAX_ITEMS + 1, MAX_ITEMS)
+        return self._function(*args, **keywords)
+
+
+def _broadcast(*args: Any, **keywords: Any) -> float:
+    """Return the size of what arrays make together, item by item."""
+    shapes = [_shape(value) for value in (*args, *keywords.values())]
+    lengths = zip_longest(*(reversed(shape) for shape in shapes), fillvalue=1)
+    return math.prod(map(max, lengths)) if shapes else 0
+
+
+def _dot(left: Any, right: Any) -> float:
+    return math.prod(_shape(left)[:-1]) * math.prod((*_shape(right)[:-2], *_shape(right)[-1:]))
+
+
+def _shape(value: Any) -> tuple[int, ...]:
+    if isinstance(value, (list, tuple)):
+        return (len(value), *(_shape(value[0]) if value else ()))
+    shape = getattr(value, "shape", None)
+    return shape if isinstance(shape, tuple) else ()
 
 
 def _of_shape(shape: Any, *_: Any, **__: Any) -> float:
@@ -108,6 +152,7 @@ def _items(value: Any) -> int:
 
 _MADE: Mapping[str, Callable[..., float]] = {
     "arange": _arange,
+    "dot": _dot,
     "eye": _square,
     "full": _of_shape,
     "identity": _square,

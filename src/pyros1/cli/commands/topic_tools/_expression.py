@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from typing import Any
 
-from pyros1.cli.commands.topic_tools._arrays import ARRAY, check_array, numpy_module
+from pyros1.cli.commands.topic_tools._arrays import ARRAY, check_array, member, numpy_module
 from pyros1.ground.errors import Error, UnknownTypeError
 from pyros1.ground.expressions import ExpressionError
 from pyros1.ground.expressions.functions import MATH
@@ -102,7 +102,7 @@ class MessageExpression(MessageLanguage):
     def attribute(self, owner: Any, name: str) -> Any:
         """Return a field, a method, or a member of an array or module; see `Interpreter`."""
         if type(owner).__module__ == "numpy" and name in ARRAY:
-            return getattr(owner, name)
+            return member(owner, name)
         return super().attribute(owner, name)
 
 
