@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ast
+import os
 import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -106,7 +108,11 @@ def test_the_steps_of_the_guide_name_examples_that_there_are() -> None:
 
 
 @pytest.mark.parametrize("face", FACES)
-def test_launch_files_name_what_there_is(folder: Path, capfd: pytest.CaptureFixture[str], face: str) -> None:
+def test_launch_files_name_what_there_is(
+    folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, face: str
+) -> None:
+    # As in an activated environment: the check asks the python3 that would run the scripts.
+    monkeypatch.setenv("PATH", os.pathsep.join([os.path.dirname(sys.executable), os.environ["PATH"]]))
     words = [word for each in CATALOGUE if face in each.faces for word in ("-e", each.name)]
     assert create(NAME, "--face", face, *words) == 0
     capfd.readouterr()

@@ -32,7 +32,6 @@ REASONS = {
     "roslaunch.child": _LAUNCH,
     "roslaunch.remote": _LAUNCH,
     "roslaunch.remoteprocess": _LAUNCH,
-    "roslaunch.server": f"{_LAUNCH}; see roslaunch.netapi",
     "rosunit.pmon": "see roslaunch.pmon",
     "dynamic_reconfigure.cfg": "Debian's TestConfig is made by a build; .cfg files are read where they lie",
 }
