@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 import yaml
 
+from pyros1.web.scene.rviz.defaults import NO_PICTURE
 from pyros1.web.scene.rviz.file import RvizFile, read_rviz
-from pyros1.web.scene.rviz.usual import NO_PICTURE
 
 pytestmark = pytest.mark.once
 

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 from pyros1.ground.errors import Error
 from pyros1.ground.shown import one_line
 from pyros1.values import YamlError, load_yaml
+from pyros1.web.scene.rviz.defaults import changes_something
 from pyros1.web.scene.rviz.kinds import KINDS, Options
-from pyros1.web.scene.rviz.usual import changes_something
 from pyros1.web.scene.rviz.values import (
     Properties,
     chosen,

@@ -1,4 +1,4 @@
-"""What rviz writes for properties that have no counterpart here, as long as they change nothing. Pure."""
+"""rviz's defaults of the properties that have no counterpart here: only other values are reported. Pure."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 NO_PICTURE = frozenset({"Class", "Name", "Enabled", "Value", "Queue Size", "Unreliable"})
 """Properties that change no picture: names, what is asked of the network, and ``Value``, which is as ``Enabled``."""
-_USUAL: Mapping[str, Any] = {
+_DEFAULTS: Mapping[str, Any] = {
     "Angle": 0,
     "Background Color": "48; 48; 48",
     "Color Transformer": "",
@@ -112,15 +112,16 @@ def changes_something(kind: str, name: str, value: Any) -> bool:
         return False
     if name.startswith("Visibility/"):
         return value is not True
-    usual = _OF_KIND.get(kind, _USUAL)
-    if name not in usual:
-        usual = _USUAL
-    if name not in usual:
+    defaults = _OF_KIND.get(kind, _DEFAULTS)
+    if name not in defaults:
+        defaults = _DEFAULTS
+    if name not in defaults:
         return True
-    return not any(_same(value, each) for each in (usual[name] if isinstance(usual[name], tuple) else (usual[name],)))
+    default = defaults[name]
+    return not any(_same(value, each) for each in (default if isinstance(default, tuple) else (default,)))
 
 
-def _same(value: Any, usual: Any) -> bool:
-    if isinstance(usual, (bool, str)) or isinstance(value, (bool, str)):
-        return value is usual if isinstance(usual, bool) else bool(value == usual)
-    return isinstance(value, (int, float)) and math.isclose(value, usual, rel_tol=1e-5, abs_tol=1e-9)
+def _same(value: Any, default: Any) -> bool:
+    if isinstance(default, (bool, str)) or isinstance(value, (bool, str)):
+        return value is default if isinstance(default, bool) else bool(value == default)
+    return isinstance(value, (int, float)) and math.isclose(value, default, rel_tol=1e-5, abs_tol=1e-9)
