@@ -97,8 +97,8 @@ def test_a_service_call_under_way(site: Site) -> None:
     kept.call("/quick", "std_srvs/SetBool", 1, persistent=True)
     site.wires.cut(site.robot)
     kept.tell("call", "/quick", "std_srvs/SetBool", 1, 1)
-    assert "does not answer" in waiting.event("failed", "/hang", timeout=WAIT)
-    assert "does not answer" in kept.event("failed", "/quick", timeout=WAIT)
+    assert "no longer answers" in waiting.event("failed", "/hang", timeout=WAIT)
+    assert "no longer answers" in kept.event("failed", "/quick", timeout=WAIT)
     site.wires.mend(site.robot)
     kept.call("/quick", "std_srvs/SetBool", 1, persistent=True)
 

@@ -230,6 +230,6 @@ def test_a_picture_that_cannot_be_shown_is_not_called_absent(
     browser.open(panel_link(web.link, "image", {"topic": "/picture"}))
     browser.wait_for_text("No message has arrived on /picture since this panel was opened.")
     publisher.publish(Image(width=1, height=1, encoding="rgb9", step=3, data=b"123"))
-    browser.wait_for_text("What arrives on /picture cannot be shown: the encoding rgb9 is not known here")
+    browser.wait_for_text("What arrives on /picture cannot be shown: the encoding rgb9 is not supported")
     publisher.publish(Image(width=1, height=1, encoding="bayer_rggb16", step=2, data=b"12"))
     browser.wait("getComputedStyle(document.querySelector('.image .hint')).display === 'none'")

@@ -255,6 +255,7 @@ export class Stage {
   ray(x, y) {
     const ray = new THREE.Raycaster();
     const box = this.canvas.getBoundingClientRect();
+    this.camera.updateMatrixWorld(); // it may have moved since the last picture was drawn
     ray.setFromCamera(new THREE.Vector2(2 * x / box.width - 1, 1 - 2 * y / box.height), this.camera);
     return ray;
   }
