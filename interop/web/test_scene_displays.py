@@ -309,7 +309,7 @@ def test_a_link_may_say_anything(browser: Browser, web: Web, robot: Any) -> None
         "target": {},
     }
     browser.open(panel_link(web.link, "scene", hostile))
-    browser.wait(f"{SCENE}?.frames?.word === 'no frames yet'")
+    browser.wait(f"{SCENE}?.frames?.problem?.startsWith('no frame is connected to 5')")
     browser.wait_for_text("there is no parameter /<img src=x>")
     assert browser.run(f"return {SCENE}.frames.options.size") == 0.3
 
