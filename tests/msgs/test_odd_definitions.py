@@ -103,3 +103,9 @@ def test_a_received_message_of_an_installed_type_needs_no_text() -> None:
     ):
         message: Any = AnyMsg(body + b"behind", header).decode()
         assert message.data == 5
+
+
+def test_a_long_line_of_blanks_takes_no_time() -> None:
+    text = "int32 a\n" + " " * (MAX_TEXT // 2) + "!"
+    with pytest.raises(DefinitionError):
+        find_class("own_msgs/Blank", "0" * 32, text)

@@ -22,8 +22,9 @@ _T = TypeVar("_T")
 ANY = "*"
 _MOST_TYPES = 100
 """Most types in a text that is read leniently: to look for one that is not installed takes a millisecond or more."""
-_SEPARATOR = re.compile(r"\s*[=-]{10,}\s*\Z")
-_TITLE = re.compile(r"\s*(?:MSG\s*:)?\s*(\w+/(?:msg/)?\w+)\s*\Z", re.IGNORECASE)
+# Of lines without blanks at their ends: two parts that both match blanks would take quadratic time.
+_SEPARATOR = re.compile(r"[=-]{10,}\Z")
+_TITLE = re.compile(r"(?:MSG\s*:\s*)?(\w+/(?:msg/)?\w+)\Z", re.IGNORECASE)
 _BLANKS = re.compile(r"[\t\v\f\xa0\ufeff]")
 
 
@@ -133,12 +134,12 @@ def _split(type_name: str, full_text: str) -> dict[str, str]:
     texts: dict[str, list[str]] = {type_name: []}
     current: str | None = type_name
     titled = True
-    for line in _BLANKS.sub(" ", full_text).splitlines():
+    for line in map(str.strip, _BLANKS.sub(" ", full_text).splitlines()):
         if _SEPARATOR.match(line):
             current, titled = None, False
             continue
         title = _TITLE.match(line)
-        if title and (not titled or line.lstrip().upper().startswith("MSG")):
+        if title and (not titled or line.upper().startswith("MSG")):
             name = title[1].replace("/msg/", "/", 1)
             current, titled = name, True
             if name in texts and name != type_name:
@@ -146,8 +147,8 @@ def _split(type_name: str, full_text: str) -> dict[str, str]:
             elif is_type_name(name):
                 texts.setdefault(name, [])
             continue
-        if line.strip():
+        if line:
             titled = True
         if current is not None:
-            texts[current].append(line.strip())
+            texts[current].append(line)
     return {name: "\n".join(lines) for name, lines in texts.items()}
