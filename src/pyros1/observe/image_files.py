@@ -63,8 +63,9 @@ def decode(data: bytes, most: int = MOST_PIXELS) -> Pixels:
     module = pillow()
     try:
         with module.open(BytesIO(data + _END_OF_JPEG), formats=_FORMATS) as picture:
-            width, height = picture.size
             head = deep_png.header(data)
+            # Of several headers in a file, Pillow takes the last.
+            width, height = map(max, picture.size, (head.width, head.height) if head else (0, 0))
             if width * height > (most // _DEEP if head is not None and head.bits == 16 else most):
                 raise ImageFileError(f"an image of {width} x {height} pixels is too large")
             return _unpacked(module, picture, data)
