@@ -109,3 +109,21 @@ def test_a_long_line_of_blanks_takes_no_time() -> None:
     text = "int32 a\n" + " " * (MAX_TEXT // 2) + "!"
     with pytest.raises(DefinitionError):
         find_class("own_msgs/Blank", "0" * 32, text)
+
+
+def test_a_cache_searches_once_in_vain(monkeypatch: pytest.MonkeyPatch) -> None:
+    searches: list[str] = []
+
+    def search(name: str, *args: Any, **keywords: Any) -> Any:
+        searches.append(name)
+        return find_class(name, *args, **keywords)
+
+    monkeypatch.setattr("pyros1.msgs.odd_definitions.find_class", search)
+    cache = DefinitionCache()
+    for _ in range(3):
+        with pytest.raises(DefinitionError, match="garbled") as caught:
+            cache.get(OWN._type, OWN._md5sum, "garb%led Wo[rd garbled")
+        assert len(caught.traceback) == 2
+    assert len(searches) == 1
+    assert cache.get(OWN._type, OWN._md5sum, "garb%led Wo[rd garbled", [OWN._full_text])._md5sum == OWN._md5sum
+    assert cache.get(OWN._type, OWN._md5sum, "garb%led Wo[rd garbled")._md5sum == OWN._md5sum

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from pyros1.ground.errors import MessageError
 from pyros1.msgs.base import Message
 
 
@@ -11,14 +12,14 @@ class DefinitionCache:
     """Cache of classes made from definitions, for programs with many connections.
 
     Args:
-        limit: most classes to keep; the oldest are removed first.
+        limit: most classes and errors to keep; the oldest are removed first.
         by_name: see `pyros1.msgs.odd_definitions.find_class`.
     """
 
     def __init__(self, limit: int = 1000, *, by_name: bool = False) -> None:
         self._limit = limit
         self._by_name = by_name
-        self._classes: dict[tuple[str, str, str], type[Message]] = {}
+        self._found: dict[tuple[str, str, str], type[Message] | MessageError] = {}
 
     def get(self, type_name: str, md5sum: str, full_text: str, others: Iterable[str] = ()) -> type[Message]:
         """Return the class for a connection header's ``type``, ``md5sum`` and ``message_definition``.
@@ -34,12 +35,18 @@ class DefinitionCache:
             UnknownTypeError: the peer sent no definition, and nothing can take its place.
         """
         key = (type_name, md5sum, full_text)
-        cls = self._classes.get(key)
-        if cls is None:
+        others = tuple(others)
+        found = self._found.get(key)
+        if found is None or (others and isinstance(found, MessageError)):
             from pyros1.msgs.odd_definitions import find_class  # noqa: PLC0415 - most programs need no cache's class
 
-            cls = find_class(type_name, md5sum, full_text, others, by_name=self._by_name)
-            for oldest in list(self._classes)[: max(0, len(self._classes) - self._limit + 1)]:
-                self._classes.pop(oldest, None)
-            self._classes[key] = cls
-        return cls
+            try:
+                found = find_class(type_name, md5sum, full_text, others, by_name=self._by_name)
+            except MessageError as error:  # kept, too: the search may take a second, and each message asks for it
+                found = error
+            for oldest in list(self._found)[: max(0, len(self._found) - self._limit + 1)]:
+                self._found.pop(oldest, None)
+            self._found[key] = found
+        if isinstance(found, MessageError):
+            raise found.with_traceback(None)  # else each raise would make it longer
+        return found
