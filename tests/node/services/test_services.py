@@ -269,6 +269,18 @@ def test_bytes_behind_a_request(server: Any, raw_peer: Any, watch_log: Any) -> N
     assert len([line for line in log.texts if "behind its end" in line]) == 1
 
 
+def test_callers_with_many_names_do_not_fill_the_log(server: Any, raw_peer: Any, watch_log: Any) -> None:
+    log = watch_log(server)
+    server.advertise_service("s", SetBool, lambda request: (request.data, ""))
+    for number in range(5):
+        peer = raw_peer(server).greet(service="/s", md5sum="*", callerid=f"/raw{number}")
+        peer.answer()
+        peer.sock.sendall(b"\x02\0\0\0\x01\x02")
+        assert peer.take(1) == b"\x01"
+    log.saw("/s", "/raw0", "1 byte behind its end")
+    assert len([line for line in log.texts if "behind its end" in line]) == 1
+
+
 def test_a_hostile_request_length_ends_the_connection(server: Any, raw_peer: Any, watch_log: Any) -> None:
     log = watch_log(server)
     server.advertise_service("s", SetBool, lambda request: (True, ""))

@@ -146,7 +146,7 @@ class ServiceServer:
             request = decode(data, start, end, True)
         except LengthError as error:
             who = header.get("callerid", "?")
-            self._context.log.peer(WARN, "a call of %s by %s: %s", self.name, who, error, most=1, link=(self.name, who))
+            self._context.log.peer(WARN, "a call of %s by %s: %s", self.name, who, error, most=1, link=self.name)
             request = decode(data, start, end)
         except MessageError as error:
             return encode_failure(f"service [{self.name}]: {error}")
