@@ -127,3 +127,16 @@ def test_a_cache_searches_once_in_vain(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(searches) == 1
     assert cache.get(OWN._type, OWN._md5sum, "garb%led Wo[rd garbled", [OWN._full_text])._md5sum == OWN._md5sum
     assert cache.get(OWN._type, OWN._md5sum, "garb%led Wo[rd garbled")._md5sum == OWN._md5sum
+
+
+def test_unknown_nested_types_are_not_compared_with_all_that_are_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    # A peer decides on the number of names, and to look for similar ones takes milliseconds for each.
+    compared: list[str] = []
+    monkeypatch.setattr("pyros1.finding.library.did_you_mean", lambda word, known: compared.append(word) or "")
+    names = [f"nopkg_{number}/Part" for number in range(50)]
+    text = "string name\n" + "".join(f"{SEPARATOR}MSG: {name}\nint32 a\n" for name in names)
+    cls: Any = find_class("own_msgs/Robot", "0" * 32, text)
+    assert cls.__slots__ == ["name"]
+    with pytest.raises(DefinitionError, match="its text is missing"):
+        find_class("own_msgs/Robot", "0" * 32, "".join(f"{name} a{at}\n" for at, name in enumerate(names)))
+    assert compared == []

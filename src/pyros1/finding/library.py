@@ -61,9 +61,24 @@ class Library:
             UnknownTypeError: there is no such type.
             DefinitionError: the definition is wrong; the text names file and line.
         """
+        spec = self.find_message(name)
+        if spec is None:
+            raise UnknownTypeError(self._not_found(name, "message"))
+        return spec
+
+    def find_message(self, name: str) -> MessageSpec | None:
+        """Return the parsed definition of a message type; None if there is no such type.
+
+        Names that others have sent are looked up with this: to look for similar names, as for an error, takes long.
+
+        Raises:
+            DefinitionError: the definition is wrong; the text names file and line.
+        """
         spec = self._messages.get(name)
         if spec is None:
-            spec = self._messages[name] = self._load_message(name)
+            spec = self._load_message(name)
+            if spec is not None:
+                self._messages[name] = spec
         return spec
 
     def service(self, name: str) -> ServiceSpec:
@@ -115,7 +130,7 @@ class Library:
             self._folders[package] = folders
         return folders
 
-    def _load_message(self, name: str) -> MessageSpec:
+    def _load_message(self, name: str) -> MessageSpec | None:
         path = self._find(name, "msg")
         if path is not None:
             return parse_message(name, _read(path), path)
@@ -126,7 +141,7 @@ class Library:
             path = self._find(action, "action")
             if path is not None:
                 return parse_message(name, action_messages(action, _read(path), path)[name], path)
-        raise UnknownTypeError(self._not_found(name, "message"))
+        return None
 
     def _find(self, name: str, kind: str) -> str | None:
         if not is_type_name(name):

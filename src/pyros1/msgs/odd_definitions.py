@@ -82,8 +82,11 @@ def find_class(
     raise wrong
 
 
-def _installed(type_name: str) -> type[Message]:
-    made: type[Message] = generated.finder().message(type_name)
+def _installed(type_name: str) -> type[Message] | None:
+    finder = generated.finder()
+    if finder.library.find_message(type_name) is None:
+        return None
+    made: type[Message] = finder.message(type_name)
     return made
 
 
@@ -125,7 +128,9 @@ def _readings(type_name: str, full_text: str) -> Iterator[type[Message]]:
 
 def _spec(name: str) -> MessageSpec:
     """Return the definition of an installed type."""
-    spec: MessageSpec = generated.finder().library.message(name)
+    spec: MessageSpec | None = generated.finder().library.find_message(name)
+    if spec is None:
+        raise UnknownTypeError(f"message type [{name}] is unknown")
     return spec
 
 
