@@ -112,7 +112,7 @@ def test_status_and_a_connection_that_breaks(launch: Process, sshd: Path) -> Non
         if path.read_text().rpartition(")")[2].split()[1] == str(launch.pid) and "(ssh)" in path.read_text()
     )
     os.kill(ssh, signal.SIGKILL)
-    launch.wait_line(r"ERROR: the connection to machine \[far\] \(robot\) is lost", timeout=30)
+    launch.wait_line(r"ERROR: the connection to machine \[far\] \(robot\) was lost", timeout=30)
     until(lambda: gone(far) and gone(shout), "the nodes over there have ended", timeout=30)
     launch.wait_line(r"remote\[far\] connected to robot again", timeout=30)
     again = started(launch, "far")
