@@ -147,6 +147,14 @@ assert bridge.imgmsg_to_cv2(padded).tolist() == [[1], [2]]
 wide = Image(height=1, width=2, encoding="16UC1", is_bigendian=1, step=4, data=b"\\0\\1\\1\\0")
 assert bridge.imgmsg_to_cv2(wide).tolist() == [[1, 256]]
 assert bridge.imgmsg_to_cv2(wide, "32FC1").dtype == np.float32
+import io
+from PIL import Image as Picture
+from sensor_msgs.msg import CompressedImage
+file = io.BytesIO()
+Picture.fromarray(np.array([[0.25, 7.5]], np.float32)).save(file, "TIFF")
+floats = CompressedImage(format="tiff", data=file.getvalue())
+colours = bridge.compressed_imgmsg_to_cv2(floats, "bgra8")
+assert (colours.dtype, colours.tolist()) == (np.float32, [[[0.25, 0.25, 0.25, 1.0], [7.5, 7.5, 7.5, 1.0]]])
 for make in (
     lambda: bridge.cv2_to_imgmsg(picture, "mono8"), lambda: bridge.imgmsg_to_cv2(Image(encoding="no")),
     lambda: bridge.imgmsg_to_cv2(Image(encoding="8UC0", height=2**32 - 1, width=2**32 - 1)),

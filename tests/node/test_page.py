@@ -41,7 +41,7 @@ def test_the_program_of_the_page(make_node: Any, environ: dict[str, str]) -> Non
         node.advertise_service("valve/open", OpenValve, lambda _: {"success": True, "message": "open", "checksum": 7})
         start.publish(Empty())
         assert {said.get(timeout=20), said.get(timeout=20)} == {
-            "the response of /valve/open: a std_srvs/TriggerResponse with 4 bytes behind its end",
+            "the response of /valve/open: a std_srvs/TriggerResponse with 4 surplus bytes at its end",
             "the valve says: open",
         }
     finally:

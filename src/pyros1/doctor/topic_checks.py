@@ -74,7 +74,7 @@ def _odd_ends(system: System) -> Iterator[Finding]:
         yield Finding(
             "odd-ends",
             WARNING,
-            "The messages of the following publishers do not end where their type does, which subscribers ignore:",
+            "The messages of the following publishers are longer or shorter than their type; subscribers accept them:",
             "compare the definition of the type there with `pyros1 msg show` here; boards with an old library of "
             "rosserial send a checksum byte: update it",
             tuple(f"{end.node}: {end.topic} ({offer.type}): {_end_text(offer.surplus)}" for end, offer in odd),

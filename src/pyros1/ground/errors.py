@@ -110,7 +110,7 @@ class LengthError(MessageError):
     def __init__(self, type_name: str, surplus: int) -> None:
         self.surplus = surplus
         many = f"{abs(surplus)} byte{'s' * (abs(surplus) != 1)}"
-        odd = f"{many} behind its end" if surplus > 0 else f"{many} missing at its end"
+        odd = f"{many.replace(' ', ' surplus ')} at its end" if surplus > 0 else f"{many} missing at its end"
         super().__init__(f"a {type_name} with {odd}")
 
 

@@ -75,7 +75,7 @@ def test_an_exercise_is_checked(monkeypatch: pytest.MonkeyPatch, capsys: Any) ->
     said = iter(["no node publishes /topic2", "", ""])
     monkeypatch.setattr(checks, "check", lambda number: next(said))
     assert run_command("guide", ["check", "2"]) == 1
-    assert capsys.readouterr().out == "2. A publisher and a subscriber: not yet. no node publishes /topic2\n"
+    assert capsys.readouterr().out == "2. A publisher and a subscriber is not done yet: no node publishes /topic2\n"
     assert run_command("guide", ["check", "2"]) == 0
     assert capsys.readouterr().out == "2. A publisher and a subscriber: done. Next: pyros1 guide 3\n"
     last = str(len(steps()))

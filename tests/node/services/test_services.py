@@ -265,8 +265,8 @@ def test_bytes_behind_a_request(server: Any, raw_peer: Any, watch_log: Any) -> N
         peer.sock.sendall(len(body).to_bytes(4, "little") + body)
         assert peer.take(1) == b"\x01"
         assert peer.frame()[:1] == body[:1]
-    log.saw("/s", "/raw", "1 byte behind its end")
-    assert len([line for line in log.texts if "behind its end" in line]) == 1
+    log.saw("/s", "/raw", "1 surplus byte at its end")
+    assert len([line for line in log.texts if "at its end" in line]) == 1
 
 
 def test_callers_with_many_names_do_not_fill_the_log(server: Any, raw_peer: Any, watch_log: Any) -> None:
@@ -277,8 +277,8 @@ def test_callers_with_many_names_do_not_fill_the_log(server: Any, raw_peer: Any,
         peer.answer()
         peer.sock.sendall(b"\x02\0\0\0\x01\x02")
         assert peer.take(1) == b"\x01"
-    log.saw("/s", "/raw0", "1 byte behind its end")
-    assert len([line for line in log.texts if "behind its end" in line]) == 1
+    log.saw("/s", "/raw0", "1 surplus byte at its end")
+    assert len([line for line in log.texts if "at its end" in line]) == 1
 
 
 def test_a_hostile_request_length_ends_the_connection(server: Any, raw_peer: Any, watch_log: Any) -> None:
@@ -340,7 +340,7 @@ def test_bytes_behind_a_response(caller: Any, fake_node: Any, in_thread: Any, wa
     sock, _ = fake.accept()
     sock.sendall(encode_header({"md5sum": Empty._md5sum}) + b"\x01\x02\0\0\0zz")
     assert call.join() == Empty._response_class()
-    log.saw("/s", "2 bytes behind its end")
+    log.saw("/s", "2 surplus bytes at its end")
 
 
 def test_what_comes_behind_a_response_is_not_the_next_one(caller: Any, fake_node: Any, in_thread: Any) -> None:

@@ -42,7 +42,7 @@ def test_bytes_behind_messages_are_ignored_with_one_warning_for_each_link(
     assert sorted(message.data for message in got.wait(6)) == [0, 1, 1, 2, 2, 3]
     for fake in fakes:
         log.saw(f"/t from {fake.name}: received a std_msgs/Float64 with ")
-    assert len([text for text in log.texts if "behind its end" in text]) == 2
+    assert len([text for text in log.texts if "at its end" in text]) == 2
 
 
 @pytest.mark.parametrize("arrays", [None, "numpy", "memoryview"])
@@ -58,7 +58,7 @@ def test_of_messages_of_any_size(
         sock.sendall(frame(encode(CompressedImage(format="raw", data=bytes(size))) + b"abc"))
     got.wait(5)
     assert [len(message.data) for message in got.items] == [3, LARGE, 2 * LARGE, 3 * LARGE, 10]
-    log.saw("CompressedImage with 3 bytes behind its end")
+    log.saw("CompressedImage with 3 surplus bytes at its end")
 
 
 def test_of_latched_messages_and_those_that_end_too_early(

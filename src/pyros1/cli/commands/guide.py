@@ -48,7 +48,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
     missing = check(step.number)
     if missing:
-        print(f"{step.number}. {step.title}: not yet. {missing}")
+        print(f"{step.number}. {step.title} is not done yet: {missing}")
         return 1
     after = f" Next: pyros1 guide {step.number + 1}" if step.number < len(known) else " That was the last step."
     print(f"{step.number}. {step.title}: done.{after}")

@@ -348,7 +348,7 @@ COMMAND = Command(
             "--most-pages",
             type="int",
             metavar="COUNT",
-            help="limit of pages, rosbridge clients and viewers connected at the same time (default: 64)",
+            help="largest number of pages, rosbridge clients and viewers that may be connected (default: 64)",
         ),
         Flag("--open", dest="open", help="open the page in this machine's browser; naming a panel implies it"),
         Option("--layout", metavar="NAME", help="open this layout: Tutorial, 'Mobile robot', Arm, Bag, or your own"),

@@ -375,7 +375,7 @@ class Subscription:
     def _warn(self, source: Source, error: LengthError) -> None:
         """Say that messages of a link do not end where they should. They are received nevertheless, as in stock."""
         who = source.header.get("callerid", "?")
-        text = "%s from %s: received %s: does the publisher have another definition, or a checksum there?"
+        text = "%s from %s: received %s: is its definition different, or does it append a checksum?"
         self.context.log.peer(WARN, text, self.topic, who, error, most=1, link=(self.topic, id(source)))
 
     def _replay(self, subscriber: Taker, latched: list[tuple[Source, Item]]) -> None:

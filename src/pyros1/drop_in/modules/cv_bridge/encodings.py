@@ -132,9 +132,11 @@ def reordered(image: Any, source: str, target: str) -> Any:
     if source == target:
         return image
     if target == "m":
+        if image.dtype.kind == "f":
+            return sum(image[..., source.index(color)] * (part / (1 << 15)) for color, part in _WEIGHTS.items())
         total = sum(image[..., source.index(color)].astype(np.int64) * part for color, part in _WEIGHTS.items())
         return ((total + (1 << 14)) >> 15).astype(image.dtype)
-    top = np.iinfo(image.dtype).max
+    top = 1 if image.dtype.kind == "f" else np.iinfo(image.dtype).max
     result = np.empty((*image.shape[:2], len(target)), image.dtype)
     for place, color in enumerate(target):
         if source == "m":
