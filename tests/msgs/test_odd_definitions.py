@@ -140,3 +140,9 @@ def test_unknown_nested_types_are_not_compared_with_all_that_are_installed(monke
     with pytest.raises(DefinitionError, match="its text is missing"):
         find_class("own_msgs/Robot", "0" * 32, "".join(f"{name} a{at}\n" for at, name in enumerate(names)))
     assert compared == []
+
+
+@pytest.mark.parametrize("title", ["a/B\u00e9", "_msgs/X", "a/10"])
+def test_a_title_that_names_no_type_is_an_error(title: str) -> None:
+    with pytest.raises(DefinitionError):
+        find_class("own_msgs/X", "0" * 32, f"MSG: {title}\nint8 x")

@@ -151,6 +151,8 @@ def _split(type_name: str, full_text: str) -> dict[str, str]:
                 current = None  # the first one counts
             elif is_type_name(name):
                 texts.setdefault(name, [])
+            else:
+                current = None
             continue
         if line:
             titled = True
