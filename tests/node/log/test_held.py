@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -112,6 +113,7 @@ def test_a_held_log_file_makes_no_node_deaf(make_node: Any, raw_peer: Any, call_
     node = make_node("talker", argv=[f"__log:={tmp_path}/node.log"])
     assert raw_peer(node).greet(**BAD, callerid="/peer").answer()["error"]
     assert call_node(node, "getPid", "/tool")[0] == 1
+    assert select.select([reader], [], [], 20)[0]  # until the node has opened the pipe, it reads as if it had ended
     with open(reader) as log:
         assert "refused a connection from /peer" in log.readline()
         node.shutdown()

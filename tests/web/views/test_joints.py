@@ -83,6 +83,8 @@ def test_of_two_pages_one_publishes(make_node: Make, watch: Make) -> None:
         two.view.change({"publish": True, "positions": {"turn": -1.0}})
     facts = last(two, "facts", lambda facts: facts["publishers"] == ["/web"])
     assert not facts["publishing"] and not facts["movable"]
+    with pytest.raises(RequestError, match="another page is already publishing /joint_states"):
+        two.view.change({"publish": True, "positions": {"turn": -1.0}})
     two.view.change({"publish": False})  # which ends nothing of the first page
     assert last(two, "positions", lambda positions: positions == [1.5])
     one.view.close()

@@ -112,9 +112,12 @@ class JointsView(View):
         if self.robot.access.read_only:
             raise RequestError("this server is read-only (--read-only)")
         self._look()
+        mover = self.robot.movers.get(self._topic, self)
         if publish and not self._others:
-            if self.robot.movers.setdefault(self._topic, self) is not self:
-                raise _PublishedElsewhereError(f"another page is already publishing {self._topic}")
+            mover = self.robot.movers.setdefault(self._topic, self)
+        if publish and mover is not self:  # whether the master lists its publisher yet or not
+            raise _PublishedElsewhereError(f"another page is already publishing {self._topic}")
+        if publish and not self._others:
             with self._lock:
                 if self._states is not None:
                     self._states.take(list(positions), list(positions.values()))
