@@ -55,7 +55,7 @@ def _form(chance: random.Random, name: str) -> str:
 
 COMMON = """
 import os, sys, xmlrpc.client
-def serve(uri, me, kinds):
+def serve(uri, me, end, kinds):
     node = xmlrpc.client.ServerProxy(uri)
     def registered():
         return {f"pub {n}" for n, _ in node.getPublications(me)[2]} | {f"sub {n}" for n, _ in node.getSubscriptions(me)[2]}
@@ -74,6 +74,7 @@ def serve(uri, me, kinds):
         else:
             kept, before = [*kept, made], now
     sys.stdout.flush()
+    end()  # other tests have the same master
     os._exit(0)  # not waiting for timers
 """
 
@@ -106,7 +107,7 @@ def reconfigured(name):
     for name in parameters:
         rospy.get_master().deleteParam(name)
     return server, (server.set_service.resolved_name, *sorted(parameters))
-serve(rospy.get_node_uri(), rospy.get_name(), {
+serve(rospy.get_node_uri(), rospy.get_name(), lambda: rospy.signal_shutdown("done"), {
     "action_server": lambda name: started(actionlib.ActionServer(name, TestAction, print, auto_start=False)),
     "simple_server": lambda name: started(actionlib.SimpleActionServer(name, TestAction, print, auto_start=False)),
     "action_client": lambda name: (actionlib.ActionClient(name, TestAction), ()),
@@ -135,7 +136,7 @@ def reconfigured(name):
     name = name if name[0] in "~/" else node.resolve(name, remap=False)
     server = reconfigure.Server(node, parameters, lambda values, level: values, name)
     return server, (server.service.name,)
-serve(node.uri, node.name, {
+serve(node.uri, node.name, node.shutdown, {
     "action_server": lambda name: (actions.Server(node, name, "actionlib/Test", print), ()),
     "simple_server": lambda name: (actions.SimpleServer(node, name, "actionlib/Test", print), ()),
     "action_client": lambda name: (actions.Client(node, name, "actionlib/Test"), ()),
