@@ -1,0 +1,63 @@
+"""Which tests a change is likely to break: prints paths for pytest, one per line.
+
+::
+
+    python tests/changed.py [COMMIT]    # of what differs from COMMIT [HEAD], new files included
+
+A module's tests are in the folder below `tests` that mirrors its own. The rules of the house always count.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterable
+from pathlib import Path, PurePosixPath
+
+ROOT = Path(__file__).resolve().parents[1]
+RULES = "tests/test_project.py"
+
+
+def select(changed: Iterable[str], root: Path = ROOT) -> list[str]:
+    """Return the files and folders of unit tests to run.
+
+    Args:
+        changed: paths relative to the root; files that no longer exist count, too.
+        root: the checkout.
+    """
+    found = {RULES}
+    for name in changed:
+        path = PurePosixPath(name)
+        if path.match("tests/**/test_*.py") or path.match("tests/test_*.py"):
+            if (root / path).exists():
+                found.add(name)
+        elif path.is_relative_to("tests"):
+            found.add(_nearest(path.parent, root))
+        elif path.parent == PurePosixPath("src/pyros1"):
+            found |= {f"tests/test_{path.stem}.py"} if (root / f"tests/test_{path.stem}.py").exists() else set()
+        elif path.is_relative_to("src/pyros1"):
+            found.add(_nearest("tests" / path.parent.relative_to("src/pyros1"), root))
+        elif path.suffix == ".md":
+            found.add("tests/guide")
+    folders = {each for each in found if not each.endswith(".py")}
+    if "tests" in folders:
+        return ["tests"]
+    return sorted(each for each in found if not any(each.startswith(f"{folder}/") for folder in folders))
+
+
+def _nearest(folder: PurePosixPath, root: Path) -> str:
+    """Return a folder, or the nearest one above it that exists; `RULES` for files right in the top one."""
+    while not (root / folder).is_dir():
+        folder = folder.parent
+    return RULES if folder == PurePosixPath("tests") else str(folder)
+
+
+def changed_files(commit: str) -> list[str]:
+    """Return what differs from a commit in the working tree, new files included."""
+    commands = (["diff", "--name-only", commit], ["ls-files", "--others", "--exclude-standard"])
+    done = [subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=True) for words in commands]
+    return [line for each in done for line in each.stdout.splitlines()]
+
+
+if __name__ == "__main__":
+    print(*select(changed_files(*(sys.argv[1:2] or ["HEAD"]))), sep="\n")
