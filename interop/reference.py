@@ -1,15 +1,20 @@
 """Makes the reference of all public names from their docstrings: ``python interop/reference.py [FOLDER]``.
 
 It needs the extra ``docs``. FOLDER is ``dist/reference`` if it is not given. A warning is an error.
+
+``python interop/reference.py --names`` prints the public names with their signatures instead, which CHANGELOG's
+compatibility policy promises. A test compares them with ``interop/public_names.txt``, so that none changes unnoticed.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib
+import inspect
+import re
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import get_type_hints
@@ -53,6 +58,29 @@ def _take_from_bases(value: type) -> None:
                     setattr(value, name, member)
 
 
+def signatures() -> Iterator[str]:
+    """Yield a line for each public name, parts of classes included: its full name, and its signature if it has one."""
+    for module in modules():
+        for name in sorted(module.__all__):
+            value, full = getattr(module, name), f"{module.__name__}.{name}"
+            yield full + _signature(value)
+            if not inspect.isclass(value):
+                continue
+            for part, member in sorted(vars(value).items()):
+                if not part.startswith("_") and (inspect.isroutine(member) or isinstance(member, property)):
+                    yield f"{full}.{part}" + _signature(getattr(value, part))
+
+
+def _signature(value: object) -> str:
+    if inspect.ismodule(value) or not callable(value):
+        return ""
+    try:
+        text = str(inspect.signature(value))
+    except (TypeError, ValueError):  # of some exceptions
+        return ""
+    return re.sub(r"<\w+ .*? at 0x[0-9a-f]+>", "...", text)
+
+
 def make(folder: Path) -> None:
     """Write the pages.
 
@@ -87,4 +115,7 @@ def run(make: Callable[[Path], None], usual: str, first: str) -> None:
 
 
 if __name__ == "__main__":
+    if sys.argv[1:] == ["--names"]:
+        print(*signatures(), sep="\n")
+        sys.exit()
     run(make, "dist/reference", "pyros1.html")

@@ -74,6 +74,12 @@ def test_all_public_names_are_documented() -> None:
     assert said is not None and int(said[1]) == int(said[2]) and abs(int(said[2]) - len(NAMES)) <= 20, len(NAMES)
 
 
+def test_public_names_and_signatures_change_only_on_purpose() -> None:
+    """Print the new ones with python interop/reference.py --names; CHANGELOG promises those of a release."""
+    promised = (ROOT / "interop" / "public_names.txt").read_text(encoding="utf-8").splitlines()
+    assert list(_reference().signatures()) == promised
+
+
 def test_the_pages_are_made_without_a_warning(tmp_path: Path) -> None:
     pytest.importorskip("pdoc", reason="the extra docs is not installed")
     command = [sys.executable, str(ROOT / "interop" / "reference.py"), str(tmp_path)]
