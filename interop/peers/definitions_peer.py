@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import math
 import random
+import struct
 import sys
 import warnings
 from collections import Counter
@@ -19,17 +20,24 @@ from typing import Any
 
 import genmsg.gentools
 import genmsg.msg_loader
+import genpy
 import genpy.dynamic
+import numpy
 from messages_peer import encode_stock, make_empty, one_value, to_stock
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent.parent / "tests" / "msgs"))
 from random_definitions import Definition, random_definition, random_message
 
 from pyros1.ground.errors import MessageError
+from pyros1.ground.timing import Duration, TVal
+from pyros1.msgs.array_views import genpy_view
 from pyros1.msgs.digest import Digests
 from pyros1.msgs.dynamic import from_definition
 from pyros1.msgs.factory import python_name
 from pyros1.msgs.spec import parse_message
+
+VIEW = genpy_view(numpy)
+numpy.bool = bool  # genpy's code calls it so
 
 
 def stock_classes(definition: Definition) -> dict[str, Any]:
@@ -94,6 +102,37 @@ def classes(definition: Definition, theirs: dict[str, Any], seed: int, count: Co
     body, other_body = ours._encode(message), encode_stock(to_stock(message, theirs))
     if body != other_body:
         yield f"encodes to {body!r}, genpy's to {other_body!r}"
+    yield from odd_times(ours, stock, message, random.Random(seed), count)
+
+
+def times(message: Any) -> Iterator[Any]:
+    """Yield the times and durations of a message, also those of its parts."""
+    if isinstance(message, (TVal, genpy.TVal)):
+        yield message
+    elif hasattr(message, "_slot_types"):
+        for name in message.__slots__:
+            yield from times(getattr(message, name))
+    elif isinstance(message, (list, tuple)):
+        for element in message:
+            yield from times(element)
+
+
+def odd_times(ours: Any, stock: Any, message: Any, rng: random.Random, count: Counter[str]) -> Iterator[str]:
+    """Compare what is received of times with any numbers of nanoseconds."""
+    for time in times(message):
+        signed = isinstance(time, Duration)
+        time.secs, time.nsecs = struct.unpack("<2i" if signed else "<2I", rng.randbytes(8))
+    count["times"] += len(list(times(message)))
+    data = ours._encode(message)
+    results = {
+        "decoded": (ours._decode(data, 0, len(data)), stock().deserialize(data)),
+        "with numpy": (ours._decode_arrays(data, 0, len(data), VIEW), stock().deserialize_numpy(data, numpy)),
+        "copied": (ours._copy(message), stock().deserialize(data)),
+    }
+    for what, pair in results.items():
+        mine, other = ([(time.secs, time.nsecs) for time in times(decoded)] for decoded in pair)
+        if mine != other:
+            yield f"times {what}: {mine!r}, genpy's {other!r}"
 
 
 def in_code_of_genpy(error: BaseException) -> bool:

@@ -34,6 +34,15 @@ def test_p26_errors() -> None:
         _ = Time(1) + Time(2)  # type: ignore[operator]
 
 
+def test_times_as_received_are_compared_by_their_sum() -> None:
+    odd, later = Time(), Time(3)
+    odd.secs, odd.nsecs = 1, 4_000_000_000
+    assert later < odd and later <= odd and odd > later and odd >= later
+    assert odd != Time(5) and odd <= Time(5) <= odd
+    odd.canon()
+    assert odd == Time(5)
+
+
 def test_p27_kinds_are_never_equal() -> None:
     assert Time(1) != Duration(1)
     assert Time(1) == Time(1) and hash(Time(1)) == hash(Time(1))

@@ -194,11 +194,26 @@ def test_bool_is_any_byte_and_encodes_as_given() -> None:
     assert body(cls(1, [True, 0])) == b"\1\2\0\0\0\1\0"
 
 
-def test_times_are_normalised_when_decoded() -> None:
-    cls = make("time t\nduration d\ntime[] ts")
-    data = struct.pack("<IIiiIII", 1, 2_000_000_000, 1, -1, 1, 1, 1_500_000_000)
-    message = codec.decode(cls, data, 0, len(data))
-    assert message == cls(Time(3, 0), Duration(0, 999_999_999), [Time(2, 500_000_000)])
+def test_times_of_the_whole_message_are_normalised_and_those_of_its_parts_are_as_received() -> None:
+    separator = "\n" + "=" * 80 + "\nMSG: p/"
+    pair, many = f"{separator}Pair\ntime t\nduration d", f"{separator}Many\nPair[1] p\ntime t"
+    cls = make(f"time t\nduration d\ntime[] ts\nPair p\nPair[1] fixed\nMany[1] many{pair}{many}")
+    one = struct.pack("<IIii", 1, 2_000_000_000, 1, -1)
+    data = one + struct.pack("<III", 1, 1, 1_500_000_000) + 3 * one + struct.pack("<II", 1, 4_000_000_000)
+    raw = codec.decode(cls, data, 0, len(data))
+    raw.t.secs, raw.t.nsecs, raw.d.secs, raw.d.nsecs = 1, 2_000_000_000, 1, -1
+    whole = cls, data, 0, len(data)
+    for received in (codec.decode(*whole), codec.decode_arrays(*whole, memoryview_view), codec.copy(raw)):
+        assert (received.t, received.d) == (Time(3, 0), Duration(0, 999_999_999))
+        parts = [*received.ts, received.p.t, received.fixed[0].t, received.many[0].p[0].t, received.many[0].t]
+        assert [(time.secs, time.nsecs) for time in parts] == [
+            (1, 1_500_000_000),
+            *3 * [(1, 2_000_000_000)],
+            (1, 4_000_000_000),
+        ]
+        durations = [received.p.d, received.fixed[0].d, received.many[0].p[0].d]
+        assert [(duration.secs, duration.nsecs) for duration in durations] == 3 * [(1, -1)]
+        assert body(received)[28:] == data[28:]
     with pytest.raises(DeserializationError):
         codec.decode(cls, data[:-1], 0, len(data) - 1)
 

@@ -1,7 +1,8 @@
 """Time and Duration, with nanosecond resolution, and their arithmetic (https://wiki.ros.org/roscpp/Overview/Time).
 
-Both hold whole seconds and nanoseconds, always normalised to ``0 <= nsecs < 1e9``. A Time is a point in time and never
-negative; a Duration may be. Pure: no clock is read here.
+Both hold whole seconds and nanoseconds, normalised to ``0 <= nsecs < 1e9`` unless the attributes are set directly, as
+in parts of received messages. A Time is a point in time and never negative; a Duration may be. Pure: no clock is read
+here.
 """
 
 from __future__ import annotations
@@ -113,25 +114,25 @@ class TVal:
 
     def __lt__(self, other: object) -> bool:
         if other.__class__ is self.__class__:
-            return (self.secs, self.nsecs) < (other.secs, other.nsecs)
+            return self.secs * _NS + self.nsecs < other.secs * _NS + other.nsecs
         difference = _compared(self, other)
         return NotImplemented if difference is None else difference < 0
 
     def __le__(self, other: object) -> bool:
         if other.__class__ is self.__class__:
-            return (self.secs, self.nsecs) <= (other.secs, other.nsecs)
+            return self.secs * _NS + self.nsecs <= other.secs * _NS + other.nsecs
         difference = _compared(self, other)
         return NotImplemented if difference is None else difference <= 0
 
     def __gt__(self, other: object) -> bool:
         if other.__class__ is self.__class__:
-            return (self.secs, self.nsecs) > (other.secs, other.nsecs)
+            return self.secs * _NS + self.nsecs > other.secs * _NS + other.nsecs
         difference = _compared(self, other)
         return NotImplemented if difference is None else difference > 0
 
     def __ge__(self, other: object) -> bool:
         if other.__class__ is self.__class__:
-            return (self.secs, self.nsecs) >= (other.secs, other.nsecs)
+            return self.secs * _NS + self.nsecs >= other.secs * _NS + other.nsecs
         difference = _compared(self, other)
         return NotImplemented if difference is None else difference >= 0
 

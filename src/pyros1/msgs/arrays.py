@@ -147,8 +147,6 @@ def read_times(buffer: Buffer, position: int, count: int, code: str, cls: type[T
     for secs, nsecs in zip(numbers[::2], numbers[1::2], strict=True):
         value = cls.__new__(cls)
         value.secs, value.nsecs = secs, nsecs
-        if not 0 <= nsecs < 1_000_000_000:
-            value.canon()
         result.append(value)
     return result
 

@@ -8,6 +8,7 @@ arrays, even if large. Wrong values are refused as by the encoder.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import repeat
 from typing import Any
 
 from pyros1.ground.timing import Duration, Time
@@ -19,10 +20,16 @@ from pyros1.msgs.spec import STRUCT_CODES
 
 
 class Copier(Source):
-    """Emits statements in field order; the single numbers share one struct, packed and unpacked at the end."""
+    """Emits statements in field order; the single numbers share one struct, packed and unpacked at the end.
+
+    Attributes:
+        original, copy, whole: the function's parameters. Times that are fields of ``copy`` itself are normalised if
+            ``whole`` is true.
+    """
 
     def __init__(self, cls: type[Message]) -> None:
         super().__init__(cls)
+        self.original, self.copy, self.whole = map(self.fresh, ("message", "copy", "whole"))
         self.codes: list[str] = []
         self.sources: list[str] = []
         self.targets: list[str] = []
@@ -77,9 +84,10 @@ class Copier(Source):
                 return
             for part in ("secs", "nsecs"):
                 self.convert(TIME_CODES[base], f"{original}.{part}", f"{copy}.{part}")
-            self.after.append(f"if not -1 < {copy}.nsecs < 1000000000: {copy}.canon()")
+            if target.startswith(f"{self.copy}."):
+                self.after.append(f"if {self.whole} and not -1 < {copy}.nsecs < 1000000000: {copy}.canon()")
         else:
-            self.emit(f"{target} = {self._copy(nested)}({source})")
+            self.emit(f"{target} = {self._copy(nested)}({source}, False)")
 
     def _copy(self, nested: type[Message]) -> str:
         return self.ref(nested._copy, "copy")
@@ -110,7 +118,8 @@ class Copier(Source):
             given = f"{each}, {self.class_of(base, nested)}, {self.pack(codes)}, {self.unpack(codes)}"
             self.emit(f"{target} = [{self.ref(_copy_time, 'time')}({given}) for {each} in {local}]")
         else:
-            self.emit(f"{target} = list(map({self._copy(nested)}, {local}))")
+            parts = f"{self.ref(repeat, 'repeat')}(False)"
+            self.emit(f"{target} = list(map({self._copy(nested)}, {local}, {parts}))")
 
 
 def _copy_time(
@@ -118,8 +127,6 @@ def _copy_time(
 ) -> Time | Duration:
     copy = cls.__new__(cls)
     copy.secs, copy.nsecs = unpack(pack(value.secs, value.nsecs))
-    if not 0 <= copy.nsecs < 1_000_000_000:
-        copy.canon()
     return copy
 
 
@@ -127,25 +134,25 @@ def _copy_strings(values: Sequence[str]) -> list[str]:
     return list(map(bytes.decode, map(str.encode, values)))
 
 
-def make_copy(cls: type[Message]) -> Callable[[Any], Any]:
-    """Generate ``_copy``."""
+def make_copy(cls: type[Message]) -> Callable[..., Any]:
+    """Generate ``_copy``; its second argument is whether the message is a whole one, no part of another."""
     source = Copier(cls)
-    message = source.fresh("message")
-    copy = source.assign("copy", source.new(source.ref(cls, "cls")))
+    message, copy, whole = source.original, source.copy, source.whole
+    source.emit(f"{copy} = {source.new(source.ref(cls, 'cls'))}")
     parts = parts_of(cls)
     if len(parts) < 2:
         source.message(cls, message, copy)
         source.flush()
     for part in parts if len(parts) > 1 else ():
-        source.emit(f"{source.ref(_make_part(cls, part), 'part')}({message}, {copy})")
+        source.emit(f"{source.ref(_make_part(cls, part), 'part')}({message}, {copy}, {whole})")
     source.emit(f"return {copy}")
-    return source.function("copy", [message], WRONG_VALUE, again_with(source, cls, "_copy", message))
+    parameters = [message, f"{whole}=True"]
+    return source.function("copy", parameters, WRONG_VALUE, again_with(source, cls, "_copy", message))
 
 
-def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any, Any], None]:
+def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any, Any, bool], None]:
     """Generate a function that copies some fields of a message to another."""
     source = Copier(cls)
-    message, copy = source.fresh("message"), source.fresh("copy")
-    source.message(cls, message, copy, fields)
+    source.message(cls, source.original, source.copy, fields)
     source.flush()
-    return source.function("part", [message, copy])
+    return source.function("part", [source.original, source.copy, source.whole])

@@ -7,6 +7,9 @@ number of elements against the remaining bytes), and whether it ends at the end 
 ``end`` in a larger buffer does no harm: the final position is then wrong. Bytes behind the message are ignored, as in
 stock, unless ``exact`` is true.
 
+Times keep both numbers as they were sent, also a billion nanoseconds and more. Only those that are fields of the whole
+message, not of its header or other parts, are normalised, as in stock.
+
 The objects of an array of messages are made many at a time, by ``map``, which takes half the time of separate calls.
 """
 
@@ -45,6 +48,7 @@ class Decoder(Source):
         cls: the message class.
         views: whether numeric arrays are made by the function ``view``, a fourth argument of the decoder.
         outer: the decoder that this one is a loop of, over messages of ``cls``; None: it begins a function.
+        whole: whether ``cls`` is the class of the whole message, not of a part of it.
 
     Attributes:
         at: name of the variable that holds the position. A step puts the next position into the other one of two
@@ -54,9 +58,11 @@ class Decoder(Source):
         made: in a loop, names of the object to make in each turn and of its class; else None.
     """
 
-    def __init__(self, cls: type[Message], *, views: bool = False, outer: Decoder | None = None) -> None:
+    def __init__(
+        self, cls: type[Message], *, views: bool = False, outer: Decoder | None = None, whole: bool = False
+    ) -> None:
         super().__init__(cls, None if outer is None else outer.scope)
-        self.views = views
+        self.views, self.whole = views, whole
         self._places = self.fresh("p"), self.fresh("q")
         self.made: list[tuple[str, str]] | None
         if outer is None:
@@ -147,7 +153,8 @@ class Decoder(Source):
             local = self._make(self.class_of(base, nested), target)
             self.value(TIME_CODES[base], f"{local}.secs")
             self.value(TIME_CODES[base], f"{local}.nsecs")
-            self.after.append(f"if not -1 < {local}.nsecs < 1000000000: {local}.canon()")
+            if self.whole and target.startswith(f"{self.root}."):
+                self.after.append(f"if not -1 < {local}.nsecs < 1000000000: {local}.canon()")
         elif self.inlines(nested):
             self.message(nested, self._make(self.class_of(base, nested), target))
         else:
@@ -178,9 +185,9 @@ class Decoder(Source):
     def _read(self, nested: type[Message]) -> str:
         return self.ref(nested._read_arrays if self.views else nested._read, "read")
 
-    def _decode(self, nested: type[Message], begin: str, end: str) -> str:
-        decode = self.ref(nested._decode_arrays if self.views else nested._decode, "decode")
-        return f"{decode}({', '.join([self.arguments.buffer, begin, end, *self._view])})"
+    def _element(self, nested: type[Message], begin: str, end: str) -> str:
+        """Return the expression that decodes a message of fixed size."""
+        return f"{self._read(nested)}({', '.join([self.arguments.buffer, begin, end, *self._view])})[0]"
 
     # Arrays -----------------------------------------------------------------------------------------------------------
 
@@ -209,7 +216,7 @@ class Decoder(Source):
             self._variable(nested, nested._min_size, count, target)
         else:
             self.emit(f"if {count} > {MAX_EMPTY}: raise ValueError('count')")
-            element = self._decode(nested, self.at, self.at)
+            element = self._element(nested, self.at, self.at)
             self.emit(f"{target} = [{element} for {self.fresh('i')} in range({count})]")
 
     def _numbers(self, code: str, count: str, length: int, target: str) -> None:
@@ -244,7 +251,7 @@ class Decoder(Source):
         loop = self._loop(nested)
         if loop is None or loop.moved:  # more than values to unpack
             i = self.fresh("i")
-            element = self._decode(nested, i, f"{i} + {size}")
+            element = self._element(nested, i, f"{i} + {size}")
             self.emit(f"{target} = [{element} for {i} in range({begin}, {self.at}, {size})]")
             return
         values = self.fresh("values")
@@ -307,12 +314,12 @@ def _is_plain(cls: type[Message]) -> bool:
 
 def make_decode(cls: type[Message]) -> Callable[[Any, int, int], Any]:
     """Generate ``_decode``."""
-    return _make_decode(Decoder(cls))
+    return _make_decode(Decoder(cls, whole=True))
 
 
 def make_decode_arrays(cls: type[Message]) -> Callable[..., Any]:
     """Generate ``_decode_arrays``."""
-    return _make_decode(Decoder(cls, views=True))
+    return _make_decode(Decoder(cls, views=True, whole=True))
 
 
 def make_read(cls: type[Message]) -> Callable[[Any, int, int], tuple[Any, int]]:
@@ -359,15 +366,15 @@ def _make_message(source: Decoder, *, last: bool = False) -> None:
         source.flush(last=last)
         return
     for part in parts:
-        read, begin = source.ref(_make_part(cls, part, source.views), "part"), source.move()
+        read, begin = source.ref(_make_part(source, part), "part"), source.move()
         buffer, _, end, *view = _parameters(source)
         source.emit(f"{source.at} = {read}({', '.join([buffer, begin, end, *view, source.root])})")
 
 
-def _make_part(cls: type[Message], fields: Fields, views: bool) -> Callable[..., int]:
+def _make_part(outer: Decoder, fields: Fields) -> Callable[..., int]:
     """Generate a function that decodes some fields of a message, its last argument; it returns the position behind."""
-    source = Decoder(cls, views=views)
-    source.message(cls, source.root, fields)
+    source = Decoder(outer.cls, views=outer.views, whole=outer.whole)
+    source.message(outer.cls, source.root, fields)
     source.flush()
     source.emit(f"return {source.at}")
     return source.function("part", [*_parameters(source), source.root])
