@@ -28,7 +28,7 @@ from messages_peer import encode_stock, make_empty, one_value, to_stock
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent.parent / "tests" / "msgs"))
 from random_definitions import Definition, random_definition, random_message
 
-from pyros1.ground.errors import MessageError
+from pyros1.ground.errors import DeserializationError, MessageError
 from pyros1.ground.timing import Duration, TVal
 from pyros1.msgs.array_views import genpy_view
 from pyros1.msgs.digest import Digests
@@ -102,6 +102,7 @@ def classes(definition: Definition, theirs: dict[str, Any], seed: int, count: Co
     body, other_body = ours._encode(message), encode_stock(to_stock(message, theirs))
     if body != other_body:
         yield f"encodes to {body!r}, genpy's to {other_body!r}"
+    yield from cut(ours, stock, message, random.Random(seed), count)
     yield from odd_times(ours, stock, message, random.Random(seed), count)
 
 
@@ -133,6 +134,24 @@ def odd_times(ours: Any, stock: Any, message: Any, rng: random.Random, count: Co
         mine, other = ([(time.secs, time.nsecs) for time in times(decoded)] for decoded in pair)
         if mine != other:
             yield f"times {what}: {mine!r}, genpy's {other!r}"
+
+
+def cut(ours: Any, stock: Any, message: Any, rng: random.Random, count: Counter[str]) -> Iterator[str]:
+    """Compare what is received of messages that lack bytes at their end."""
+    whole = ours._encode(message)
+    for size in {*rng.sample(range(len(whole)), min(len(whole), 5)), *range(max(len(whole) - 4, 0), len(whole))}:
+        data = whole[:size]
+        try:
+            other = str(stock().deserialize(data))
+        except genpy.DeserializationError:
+            other = "an error"
+        try:
+            mine = str(ours._decode(data, 0, size))
+        except DeserializationError:
+            mine = "an error"
+        count["cut and received"] += other != "an error"
+        if mine != other:
+            yield f"{data.hex()}, cut off from {whole.hex()}: {mine}, genpy {other}"
 
 
 def in_code_of_genpy(error: BaseException) -> bool:

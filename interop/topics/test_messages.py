@@ -60,6 +60,7 @@ def test_random_definitions_and_values_of_them(request: pytest.FixtureRequest) -
     assert [failure for result in results for failure in result["failures"]] == []
     assert sum(result["count"]["definitions"] for result in results) == 2 * half
     assert sum(result["count"]["times"] for result in results) > half
+    assert sum(result["count"]["cut and received"] for result in results) > half // 4
     assert (
         sum(result["count"]["values"] for result in results) >= 3.6 * half
     )  # genpy's own code is wrong for some names

@@ -95,7 +95,7 @@ def test_fixed_size() -> None:
     fixed = make("float64 a\nint8[3] b\ntime t\nuint8[2] c")
     assert len(body(fixed())) == 21
     with pytest.raises(DeserializationError):
-        codec.decode(fixed, bytes(22), 0, 20)
+        codec.decode(fixed, bytes(22), 0, 18)
     assert codec.decode(fixed, bytes(22), 0, 22) == codec.decode(fixed, bytes(21), 0, 21)
     assert body(make("")()) == b""
 

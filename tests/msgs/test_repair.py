@@ -107,3 +107,30 @@ def decoded(cls: Any, data: bytes, behind: bytes, view: Any = None, *, exact: bo
         if view is None:
             return codec.decode(*where, exact=exact)
         return codec.decode_arrays(*where, view, exact=exact)
+
+
+@pytest.mark.parametrize("view", [None, numpy_view(np)], ids=["bytes", "numpy"])
+@pytest.mark.parametrize(
+    ("text", "sent", "shown"),
+    [
+        ("int8 n\nuint8[4] t", "01", [""]),
+        ("int8 n\nuint8[4] t", "01020304", ["020304"]),
+        ("int8 n\nchar[2] t\nuint8[4] u", "0102", ["02", ""]),
+        ("int8 n\nuint8[] t\nuint8[4] u", "0105000000ff", ["ff", ""]),
+    ],
+)
+def test_arrays_of_fixed_length_at_the_end_may_be_shorter(text: str, sent: str, shown: list[str], view: Any) -> None:
+    """As in stock: `interop/topics/test_messages.py`."""
+    cls, data = make(text), bytes.fromhex(sent)
+    message = decoded(cls, data, b"\xff\xff\xff", view)
+    assert [bytes(getattr(message, name)).hex() for name in ("t", "u") if name in cls.__slots__] == shown
+    with pytest.raises(LengthError):
+        decoded(cls, data, b"", view, exact=True)
+
+
+def test_elements_of_fixed_size_may_lack_bytes_at_the_end() -> None:
+    cls = make(f"Inner[2] i{SEPARATOR}MSG: p/Inner\nint8 n\nuint8[2] data\n")
+    message = decoded(cls, b"\1ab\2c", b"")
+    assert [(each.n, each.data) for each in message.i] == [(1, b"ab"), (2, b"c")]
+    with pytest.raises(DeserializationError):
+        decoded(cls, b"\1ab", b"")

@@ -222,8 +222,14 @@ class Walk:
         if base == "string" or (base in cls._classes and cls._classes[base]._fixed_size is None):
             for _ in range(number):
                 self.single(cls, base, name + "[]")
+        elif number * _least(cls, base) <= self.left:
+            self.position += number * _least(cls, base)
         else:
-            self.skip(number * _least(cls, base), what)
+            self.elements(cls, base, number, name)
+
+    def elements(self, cls: type[Message], base: str, number: int, name: str) -> None:
+        """Look at an array of values of fixed size that does not fit."""
+        self.skip(number * _least(cls, base), f"field {name}")
 
     def text(self, begin: int, what: str) -> None:
         """Look at a string, which reaches from ``begin`` to the position. This walk does not."""
@@ -242,7 +248,11 @@ class Walk:
             self.skip(size, what)
             self.text(self.position - size, what)
         elif base in cls._classes:
-            self.message(cls._classes[base], name + ".")
+            nested = cls._classes[base]
+            if nested._fixed_size is not None and nested._fixed_size <= self.left:
+                self.position += nested._fixed_size
+            else:
+                self.message(nested, name + ".")
         else:
             self.skip(_least(cls, base), what)
 

@@ -4,7 +4,8 @@ A message is not lost because of a letter in one of its strings. What is not UTF
 and this is told once for each type: by the handler ``rosmsg`` of `codecs.register_error`, if a program has one (our
 genpy has stock's), else as a UnicodeWarning. Programs that make errors of warnings refuse such messages.
 
-Bytes behind a message are ignored. If bytes are missing at the end of the last string or byte array, it is shorter.
+Bytes behind a message are ignored. If bytes are missing at the end of the last string or byte array, it is shorter; an
+array of a fixed length, too, as in stock.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import codecs
 import contextlib
 import warnings
+from collections.abc import Iterator
 from typing import Any
 
 from pyros1.ground.errors import DeserializationError, LengthError, MessageError
@@ -50,16 +52,24 @@ def decode_mended(
         DeserializationError: there are other faults.
     """
     body = bytes(memoryview(buffer)[start:end])
-    mended, missing = completed(cls, body)
-    if missing and exact:
-        raise LengthError(cls._type, -missing)
-    if not missing:
+    cut: list[int] = []
+    try:
         mended = repaired(cls, body)
-        if mended == body:
-            raise explain(cls, body, 0, len(body))
+    except DeserializationError as error:
+        mended, missing, cut = completed(cls, body)
+        if not missing:
+            raise error from error.__cause__
+        if exact:
+            raise LengthError(cls._type, -missing) from None
+    if mended == body:
+        raise explain(cls, body, 0, len(body))
     if view is None:
-        return cls._decode(mended, 0, len(mended), exact)
-    return cls._decode_arrays(mended, 0, len(mended), view, exact)
+        message = cls._decode(mended, 0, len(mended), exact)
+    else:
+        message = cls._decode_arrays(mended, 0, len(mended), view, exact)
+    if cut:
+        _shorten(message, cut)
+    return message
 
 
 def repaired(cls: type[Message], data: Buffer) -> bytes:
@@ -80,35 +90,54 @@ def repaired(cls: type[Message], data: Buffer) -> bytes:
     return walk.result()
 
 
-def completed(cls: type[Message], data: bytes) -> tuple[bytes, int]:
-    """Correct the length of a message's last string or byte array, if only its end is missing.
+def completed(cls: type[Message], data: bytes) -> tuple[bytes, int, list[int]]:
+    """Complete a message whose last string or byte array is cut off.
 
     Args:
         cls: the message's class.
         data: the encoded message.
 
     Returns:
-        The message, and the number of bytes that are missing; the same bytes and 0 if something else is wrong.
+        The message: the length of the string or array is corrected; behind it, those of fixed length are filled with
+        zeros. Then the number of bytes that were missing; 0 if something else is wrong. Then the lengths that the last
+        byte arrays of fixed length had.
     """
     walk = _Cut(memoryview(data))
     try:
         walk.message(cls, "")
     except MessageError:
-        return data, 0
-    if not walk.missing:
-        return data, 0
-    length = (len(data) - walk.cut - 4).to_bytes(4, "little")
-    return b"".join((data[: walk.cut], length, data[walk.cut + 4 :])), walk.missing
+        return data, 0, []
+    if walk.count_at is not None:
+        length = (walk.whole - walk.count_at - 4).to_bytes(4, "little")
+        data = b"".join((data[: walk.count_at], length, data[walk.count_at + 4 :]))
+    return data + bytes(walk.zeros), walk.missing, walk.cut
 
 
 class _Cut(Walk):
-    """A walk that finds the length of the last string or bytes, if these are cut off."""
+    """A walk that finds the strings and byte arrays at the end that are cut off.
 
-    cut = missing = 0
+    Attributes:
+        missing: the number of missing bytes.
+        whole: the size of the data.
+        count_at: where the length of a string or array is that is cut off, if it is not fixed.
+        zeros: number of bytes that are missing in arrays of fixed length.
+        cut: the lengths that are left of these.
+    """
+
+    def __init__(self, data: memoryview) -> None:
+        super().__init__(data)
+        self.whole = len(data)
+        self.missing = self.zeros = 0
+        self.count_at: int | None = None
+        self.cut: list[int] = []
 
     def field(self, cls: type[Message], slot_type: str, name: str) -> None:
-        if slot_type in ("string", "uint8[]", "char[]"):
-            self._take(self.count(name))
+        base, bracket, count = slot_type.partition("[")
+        if bracket and base in ("uint8", "char"):
+            if count == "]":
+                self._take(self.count(name))
+            else:
+                self._take_fixed(int(count[:-1]))
         else:
             super().field(cls, slot_type, name)
 
@@ -118,10 +147,45 @@ class _Cut(Walk):
         else:
             super().single(cls, base, name)
 
+    def elements(self, cls: type[Message], base: str, number: int, what: str) -> None:
+        """Look at each element of an array of messages of fixed size, too, if it is cut off."""
+        for _ in range(number):
+            self.single(cls, base, what)
+
     def _take(self, size: int) -> None:
         if size > self.left:
-            self.cut, self.missing = self.position - 4, size - self.left
+            self.count_at = self.position - 4
+        self._skip(size)
+
+    def _take_fixed(self, size: int) -> None:
+        if size > self.left:
+            self.cut.append(self.left)
+            self.zeros += size - self.left
+        self._skip(size)
+
+    def _skip(self, size: int) -> None:
+        self.missing += max(size - self.left, 0)
         self.position += min(size, self.left)
+
+
+def _shorten(message: Message, lengths: list[int]) -> None:
+    """Cut the last byte arrays of fixed length to these lengths."""
+    places = list(_fixed_bytes(message))
+    for (owner, name), length in zip(places[-len(lengths) :], lengths, strict=True):
+        setattr(owner, name, getattr(owner, name)[:length])
+
+
+def _fixed_bytes(message: Message) -> Iterator[tuple[Message, str]]:
+    """Yield the byte arrays of fixed length in a message: the messages that have them, and the fields' names."""
+    for name, slot_type in zip(message.__slots__, message._slot_types, strict=True):
+        base, bracket, count = slot_type.partition("[")
+        value = getattr(message, name)
+        if bracket and base in ("uint8", "char"):
+            if count != "]":
+                yield message, name
+        elif base in message._classes:
+            for part in value if bracket else [value]:
+                yield from _fixed_bytes(part)
 
 
 class _Repair(Walk):

@@ -1,4 +1,4 @@
-"""Messages that do not end where their bytes do: they are received, as in stock, with one warning for each link."""
+"""Messages that do not end where their bytes do are received, as in stock, with one warning for each publisher."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def linked(fake: Any, cls: Any, **fields: str) -> Any:
 
 
 @pytest.mark.parametrize("callbacks", ["inline", "spin"])
-def test_bytes_behind_messages_are_ignored_with_one_warning_for_each_link(
+def test_bytes_behind_messages_are_ignored_with_one_warning_for_each_publisher(
     make_node: Any, fake_node: Any, collect: Any, watch_log: Any, until: Any, callbacks: str
 ) -> None:
     node, got, raw = make_node("listener", callbacks=callbacks), collect(), collect()
@@ -43,6 +43,22 @@ def test_bytes_behind_messages_are_ignored_with_one_warning_for_each_link(
     for fake in fakes:
         log.saw(f"/t from {fake.name}: received a std_msgs/Float64 with ")
     assert len([text for text in log.texts if "at its end" in text]) == 2
+
+
+def test_a_publisher_that_connects_again_does_not_fill_the_log(
+    make_node: Any, fake_node: Any, collect: Any, watch_log: Any
+) -> None:
+    node, got, fake = make_node("listener"), collect(), fake_node("/fake")
+    log = watch_log(node)
+    fake.publish("/t")
+    node.subscribe("t", Float64, got)
+    for number in range(3):
+        sock = linked(fake, Float64, callerid="/fake")
+        sock.sendall(frame(encode(Float64(number)) + b"x" * (number + 1)))
+        got.wait(number + 1)
+        sock.close()
+    log.saw("/t from /fake: received a std_msgs/Float64 with 1 surplus byte")
+    assert len([text for text in log.texts if "at its end" in text]) == 1
 
 
 @pytest.mark.parametrize("arrays", [None, "numpy", "memoryview"])

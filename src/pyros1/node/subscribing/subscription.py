@@ -373,10 +373,10 @@ class Subscription:
         self.context.log.peer(ERROR, "%s from %s: %s (message dropped)", self.topic, who, error)
 
     def _warn(self, source: Source, error: LengthError) -> None:
-        """Say that messages of a link do not end where they should. They are received nevertheless, as in stock."""
+        """Say that messages do not end where they should. They are received nevertheless, as in stock."""
         who = source.header.get("callerid", "?")
         text = "%s from %s: received %s: is its definition different, or does it append a checksum?"
-        self.context.log.peer(WARN, text, self.topic, who, error, most=1, link=(self.topic, id(source)))
+        self.context.log.peer(WARN, text, self.topic, who, error, most=1, link=(self.topic, who))
 
     def _replay(self, subscriber: Taker, latched: list[tuple[Source, Item]]) -> None:
         for source, item in latched:
