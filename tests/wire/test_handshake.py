@@ -83,8 +83,8 @@ def test_t23_t24_service_headers() -> None:
     assert header["persistent"] == "1"
     reply = h.answer_service_client(header, "/server", "/flip", SET_BOOL)
     assert reply["request_type"] == "std_srvs/SetBoolRequest"
-    h.check_service_answer(reply, "/flip", SET_BOOL)
-    h.check_service_answer({"md5sum": "09fb"}, "/flip", SET_BOOL)
+    assert h.check_service_answer(reply, "/flip", SET_BOOL) == ""
+    assert h.check_service_answer({"md5sum": "09fb"}, "/flip", SET_BOOL) == ""
 
 
 def test_t25_probe_with_wildcard_is_answered() -> None:
@@ -96,8 +96,8 @@ def test_t33_service_md5_mismatch() -> None:
     header = {"callerid": "/x", "service": "/flip", "md5sum": "bad"}
     with pytest.raises(h.Refusal, match=r"/x.*\[bad\] vs. \[09fb\]"):
         h.answer_service_client(header, "/server", "/flip", SET_BOOL)
-    with pytest.raises(ProtocolError, match="service /flip has md5sum"):
-        h.check_service_answer({"md5sum": "bad"}, "/flip", SET_BOOL)
+    odd = h.check_service_answer({"md5sum": "bad"}, "/flip", SET_BOOL)
+    assert odd.startswith("service /flip has md5sum [bad], but this client's std_srvs/SetBool has [09fb]")
 
 
 @pytest.mark.parametrize(("text", "value"), [("1", True), ("true", True), ("True", True), ("0", False), (None, False)])

@@ -18,8 +18,9 @@ from collections.abc import Mapping
 
 from pyros1.ground.errors import ProtocolError
 
-MAX_HEADER_SIZE = 1 << 20
-"""Largest header accepted from a peer, in bytes. Its largest field is the message definition: tens of kilobytes."""
+MAX_HEADER_SIZE = 1 << 24
+"""Largest header accepted from a peer, in bytes. Its largest field is the message definition: mostly tens of kilobytes,
+but stock has no limit. Memory is used as the bytes come."""
 
 _U32 = struct.Struct("<I")
 

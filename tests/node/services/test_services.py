@@ -343,6 +343,17 @@ def test_bytes_behind_a_response(caller: Any, fake_node: Any, in_thread: Any, wa
     log.saw("/s", "2 surplus bytes at its end")
 
 
+def test_a_provider_that_does_not_check_the_md5(caller: Any, fake_node: Any, in_thread: Any, watch_log: Any) -> None:
+    """Its responses come, as in rospy, with a warning."""
+    log, fake = watch_log(caller), fake_node("/fake")
+    fake.master.register_service("/s", f"rosrpc://localhost:{fake.port}", fake.uri)
+    call = in_thread(caller.service("s", SetBool), True)
+    sock, _ = fake.accept()
+    sock.sendall(encode_header({"md5sum": Empty._md5sum}) + b"\x01\x05\0\0\0\1\0\0\0\0")
+    assert call.join().success is True
+    log.saw(f"service /s has md5sum [{Empty._md5sum}]", f"[{SetBool._md5sum}]: its responses may be wrong")
+
+
 def test_what_comes_behind_a_response_is_not_the_next_one(caller: Any, fake_node: Any, in_thread: Any) -> None:
     """A persistent client connects again."""
     fake = fake_node("/fake")

@@ -112,3 +112,14 @@ def test_a_publisher_that_does_not_check_the_md5(make_node: Any, fake_node: Any,
     fake.accept_subscriber(md5sum="0" * 32).sendall(frame(encode(Float64(5))))
     assert got.wait()[0].data == 5
     log.saw("/t", f"[{'0' * 32}], but this subscriber wants std_msgs/Float64", "may be wrong")
+
+
+def test_a_publisher_with_a_definition_of_megabytes(make_node: Any, fake_node: Any, collect: Any) -> None:
+    node, got, fake = make_node("listener"), collect(), fake_node("/fake")
+    fake.publish("/t")
+    node.subscribe("t", Float64, got)
+    text = Float64._full_text + "# padding\n" * 300_000
+    fake.accept_subscriber(type=Float64._type, md5sum=Float64._md5sum, message_definition=text).sendall(
+        frame(encode(Float64(5)))
+    )
+    assert got.wait()[0].data == 5

@@ -240,7 +240,9 @@ class ServiceClient:
         answer = None
         while answer is None:
             answer = reader.feed(call.receive())
-        check_service_answer(answer, self.name, self._wire_type, header)
+        odd = check_service_answer(answer, self.name, self._wire_type, header)
+        if odd:
+            self._context.log.peer(WARN, "%s", odd, most=1, link=self.name)
         call.data = reader.rest
         call.header = answer
         call.greeted = True
