@@ -29,6 +29,8 @@ LONGEST_LINE = 100_000
 """Largest number of characters of a line in master.log."""
 ROSVERSION = "1.16.0\n"
 ROSDISTRO = "noetic\n"
+_REST_S = 0.2
+"""Seconds between the end of the rosout node and the next one: other nodes of its name must not keep the core busy."""
 CORE_PARAMS = {"/rosdistro": ROSDISTRO, "/rosversion": ROSVERSION}
 """Parameters that a core sets in addition to /run_id. The newlines are part of the values, as in stock."""
 
@@ -90,6 +92,8 @@ class Core:
         self._rosout: Node | None = None
         self._starting: threading.Thread | None = None
         self._rosout_error: Error | None = None
+        self._on_rosout: Callable[[str], object] = lambda text: None
+        self._ending = threading.Event()
 
     def start_master(self) -> None:
         """Start the master.
@@ -107,8 +111,15 @@ class Core:
             raise LaunchError(f"cannot start a master at {self._uri}: {why}") from error
         self._log_thread.write("", "")  # the file exists from the start, even if nothing is logged
 
-    def start_rosout(self) -> None:
-        """Start the rosout node in a thread, so that the launch does not wait for its imports."""
+    def start_rosout(self, tell: Callable[[str], object] = lambda text: None) -> None:
+        """Start the rosout node in a thread, so that the launch does not wait for its imports.
+
+        If somebody ends it, as ``rosnode kill`` does, it is started again.
+
+        Args:
+            tell: called with a line for the user when that happens, in another thread.
+        """
+        self._on_rosout = tell
         self._starting = threading.Thread(target=self._start_rosout, name="start rosout", daemon=True)
         self._starting.start()
 
@@ -136,7 +147,7 @@ class Core:
 
         log = str(self._log_folder / "rosout.log")
         arguments = [f"__log:={self._log_folder / 'rosout-1.log'}"]
-        self._rosout = Node(
+        self._rosout = node = Node(
             "rosout",
             namespace="/",
             argv=arguments,
@@ -146,10 +157,32 @@ class Core:
             rosout=False,
             wait_for_master=10.0,
         )
-        RosoutAggregator(self._rosout, log)
+        RosoutAggregator(node, log)
+        node.on_shutdown(lambda: self._rosout_ends(node))
+
+    def _rosout_ends(self, node: Node) -> None:
+        if not self._ending.is_set():
+            self._starting = threading.Thread(
+                target=self._restart_rosout, args=(node,), name="restart rosout", daemon=True
+            )
+            self._starting.start()
+
+    def _restart_rosout(self, node: Node) -> None:
+        node.shutdown()  # waits until it has ended
+        self._on_rosout("[rosout-1] process has finished cleanly")
+        if self._ending.wait(_REST_S):
+            return
+        self._on_rosout("[rosout-1] restarting process")
+        try:
+            self._make_rosout()
+        except Error as error:
+            self._on_rosout(f"[rosout-1] cannot be started again: {error}")
+        else:
+            self._on_rosout(f"process[rosout-1]: started with pid [{os.getpid()}]")
 
     def stop_rosout(self) -> None:
         """End the rosout node."""
+        self._ending.set()
         if self._starting is not None:
             self._starting.join()
         if self._rosout is not None:

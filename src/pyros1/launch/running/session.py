@@ -319,7 +319,7 @@ class Session:
     def _start_core_nodes(self, core: Core, starter: Starter) -> None:
         """Start rosout and the other nodes that come with the master."""
         if self._core_file.rosout:
-            core.start_rosout()
+            core.start_rosout(self.console.line)
             if not self.plan.nodes:
                 core.await_rosout()
             starter.run.counter = 1
