@@ -316,8 +316,58 @@ for words in (["--find-node", "/short", "scripted", "short.launch"], ["--no-such
     show(words, done.returncode, done.stdout.split("\\n"))
 """
 
+PROCESSES = """
+import os, signal, time
+import roslaunch
+text = '''<launch><node pkg="scripted" type="run" name="one" args="stay" respawn="true" respawn_delay="0.1"/>
+<node pkg="scripted" type="run" name="two" args="stay"/><node pkg="scripted" type="run" name="three" args="4"/></launch>'''
+parent = roslaunch.parent.ROSLaunchParent(roslaunch.rlutil.get_or_generate_uuid(None, False), [], roslaunch_strs=[text])
+parent.start(auto_terminate=False)
+pm = parent.pm
+def until(condition):
+    end = time.monotonic() + 20
+    while not condition():
+        assert time.monotonic() < end, [(each.name, each.pid) for each in pm.procs]
+        time.sleep(0.02)
+def named(name):
+    return next((each for each in pm.procs if each.name.startswith(name)), None)
+until(lambda: pm.dead_list)
+show([(each.name, each.package, each.respawn, each.respawn_delay, each.required, each.is_alive()) for each in pm.procs])
+show([(each.name, each.exit_code, each.package, each.is_alive()) for each in pm.dead_list])
+show(pm.get_active_names(), pm.get_process_names_with_spawn_count())
+show(all(os.getpgid(each.pid) == each.pid for each in pm.procs), named("one") is named("one"))
+show([word for word in named("two").args if not word.startswith("__log")][1:], type(named("two").env).__name__)
+for way in ("kill_process", "stop", "signal"):
+    one = named("one")
+    pid = one.pid
+    if way == "kill_process":
+        show(pm.kill_process(one.name))
+    elif way == "stop":
+        one.stop([])
+    else:
+        os.kill(one.pid, signal.SIGKILL)
+    until(lambda: named("one").is_alive() and named("one").pid != pid)
+    show(way, named("one") is one)
+show(pm.get_process_names_with_spawn_count()[0][0])
+one.respawn = False
+one.stop([])
+until(lambda: len(pm.dead_list) == 2)
+show(pm.get_active_names(), [each.name for each in pm.dead_list])
+two = named("two")
+two.respawn = True
+pid = two.pid
+two.stop([])
+until(lambda: named("two").is_alive() and named("two").pid != pid)
+show(two.get_info()["respawn"], two.get_info()["alive"], two.get_info()["spawn_count"])
+parent.shutdown()
+show(pm.procs, two.is_alive())
+os._exit(0)
+"""
 
-@pytest.mark.parametrize("text", [PARENT, SCRIPT, RUNNER, SPINS], ids=["parent", "script", "runner", "spins"])
+
+@pytest.mark.parametrize(
+    "text", [PARENT, SCRIPT, RUNNER, SPINS, PROCESSES], ids=["parent", "script", "runner", "spins", "processes"]
+)
 def test_running(launcher: Master, package: dict[str, str], text: str) -> None:
     text = SHOW + text
     assert len(same_lines(launcher, text, package)) >= 4

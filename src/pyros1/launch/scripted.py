@@ -116,10 +116,12 @@ class ProcessHandle:
 
     Attributes:
         name: its label, ``name-2``.
+        spec: how it is started; ``respawn``, ``respawn_delay`` and ``required`` may be changed while it runs.
     """
 
     def __init__(self, process: Process, run: ScriptRun) -> None:
         self.name = process.spec.label
+        self.spec = process.spec
         self._process = process
         self._run = run
 
@@ -133,9 +135,23 @@ class ProcessHandle:
         """Its process id."""
         return self._process.pid
 
+    @property
+    def spawn_count(self) -> int:
+        """How often it was started."""
+        return self._process.spawn_count
+
     def is_alive(self) -> bool:
         """Return whether it runs."""
         return self._process.alive
+
+    def end(self, errors: list[str] | None = None) -> None:
+        """End this run of the node as if it ended by itself, and wait until it has: it starts again if it respawns.
+
+        Args:
+            errors: a text is added if it does not end.
+        """
+        if not self._run.end_process(self._process) and errors is not None:
+            errors.append(f"{self.name} may still be running")
 
     def stop(self, errors: list[str] | None = None) -> None:
         """End the node, and wait until it has ended.
@@ -240,6 +256,10 @@ class ScriptRun:
         """Return the processes that run."""
         return [ProcessHandle(process, self) for process in self._session.supervisor.active]
 
+    def dead_processes(self) -> list[ProcessHandle]:
+        """Return the processes that have ended for good."""
+        return [ProcessHandle(process, self) for process in self._session.supervisor.dead]
+
     @property
     def server_uri(self) -> str:
         """URI of the launch's XML-RPC server; empty before it has started and after the end."""
@@ -252,14 +272,23 @@ class ScriptRun:
 
     def stop_process(self, process: Process) -> None:
         """End a process, and wait until it has ended."""
+        self._end(process, self._session.supervisor.stop_node)
+
+    def end_process(self, process: Process) -> bool:
+        """End a process as `ProcessHandle.end` does; return whether it has ended."""
+        return self._end(process, self._session.supervisor.end_node)
+
+    def _end(self, process: Process, end: Callable[[Process], object]) -> bool:
+        count = process.spawn_count
         if not self._over.is_set():
             try:
-                self.do(lambda: self._session.supervisor.stop_node(process))
+                self.do(lambda: end(process))
             except LaunchError:
                 self._over.wait()  # everything ends
-        if threading.current_thread() is not self._thread:
-            seconds = self._options.sigint_timeout + self._options.sigterm_timeout + _LAST_MOMENTS_S
-            process.wait(time.monotonic() + seconds)
+        if threading.current_thread() is self._thread:
+            return True
+        seconds = self._options.sigint_timeout + self._options.sigterm_timeout + _LAST_MOMENTS_S
+        return process.wait(time.monotonic() + seconds) or process.spawn_count > count
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait for the end of the launch. Return whether it has ended."""

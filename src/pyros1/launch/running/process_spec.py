@@ -24,6 +24,7 @@ class ProcessSpec:
         decisive: the launch ends when it ends, which is not reported: it is a test, or the answer to the end of a
             required process.
         on_death: a process to start when this one has ended by itself; None for none.
+        package: the node's package.
     """
 
     label: str
@@ -39,3 +40,4 @@ class ProcessSpec:
     decisive: bool = False
     on_death: ProcessSpec | None = None
     errors_to_file: bool = False
+    package: str = ""

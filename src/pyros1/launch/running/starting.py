@@ -229,6 +229,7 @@ class Starter:
             respawn=node.respawn,
             respawn_delay=node.respawn_delay,
             required=node.required or self.options.required,
+            package=node.package,
         )
 
     def _remote_spec(self, node: NodePlan, label: str) -> ProcessSpec:
@@ -243,6 +244,7 @@ class Starter:
             respawn=node.respawn,
             respawn_delay=node.respawn_delay,
             required=node.required or self.options.required,
+            package=node.package,
         )
 
     def _answer(self, node: NodePlan, spec: ProcessSpec) -> ProcessSpec | None:

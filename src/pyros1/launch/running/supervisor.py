@@ -291,6 +291,11 @@ class Supervisor:
         process.held, process.restarting = True, False
         self._end_one(process)
 
+    def end_node(self, process: Process) -> None:
+        """End a process as if it ended by itself: it starts again if it respawns. Call it in the thread of `run`."""
+        process.held = process.restarting = False
+        self._end_one(process)
+
     def start_node(self, process: Process) -> None:
         """Start a process that was stopped or has ended. Call it in the thread of `run`."""
         process.restarting = process.alive and (process.held or process.restarting)

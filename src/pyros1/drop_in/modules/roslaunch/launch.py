@@ -142,14 +142,10 @@ class ROSLaunchRunner:
         if self._run is None:
             raise RLException("the launch has not been started")
         script = ScriptNode(node.package, node.type)
-        script.plan = plan = plan_of_node(node)
+        script.plan = plan_of_node(node)
         handle = self._run.launch(script)
-        process = Process(
-            node.package, handle.name, plan.args, plan.env, plan.respawn, plan.respawn_delay, plan.required, handle
-        )
         node.process_name = handle.name
-        self.pm.processes[handle.name] = process
-        return process, True
+        return self.pm.launched(handle), True
 
     def is_node_running(self, node: Node) -> bool:
         """Return whether a node's process runs."""

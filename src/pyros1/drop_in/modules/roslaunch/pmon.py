@@ -139,6 +139,36 @@ class Process:
             self._handle.stop(errors)
 
 
+def _option(name: str) -> Any:
+    """Return the property of an option of a launched process, which applies to the launch at once."""
+    return property(
+        lambda self: getattr(self._handle.spec, name), lambda self, value: setattr(self._handle.spec, name, value)
+    )
+
+
+class _Launched(Process):
+    """A process that a launch supervises."""
+
+    respawn = _option("respawn")
+    respawn_delay = _option("respawn_delay")
+    required = _option("required")
+
+    def __init__(self, handle: Any) -> None:
+        self._handle = handle
+        spec = handle.spec
+        options = spec.respawn, spec.respawn_delay, spec.required
+        super().__init__(spec.package, handle.name, spec.words, spec.env, *options, handle=handle)
+
+    def is_alive(self) -> bool:
+        """Return whether it runs."""
+        self.spawn_count = self._handle.spawn_count
+        return super().is_alive()
+
+    def stop(self, errors: list[str] | None = None) -> None:
+        """End it, and wait until it has ended; it starts again if it respawns."""
+        self._handle.end(errors)
+
+
 class DeadProcess(Process):
     """A process that has ended."""
 
@@ -175,9 +205,9 @@ class ProcessMonitor(threading.Thread):
         self.listeners: list[Any] = []
         self._shut_down = False
         self.runs: list[Any] = []
-        self.processes: dict[str, Process] = {}
-        self.procs: list[Process] = []
-        self.dead_list: list[DeadProcess] = []
+        self._launched: dict[str, _Launched] = {}
+        self._registered: list[Process] = []
+        self._dead: list[DeadProcess] = []
         self.done = False
         self._complete = False
         self._waiting: set[Process] = set()
@@ -188,11 +218,28 @@ class ProcessMonitor(threading.Thread):
     @property
     def is_shutdown(self) -> bool:
         """Whether it has been shut down, or all that was launched has ended."""
-        return self._shut_down or (bool(self.runs) and not self.procs and all(run.is_over() for run in self.runs))
+        return self._shut_down or (bool(self.runs) and not self._registered and all(run.is_over() for run in self.runs))
 
     @is_shutdown.setter
     def is_shutdown(self, value: bool) -> None:
         self._shut_down = value
+
+    @property
+    def procs(self) -> list[Process]:
+        """The processes that run: those that a program registered, and those of launches."""
+        return self._registered + [self.launched(handle) for run in self.runs for handle in run.processes()]
+
+    @property
+    def dead_list(self) -> list[DeadProcess]:
+        """The processes that have ended for good."""
+        handles = [handle for run in self.runs for handle in run.dead_processes()]
+        return self._dead + [DeadProcess(self.launched(handle)) for handle in handles]
+
+    def launched(self, handle: Any) -> Process:
+        """Return the process of a launch's handle, the same one each time."""
+        process = self._launched.setdefault(handle.name, _Launched(handle))
+        process.is_alive()  # its pid and number of starts are those of now
+        return process
 
     def add_process_listener(self, l: Any) -> None:  # noqa: E741
         """Tell an object with ``process_died`` of each process that ends."""
@@ -218,7 +265,7 @@ class ProcessMonitor(threading.Thread):
             raise RLException(f"cannot add process with duplicate name '{p.name}'")
         if self.done:
             raise RLException(f"cannot add process [{p.name}] after process monitor has been shut down")
-        self.procs.append(p)
+        self._registered.append(p)
         self._wake.set()
 
     def register_core_proc(self, p: Process) -> None:
@@ -232,22 +279,22 @@ class ProcessMonitor(threading.Thread):
 
     def unregister(self, p: Process) -> None:
         """Watch a process no longer; raises ValueError if it is not watched."""
-        self.procs.remove(p)
+        self._registered.remove(p)
 
     def run(self) -> None:
         """Watch the registered processes until the end."""
         self._wake.wait()  # most programs register none
         while not self._end.wait(_PERIOD_S):
-            for process in list(self.procs):
-                if not process.is_alive() and process in self.procs:
+            for process in list(self._registered):
+                if not process.is_alive() and process in self._registered:
                     self._ended(process)
-            if self._complete and self.dead_list and not self.procs:
+            if self._complete and self._dead and not self._registered:
                 printlog("all processes on machine have died, roslaunch will exit")
                 self._end.set()
             if self._end.is_set():
                 break
         self._shut_down = True
-        for process in reversed(self.procs):
+        for process in reversed(self._registered):
             printlog(f"[{process.name}] killing on exit")
             _stop(process)
         self.done = True
@@ -268,7 +315,7 @@ class ProcessMonitor(threading.Thread):
         elif wait is False:
             _stop(process)
             self.unregister(process)
-            self.dead_list.append(DeadProcess(process))
+            self._dead.append(DeadProcess(process))
         elif wait > 0:
             self._waiting.add(process)
         else:
@@ -285,13 +332,7 @@ class ProcessMonitor(threading.Thread):
 
     def get_process(self, name: str) -> Process | None:
         """Return a running process; None if there is none of that name."""
-        for process in self.procs:
-            if process.name == name:
-                return process
-        handles = {handle.name: handle for run in self.runs for handle in run.processes()}
-        if name not in handles:
-            return None
-        return self.processes.get(name) or Process("", name, [], {}, handle=handles[name])
+        return next((process for process in self.procs if process.name == name), None)
 
     def kill_process(self, name: str) -> bool:
         """End a process; return whether there was one. Raises RLException if it is no name."""
@@ -305,13 +346,11 @@ class ProcessMonitor(threading.Thread):
 
     def get_active_names(self) -> list[str]:
         """Return the names of all running processes."""
-        return [each.name for each in self.procs] + [handle.name for run in self.runs for handle in run.processes()]
+        return [each.name for each in self.procs]
 
     def get_process_names_with_spawn_count(self) -> list[list[tuple[str, int]]]:
-        """Return two lists of names and numbers of starts: of what runs, and of what a program registered and ended."""
-        running = [(each.name, each.spawn_count) for each in self.procs]
-        running += [(handle.name, 1) for run in self.runs for handle in run.processes()]
-        return [running, [(each.name, each.spawn_count) for each in self.dead_list]]
+        """Return two lists of names and numbers of starts: of what runs, and of what has ended."""
+        return [[(each.name, each.spawn_count) for each in processes] for processes in (self.procs, self.dead_list)]
 
     # Main thread ------------------------------------------------------------------------------------------------------
 
