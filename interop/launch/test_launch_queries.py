@@ -8,12 +8,11 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
-from harness import PEERS, our_tools, stock_roslaunch
+from harness import our_tools, stock_roslaunch
+from launch_answers import CORPUS, Answer, ours, stock
 
-CORPUS = Path(__file__).parents[1] / "launch_corpus"
 TABLE = (CORPUS / "README.md").read_text(encoding="utf-8")
 GOOD = sorted(path.stem for path in CORPUS.glob("*.launch"))
 BAD = sorted(path.stem for path in (CORPUS / "bad").glob("*.launch"))
@@ -42,27 +41,6 @@ from pyros1.launch.reading import report
 from pyros1.launch.reading.loader import load_plan
 print(report.summary(load_plan(sys.argv[1:], {}, make_resources())), end="")
 """
-
-
-class Answer(NamedTuple):
-    """What a tool said."""
-
-    code: int
-    out: str
-    err: str
-
-
-def stock(*words: str, cwd: Path = CORPUS, **variables: str) -> Answer:
-    """Ask stock roslaunch."""
-    path = f"{PEERS / 'quick'}:{os.environ['PATH']}"
-    env = {**os.environ, "ROS_HOSTNAME": "localhost", "PATH": path, **variables}
-    return Answer(*stock_roslaunch().ask(["roslaunch", *words], env, cwd=cwd))
-
-
-def ours(*words: str, cwd: Path = CORPUS, **variables: str) -> Answer:
-    """Ask ``pyros1 launch``."""
-    env = {**os.environ, "ROS_HOSTNAME": "localhost", **variables}
-    return Answer(*our_tools().ask(["roslaunch", *words], env, cwd=cwd))
 
 
 def plain(text: str) -> str:

@@ -133,6 +133,8 @@ class ParamReader:
             return
         if needs_dict and not isinstance(value, dict):
             raise LaunchError("error loading <rosparam> tag: 'param' attribute must be set for non-dictionary values")
+        if name == "/" and not isinstance(value, dict):
+            raise LaunchError("error loading <rosparam> tag: only a dictionary can be loaded into the namespace '/'")
         for key, leaf in _leaves(name, value):
             self.add(key, leaf)
 
