@@ -16,10 +16,14 @@ class Module:
         name: for errors.
         members: the values by name.
         call: what a call of it calls.
+
+    Attributes:
+        names: the names of its members.
     """
 
     def __init__(self, name: str, members: Mapping[str, Any], call: Callable[..., Any] | None = None) -> None:
         self.name = name
+        self.names = tuple(members)
         self._members = members
         self._call = call
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from pyros1.ground.expressions.functions import name_of, owner_of
-from pyros1.ground.expressions.limits import CONTAINERS, HASHED, SCALARS, STEP, TEXTS, inside
+from pyros1.ground.expressions.limits import CONTAINERS, HASHED, SCALARS, STEP, TEXTS, array_size, inside
 
 _PLAIN = SCALARS - {int}
 _PAIRS = 64
@@ -36,7 +36,7 @@ def surface(value: Any) -> int:
         return 0
     if kind in TEXTS:
         return len(value) >> 3
-    return len(value) if isinstance(value, CONTAINERS) else 0
+    return len(value) if isinstance(value, CONTAINERS) else array_size(value)
 
 
 def depth(value: Any, limit: int) -> int:
@@ -76,7 +76,7 @@ def depth(value: Any, limit: int) -> int:
 def _other(value: Any, pending: list[Any]) -> int:
     """Count a message and add its fields to `pending`, or count an object of another library."""
     if type(value).__module__ == "numpy":
-        return int(value.size)
+        return array_size(value)
     slots = getattr(type(value), "__slots__", ())
     pending.extend(getattr(value, name, None) for name in slots)
     return STEP * (1 + len(slots))

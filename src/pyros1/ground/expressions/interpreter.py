@@ -32,7 +32,7 @@ from pyros1.ground.expressions.limits import (
     require,
     spread,
 )
-from pyros1.ground.expressions.operators import BINARY, COMPARE, UNARY, require_broadcast, require_small
+from pyros1.ground.expressions.operators import BINARY, COMPARE, UNARY, require_small
 
 # Type of node -> method of Interpreter that returns its value.
 _METHODS: dict[type[ast.expr], str] = {
@@ -189,6 +189,19 @@ class Interpreter:
             raise ExpressionError(f"{type(owner).__name__!r} object has no attribute {name!r}")
         return found
 
+    def combine(self, *values: Any) -> None:
+        """Check values before an operator or function combines them, if the language has values such as arrays.
+
+        Raises:
+            ExpressionError: the result would be too large.
+        """
+
+    def write(self, *values: Any) -> None:
+        """Check values before they are written as text; see `combine`."""
+
+    def choose(self, owner: Any, key: Any) -> None:
+        """Check a value and an index before the item is read; see `combine`."""
+
     # The nodes -----------------------------------------------------------------------------------------------------
 
     def value(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
@@ -293,6 +306,7 @@ class Interpreter:
         total = 0
         for inner in self._loop(loops, dict(names)):
             results.append(make(inner))
+            self._spend(len(loops))  # each result passes through all loops
             total += 1
             if type(results[-1]) not in SCALARS or type(results[-1]) is int:
                 size, looks = measure(results[-1], self.max_items)
@@ -315,6 +329,7 @@ class Interpreter:
     def _subscript(self, node: ast.Subscript, names: Mapping[str, Any]) -> Any:
         owner, key = self.value(node.value, names), self.value(node.slice, names)
         self._spend_reading(key)
+        self.choose(owner, key)
         result = owner[key]
         if type(key) is slice:
             self._spend(costs.surface(result))
@@ -339,12 +354,14 @@ class Interpreter:
             if number and not result:  # only a chain needs its truth value, which numpy arrays do not have
                 break
             right = self.value(comparator, names)
-            if isinstance(op, ast.In | ast.NotIn):
+            searched = isinstance(op, ast.In | ast.NotIn)
+            if not isinstance(op, ast.Is | ast.IsNot) and not (searched and isinstance(right, dict | set)):
+                self.combine(left, right)
+            if searched:
                 self._spend(costs.contained(left, right, self.max_work))
             elif type(left) not in SCALARS and not isinstance(op, ast.Is | ast.IsNot):
                 self._spend_reading(right)
-                require_broadcast(left, right, self.max_items)
-            result = COMPARE[type(op)](left, right)
+            result = self._bounded(COMPARE[type(op)](left, right))
             left = right
         return result
 
@@ -357,6 +374,10 @@ class Interpreter:
     def _binop(self, node: ast.BinOp, names: Mapping[str, Any]) -> Any:
         left, right = self.value(node.left, names), self.value(node.right, names)
         require_small(node.op, left, right, self.max_items)
+        if isinstance(node.op, ast.Mod) and isinstance(left, str):
+            self.write(right)
+        else:
+            self.combine(left, right)
         self._spend(costs.binary(node.op, left, right, self.max_work))
         return self._bounded(BINARY[type(node.op)](left, right))
 
@@ -401,6 +422,7 @@ class Interpreter:
         conversion = chr(node.conversion) if node.conversion > 0 else None
         value = self.value(node.value, names)
         self._spend_reading(value)
+        self.write(value)
         return self._bounded(formatted(value, conversion, spec, self.max_items))
 
 

@@ -23,7 +23,7 @@ characters of a string; in addition, each evaluation of a node counts `STEP`."""
 STEP = 6
 """Cost to evaluate a node or an item of a comprehension, or to access an item of a list."""
 
-CALL = 16
+CALL = 30
 """Cost of a call, in addition to that of the function."""
 
 TOO_MUCH = "the expression takes too much work; use fewer fields or items"
@@ -51,7 +51,8 @@ def size(value: Any, limit: int = MAX_ITEMS) -> int:
     """Return the number of characters and items of a value and of nested values, each as often as it occurs.
 
     Args:
-        value: any value; an integer counts one for each 64 bits, other values that are not strings or containers 0.
+        value: any value; an integer counts one for each 64 bits, an array one for each 64 bits of its items, and other
+            values that are not strings or containers 0.
         limit: number at which counting stops.
 
     Returns:
@@ -61,7 +62,7 @@ def size(value: Any, limit: int = MAX_ITEMS) -> int:
 
 
 def measure(value: Any, limit: int = MAX_ITEMS) -> tuple[int, int]:
-    """Return the `size` of a value, and the number of items that were visited to compute it."""
+    """Return the `size` of a value, and the work to make it: two for each number, and `STEP` for each other item."""
     if isinstance(value, TEXTS):
         return len(value), len(value) >> 3
     total = looks = 0
@@ -76,15 +77,25 @@ def measure(value: Any, limit: int = MAX_ITEMS) -> tuple[int, int]:
             total += len(part)
         elif isinstance(part, CONTAINERS):
             total += len(part)
-            looks += STEP + len(part)
+            looks += STEP + 2 * len(part)
             if total <= limit:
+                before = len(pending)
                 total += inside(part, pending)
                 if isinstance(part, dict):
-                    looks += len(part)
+                    looks += 2 * len(part)
                     total += inside(part.values(), pending)
+                looks += STEP * (len(pending) - before)
+        else:
+            total += array_size(part)
+            looks += array_size(part)
         if total > limit:
             break
     return total, looks
+
+
+def array_size(value: Any) -> int:
+    """Return the number of bytes of an array of numpy, divided by eight; 0 for other values."""
+    return int(value.nbytes) >> 3 if type(value).__module__ == "numpy" and hasattr(value, "nbytes") else 0
 
 
 def inside(items: Collection[Any], pending: list[Any]) -> int:
@@ -143,6 +154,9 @@ def spread(keys: Iterable[Any]) -> None:
     """
     if isinstance(keys, (*TEXTS, dict, set, frozenset)):
         return  # hashes of strings cannot be predicted, and the others were checked when they were made
+    keys = list(keys)
+    if len(keys) - len(set(map(hash, keys))) < MAX_SAME_HASH:
+        return
     found: dict[int, list[Any]] = {}
     for key in keys:
         same = found.setdefault(hash(key), [])

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import operator
 import re
 from collections.abc import Callable
-from itertools import zip_longest
 from typing import Any
 
 from pyros1.ground.expressions.limits import MAX_BITS, ExpressionError, require, size
@@ -64,7 +64,6 @@ def require_small(op: ast.operator, left: Any, right: Any, limit: int) -> None:
     Raises:
         ExpressionError: it would be larger.
     """
-    require_broadcast(left, right, limit)
     if isinstance(op, ast.Pow | ast.LShift):
         _require_bits(op, left, right)
     elif isinstance(op, ast.Mult):
@@ -72,27 +71,6 @@ def require_small(op: ast.operator, left: Any, right: Any, limit: int) -> None:
         _require_items(right, left, limit)
     elif isinstance(op, ast.Mod) and isinstance(left, str | bytes | bytearray):
         _require_width(left, limit)
-
-
-def require_broadcast(left: Any, right: Any, limit: int) -> None:
-    """Check the size of what an operator makes of numpy's arrays: at most each item of one with each of the other.
-
-    Raises:
-        ExpressionError: it would be larger than the limit.
-    """
-    if not (hasattr(left, "shape") or hasattr(right, "shape")):
-        return
-    total = 1
-    for lengths in zip_longest(*(reversed(_shape(value)) for value in (left, right)), fillvalue=1):
-        total *= max(lengths)
-    require(total, limit)
-
-
-def _shape(value: Any) -> tuple[int, ...]:
-    shape = getattr(value, "shape", None)
-    if isinstance(shape, tuple):
-        return shape
-    return (len(value),) if isinstance(value, list | tuple) else ()
 
 
 def _require_bits(op: ast.operator, left: Any, right: Any) -> None:
@@ -103,8 +81,9 @@ def _require_bits(op: ast.operator, left: Any, right: Any) -> None:
 
 
 def _require_items(sequence: Any, count: Any, limit: int) -> None:
-    if isinstance(sequence, str | bytes | bytearray | list | tuple) and isinstance(count, int):
-        require(size(sequence, limit) * count, limit)
+    if isinstance(sequence, str | bytes | bytearray | list | tuple) and not isinstance(count, float):
+        with contextlib.suppress(TypeError):  # numpy's integers count, too
+            require(size(sequence, limit) * operator.index(count), limit)
 
 
 def _require_width(template: str | bytes | bytearray, limit: int) -> None:

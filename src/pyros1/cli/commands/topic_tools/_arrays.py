@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import functools
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from importlib import import_module
-from itertools import zip_longest
 from typing import Any
 
-from pyros1.ground.expressions import ExpressionError, require
-from pyros1.observe.expression import MAX_ITEMS
+from pyros1.cli.commands.topic_tools._estimates import MADE, RANDOM, WORK, broadcast, no_work
+from pyros1.cli.commands.topic_tools._sizes import extent, require_size, type_width
 from pyros1.observe.modules import Module
 
 _NUMPY = """
@@ -36,139 +34,71 @@ ARRAY = frozenset(_ARRAY.split())
 """Members of arrays."""
 
 
+_TEXTLESS = 16
+"""Bytes of the widest number."""
+_CALL = 100
+"""Work to estimate and call a function, even of small arguments."""
+
+
 def numpy_module() -> Module:
     """Return numpy, as far as expressions may use it."""
     numpy: Any = import_module("numpy")
-    members = {name: getattr(numpy, name) for name in (*_NUMPY.split(), *_MADE) if hasattr(numpy, name)}
+    members = {name: getattr(numpy, name) for name in (*_NUMPY.split(), *MADE) if hasattr(numpy, name)}
     for name, value in members.items():
         if callable(value) and not isinstance(value, type):
-            members[name] = _Checked(value, _MADE.get(name, _broadcast))
-    linalg = Module("numpy.linalg", {name: _Checked(getattr(numpy.linalg, name), _broadcast) for name in _LINALG})
-    of_random = {name: _Checked(getattr(numpy.random, name), count) for name, count in _RANDOM.items()}
+            members[name] = Checked(value, name)
+    linalg = Module("numpy.linalg", {name: Checked(getattr(numpy.linalg, name), name) for name in _LINALG})
+    of_random = {name: Checked(getattr(numpy.random, name), name, count=count) for name, count in RANDOM.items()}
     return Module("numpy", {**members, "linalg": linalg, "random": Module("numpy.random", of_random)})
 
 
 def member(array: Any, name: str) -> Any:
     """Return a member of an array, one of `ARRAY`."""
     value = getattr(array, name)
-    if not callable(value):
-        return value
-    return _Checked(value, functools.partial(_dot if name == "dot" else _broadcast, array))
+    return Checked(value, name, array) if callable(value) else value
 
 
-def check_array(value: Any, limit: int) -> None:
-    """Check a result of numpy.
-
-    Raises:
-        ExpressionError: it has too many items, or has Python's objects in it, whose size nobody knows.
-    """
-    require(int(getattr(value, "size", 0)), limit)
-    if getattr(getattr(value, "dtype", None), "hasobject", False):
-        raise ExpressionError("arrays can only have numbers, truth values and texts here")
-
-
-class _Checked:
-    """A function whose result is measured before it is made.
+class Checked:
+    """A function of numpy whose result and work are estimated before it is called.
 
     Args:
         function: the function.
-        count: returns the number of items of the result, from the same arguments.
+        name: its name.
+        array: what it is a method of, if it is one.
+        count: returns the number of items of the result, from the same arguments; default: as `MADE` says.
     """
 
-    def __init__(self, function: Callable[..., Any], count: Callable[..., float]) -> None:
+    def __init__(
+        self, function: Callable[..., Any], name: str, *array: Any, count: Callable[..., float] | None = None
+    ) -> None:
         self._function = function
-        self._count = count
+        self._array = array
+        self._name = name
+        self._count = functools.partial(count or MADE.get(name, broadcast), *array)
+        self._work = functools.partial(WORK.get(name, no_work), *array)
+
+    def work(self, *args: Any, **keywords: Any) -> int:
+        """Return the work of a call, in addition to that of its arguments and its result.
+
+        Raises:
+            ExpressionError: the result would be too large, or an argument is not allowed.
+        """
+        values = (*self._array, *args, *keywords.values())
+        widths = [extent(value)[1] for value in values]
+        names = args[1:] if self._name == "frombuffer" else args
+        types = [type_width(value) for value in (*names, *keywords.values())]
+        width = max(sum(width for width in widths if width > _TEXTLESS), *types, _TEXTLESS)
+        require_size(self._count(*args, **keywords), width)
+        more = sum(int(array.nbytes) >> 3 for array in self._array)
+        return _CALL + int(self._work(*args, **keywords)) + more
 
     def __call__(self, *args: Any, **keywords: Any) -> Any:
         """Call the function.
 
         Raises:
-            ExpressionError: the result would be too large.
+            TypeError: an argument is malformed.
         """
-        size = self._count(*args, **keywords)
-        require(int(size) if size <= MAX_ITEMS else MAX_ITEMS + 1, MAX_ITEMS)
-        return self._function(*args, **keywords)
-
-
-def _broadcast(*args: Any, **keywords: Any) -> float:
-    """Return the size of what arrays make together, item by item."""
-    shapes = [_shape(value) for value in (*args, *keywords.values())]
-    lengths = zip_longest(*(reversed(shape) for shape in shapes), fillvalue=1)
-    return math.prod(map(max, lengths)) if shapes else 0
-
-
-def _dot(left: Any, right: Any) -> float:
-    return math.prod(_shape(left)[:-1]) * math.prod((*_shape(right)[:-2], *_shape(right)[-1:]))
-
-
-def _shape(value: Any) -> tuple[int, ...]:
-    if isinstance(value, (list, tuple)):
-        return (len(value), *(_shape(value[0]) if value else ()))
-    shape = getattr(value, "shape", None)
-    return shape if isinstance(shape, tuple) else ()
-
-
-def _of_shape(shape: Any, *_: Any, **__: Any) -> float:
-    return math.prod(abs(int(each)) for each in (shape if isinstance(shape, (list, tuple)) else [shape]))
-
-
-def _arange(start: float, stop: float | None = None, step: float = 1, *_: Any, **__: Any) -> float:
-    first, last = (0, start) if stop is None else (start, stop)
-    return max(0.0, (last - first) / step)
-
-
-def _square(rows: int, columns: int | None = None, *_: Any, **__: Any) -> float:
-    return float(rows) * (rows if columns is None else columns)
-
-
-def _linspace(start: Any, stop: Any, num: int = 50, *_: Any, **__: Any) -> float:
-    return num
-
-
-def _of_size(first: Any = 0, second: Any = 1, size: Any = None) -> float:
-    return max(_items(first), _items(second)) if size is None else _of_shape(size)
-
-
-def _of_lengths(*lengths: int) -> float:
-    return _of_shape(lengths)
-
-
-def _outer(left: Any, right: Any) -> float:
-    return float(_items(left)) * _items(right)
-
-
-def _tile(array: Any, times: Any) -> float:
-    return _items(array) * _of_shape(times)
-
-
-def _repeat(array: Any, times: int, axis: int | None = None) -> float:
-    return _items(array) * float(times)
-
-
-def _items(value: Any) -> int:
-    size = getattr(value, "size", None)
-    return int(size) if size is not None else len(value) if isinstance(value, (list, tuple)) else 1
-
-
-_MADE: Mapping[str, Callable[..., float]] = {
-    "arange": _arange,
-    "dot": _dot,
-    "eye": _square,
-    "full": _of_shape,
-    "identity": _square,
-    "linspace": _linspace,
-    "ones": _of_shape,
-    "outer": _outer,
-    "repeat": _repeat,
-    "tile": _tile,
-    "zeros": _of_shape,
-}
-"""Functions that make large arrays from small arguments: how many items those have."""
-_RANDOM: Mapping[str, Callable[..., float]] = {
-    "normal": _of_size,
-    "uniform": _of_size,
-    "randint": _of_size,
-    "rand": _of_lengths,
-    "randn": _of_lengths,
-}
-"""As `_MADE`, of ``numpy.random``."""
+        try:
+            return self._function(*args, **keywords)
+        except SyntaxError as error:  # in the name of a type
+            raise TypeError(str(error)) from None

@@ -12,10 +12,20 @@ from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from typing import Any
 
-from pyros1.cli.commands.topic_tools._arrays import ARRAY, check_array, member, numpy_module
+from pyros1.cli.commands.topic_tools._arrays import ARRAY, Checked, member, numpy_module
+from pyros1.cli.commands.topic_tools._estimates import squared
+from pyros1.cli.commands.topic_tools._sizes import (
+    check_array,
+    has_array,
+    is_numpy,
+    require_index,
+    require_together,
+    text_work,
+)
 from pyros1.ground.errors import Error, UnknownTypeError
 from pyros1.ground.expressions import ExpressionError
-from pyros1.ground.expressions.functions import MATH
+from pyros1.ground.expressions.functions import MATH, name_of, owner_of
+from pyros1.ground.expressions.lambdas import Lambda
 from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
 from pyros1.observe.expression import FUNCTIONS, MessageLanguage
@@ -33,6 +43,28 @@ class _MessageModule(Module):
             return self if name == "msg" else load_message(f"{self.name}/{name}")
         except UnknownTypeError as error:
             raise ExpressionError(str(error)) from None
+
+
+_TEXTS = frozenset({"format", "repr", "str"})
+_APART = _TEXTS | {
+    *("any", "all", "bool", "dict", "enumerate", "filter", "float", "get", "getattr", "has", "int"),
+    *(
+        "isinstance",
+        "items",
+        "keys",
+        "kind_of",
+        "len",
+        "list",
+        "map",
+        "reversed",
+        "set",
+        "tuple",
+        "type",
+        "values",
+        "zip",
+    ),
+}
+"""Functions that do not combine the items of their arguments with each other."""
 
 
 class ModuleError(Error):
@@ -78,7 +110,11 @@ def _messages(package: str) -> Module:
 def _tf() -> Module:
     from pyros1.tf import transformations  # noqa: PLC0415 - few expressions turn anything
 
-    members = {name: getattr(transformations, name) for name in transformations.__all__ if name != "random_vector"}
+    members = {
+        name: Checked(getattr(transformations, name), name, count=squared)
+        for name in transformations.__all__
+        if name != "random_vector"
+    }
     return Module("tf", {"transformations": Module("tf.transformations", members)})
 
 
@@ -91,9 +127,42 @@ class MessageExpression(MessageLanguage):
         return type(result)(map(_plain, result)) if type(result) in (list, tuple) else _plain(result)
 
     def _bounded(self, value: Any) -> Any:
-        if type(value).__module__ == "numpy":
-            check_array(value, self.max_items)
+        if is_numpy(value):
+            check_array(value)
         return super()._bounded(value)
+
+    def combine(self, *values: Any) -> None:
+        """Check values that an operator combines, for arrays; see `Interpreter`."""
+        require_together(*values)
+
+    def write(self, *values: Any) -> None:
+        """Count the work of writing values as text; see `Interpreter`."""
+        self._spend(text_work(*values))
+
+    def choose(self, owner: Any, key: Any) -> None:
+        """Check an array's index; see `Interpreter`."""
+        if is_numpy(owner):
+            require_index(owner, key)
+
+    def _called(self, function: Callable[..., Any], *arguments: Any, **keywords: Any) -> Any:
+        if isinstance(function, Checked):
+            self._spend(function.work(*arguments, **keywords))
+        elif name_of(function) in _TEXTS:
+            self.write(*arguments, *keywords.values())
+        elif not isinstance(function, Lambda | type) and name_of(function) not in _APART:
+            self.combine(owner_of(function), *arguments, *keywords.values())
+        return super()._called(function, *arguments, **keywords)
+
+    def _key(self, function: Callable[..., Any]) -> Callable[[Any], Any]:
+        key = super()._key(function)
+
+        def checked(item: Any) -> Any:
+            value = key(item)
+            if has_array(value):
+                raise ExpressionError("items cannot be sorted by arrays")
+            return value
+
+        return checked
 
     def known(self, names: Mapping[str, Any]) -> str:
         """Return the known names, for an error's text."""
