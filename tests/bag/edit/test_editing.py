@@ -143,6 +143,12 @@ def test_filter_names_the_message_and_what_is_wrong(run: Run, make_bag: Make) ->
     assert "unknown name 'x'; known names: m, t, topic (in the message on /" in err and "come first" not in err
     _, _, err = run("filter", "x.bag", "y.bag", "m.nope > 1")
     assert "has no attribute 'nope' (in the message on /" in err and err.endswith("need to come first?\n")
+    for text, reason in (
+        ("'x' * 10 ** 7", "too large; use fewer fields, items or characters"),
+        ("[x for x in range(10 ** 6) for y in range(10)]", "too much work; use fewer fields or items"),
+    ):
+        _, _, err = run("filter", "x.bag", "y.bag", text)
+        assert reason in err and "come first" not in err
 
 
 def test_filter_of_misspelt_names(run: Run, make_bag: Make) -> None:

@@ -26,6 +26,7 @@ from pyros1.ground.expressions.limits import (
     STEP,
     TOO_MUCH,
     ExpressionError,
+    LimitError,
     UnknownNameError,
     check_bits,
     measure,
@@ -208,7 +209,7 @@ class Interpreter:
         """Return the value of a node of the checked tree."""
         self._work += STEP
         if self._work > self.max_work:
-            raise ExpressionError(TOO_MUCH)
+            raise LimitError(TOO_MUCH)
         return _EVALUATE[type(node)](self, node, names)
 
     def _bounded(self, value: Any) -> Any:
@@ -227,7 +228,7 @@ class Interpreter:
         """Add the cost of the next operation."""
         self._work += items
         if self._work > self.max_work:
-            raise ExpressionError(TOO_MUCH)
+            raise LimitError(TOO_MUCH)
 
     def _spend_reading(self, *values: Any) -> None:
         """Add the cost of an operation that visits whole values."""

@@ -27,6 +27,7 @@ CALL = 30
 """Cost of a call, in addition to that of the function."""
 
 TOO_MUCH = "the expression takes too much work; use fewer fields or items"
+TOO_LARGE = "the result is too large; use fewer fields, items or characters"
 MAX_SAME_HASH = 100
 """Most keys of a set or dictionary with the same hash, such as the multiples of 2**61 - 1."""
 
@@ -41,6 +42,10 @@ HASHED: tuple[type[Any], ...] = (dict, set, frozenset, type({}.keys()), type({}.
 
 class ExpressionError(Error, ValueError):
     """An expression is malformed, not allowed, too large, or fails; the text says which."""
+
+
+class LimitError(ExpressionError):
+    """A value of an expression would be too large, or its evaluation too much work."""
 
 
 class UnknownNameError(ExpressionError):
@@ -139,10 +144,10 @@ def require(needed: int, limit: int = MAX_ITEMS) -> None:
     """Check the size of a result before it is made.
 
     Raises:
-        ExpressionError: `needed` is above `limit`.
+        LimitError: `needed` is above `limit`.
     """
     if needed > limit:
-        raise ExpressionError("the result is too large")
+        raise LimitError(TOO_LARGE)
 
 
 def spread(keys: Iterable[Any]) -> None:

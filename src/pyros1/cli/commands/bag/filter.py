@@ -19,7 +19,7 @@ from pyros1.cli.records import Argument, Option, Verb
 from pyros1.cli.shared.filters import filter_expression
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.progress import Progress
-from pyros1.ground.expressions import UnknownNameError
+from pyros1.ground.expressions import LimitError, UnknownNameError
 from pyros1.ground.timing import Time
 from pyros1.observe.expression import ExpressionError
 
@@ -120,7 +120,8 @@ class _Test:
             return self._expression({**names, "m": bag.decode(stored) if self._decodes else None})
         except ExpressionError as error:
             where = f"{stored.connection.topic} at {stored.time / 1e9:.6f} ({stored.connection.type})"
-            hint = "" if isinstance(error, UnknownNameError) else ": does `topic == ... and` need to come first?"
+            says_what_to_do = isinstance(error, UnknownNameError | LimitError)
+            hint = "" if says_what_to_do else ": does `topic == ... and` need to come first?"
             raise CommandError(f"{error} (in the message on {where}){hint}") from None
 
 
