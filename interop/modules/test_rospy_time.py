@@ -180,6 +180,37 @@ print(rospy.is_shutdown())
 """
 )
 
+SET = """
+import genpy
+from rosgraph_msgs.msg import Clock
+rospy.set_param("/use_sim_time", True)
+rospy.init_node("sim")
+rospy.delete_param("/use_sim_time")
+clock = rospy.Publisher("/clock", Clock, queue_size=100)
+until(lambda: clock.get_num_connections())
+def tick(seconds):
+    clock.publish(rospy.Time(seconds))
+    until(lambda: rospy.get_time() == seconds)
+    print(rospy.Time.now(), rospy.rostime.is_wallclock())
+tick(10)
+for number in range(3):
+    rospy.rostime._set_rostime(genpy.Time(50 + number))
+    print(rospy.get_time(), rospy.rostime._rostime_current.secs)
+    tick(11 + number)
+rospy.rostime._rostime_current = rospy.Time(70)
+print(rospy.get_time())
+tick(20)
+rospy.rostime._set_rostime(rospy.Time(80))
+done = []
+thread = threading.Thread(target=lambda: done.append(rospy.sleep(2)))
+thread.start()
+time.sleep(0.1)
+rospy.rostime._set_rostime(rospy.Time(81))
+time.sleep(0.1)
+tick(82)
+thread.join(20)
+print(done, thread.is_alive(), rospy.rostime._rostime_current.secs)
+"""
 IGNORED = """
 rospy.set_param("/use_sim_time", True)
 rospy.init_node("ignores", disable_rostime=True)
@@ -194,6 +225,10 @@ def test_wall_time(launcher: Master) -> None:
 
 def test_simulated_time(launcher: Master) -> None:
     assert "ROS time moved backwards" in same(launcher, HEAD + SIMULATED)
+
+
+def test_a_time_that_is_set_holds_until_the_next_message_on_clock(launcher: Master) -> None:
+    assert "82" in same(launcher, HEAD + SET)
 
 
 @pytest.mark.parametrize("face", FACES)

@@ -14,6 +14,8 @@ from rospy.exceptions import ROSInitException, ROSInterruptException, ROSTimeMov
 _rostime_cond = threading.Condition()
 _ticking: list[bool] = []
 """Whether there is somebody to be notified."""
+_given_at: list[Any] = []
+"""The time that the program has set, and that of /clock then."""
 
 
 def _own(value: Any) -> Any:
@@ -113,7 +115,7 @@ class Time(pyros1.ground.timing.Time):
 
 
 def _set_rostime(t: Any) -> None:
-    """Set the time, as tests of programs do. It stands still then, until `switch_to_wallclock`.
+    """Set the time, as tests of programs do. It stands still then, until `switch_to_wallclock` or a message on /clock.
 
     Args:
         t: a time of genpy or rospy.
@@ -128,12 +130,24 @@ def _set_rostime(t: Any) -> None:
 
 def _give(value: Time | None) -> None:
     globals()["_rostime_current"] = value  # programs read and write this variable, too
+    set_time()
     _wake(None)
 
 
 def set_time() -> Time | None:
-    """Return the time that the program has set; None if it has not."""
-    return globals().get("_rostime_current")
+    """Return the time that the program has set; None if it has not, or /clock has set another one since."""
+    given: Time | None = globals().get("_rostime_current")
+    node = PROCESS.node
+    if given is None or node is None or not node.simulated_time:
+        return given
+    clock = node.now()
+    if not _given_at or _given_at[0] is not given:
+        _given_at[:] = [given, clock]
+    elif _given_at[1] is not clock:
+        _given_at.clear()
+        globals().pop("_rostime_current", None)
+        return None
+    return given
 
 
 def sleep_in_set_time(seconds: float) -> None:

@@ -75,7 +75,7 @@ class TCPROSTransportProtocol:
 
     Args:
         resolved_name: topic or service.
-        recv_data_class: class of the messages that come.
+        recv_data_class: class of the messages that come; None if none come.
         queue_size, buff_size: as in rospy.
     """
 
@@ -84,7 +84,7 @@ class TCPROSTransportProtocol:
     def __init__(
         self,
         resolved_name: str,
-        recv_data_class: type[Message],
+        recv_data_class: Any,
         queue_size: int | None = None,
         buff_size: int = DEFAULT_BUFF_SIZE,
     ) -> None:

@@ -1,0 +1,32 @@
+"""Simulated time, to which a node listens itself (https://wiki.ros.org/Clock)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.drop_in.missing import missing
+from pyros1.drop_in.process import PROCESS
+from rospy.rostime import _set_rostime, set_rostime_initialized
+
+__all__ = ["init_simtime"]
+
+_ROSCLOCK = "/clock"
+_USE_SIMTIME = "/use_sim_time"
+
+
+def init_simtime() -> bool:
+    """Say that there is a clock: without a node it is wall time. Return True."""
+    set_rostime_initialized(True)
+    return True
+
+
+def _is_use_simtime() -> bool:
+    return PROCESS.node is not None and PROCESS.node.simulated_time
+
+
+def _set_rostime_clock_wrapper(time_msg: Any) -> None:
+    """Set the time to that of a message of /clock."""
+    _set_rostime(time_msg.clock)
+
+
+__getattr__ = missing("rospy.impl.simtime", _clock_sub="a node listens to /clock itself")
