@@ -86,6 +86,7 @@ class RobotStatePublisher:
         self._lock = threading.Lock()
         kind = topic_type(TFMessage)
         self._moving = node.advertise("/tf", AnyMsg, queue_size=_QUEUE, raw_type=kind)
+        static = node.advertise("/tf_static", AnyMsg, queue_size=_QUEUE, latch=True, raw_type=kind)
         if kinematics.fixed:
             places = [place for _, place in kinematics.fixed]
             self._fixed = self._batch(
@@ -93,8 +94,7 @@ class RobotStatePublisher:
             )
             self._nothing = [0.0] * len(places)
             if settings.use_tf_static:
-                self._static = node.advertise("/tf_static", AnyMsg, queue_size=_QUEUE, latch=True, raw_type=kind)
-                self._static.publish(self._fixed_message(0))
+                static.publish(self._fixed_message(0))
             else:
                 node.timer(self._interval / 1e9, lambda event: self._moving.publish(self._fixed_message(_AHEAD)))
         node.subscribe("joint_states", JointState, self._receive, queue_size=_QUEUE)

@@ -20,11 +20,12 @@ TOPICS = ("/tf", "/tf_static")
 _MOST = 30
 
 
-def open_node(invocation: Invocation, name: str, *, tool: bool = True) -> Node:
-    """Return a node with an anonymous name.
+def open_node(invocation: Invocation, name: str, *, tool: bool = True, anonymous: bool = True) -> Node:
+    """Return a node.
 
     Args:
-        name: its base name.
+        name: its name.
+        anonymous: append a number, so that several can run.
         tool: the node belongs to an interactive tool: fail at once without a master, and log little.
 
     Raises:
@@ -36,7 +37,7 @@ def open_node(invocation: Invocation, name: str, *, tool: bool = True) -> Node:
 
     return Node(
         name,
-        anonymous=True,
+        anonymous=anonymous,
         argv=invocation.remapping_args,
         environ=invocation.environ,
         rosout=not tool,
