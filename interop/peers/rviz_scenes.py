@@ -346,7 +346,8 @@ def any_markers(seed: int) -> Scene:
                 points = [(across, up, 0.0) for up in (0.4, -0.4) for across in (-0.4, 0.4)]
                 points = points[: 2 * chance.randint(0 if kind == 0 else 1, 1 if kind == 0 else 2)]
             greatest = 0.35 if kind in (4, 5, 6, 7, 8) else 0.7
-            size = [chance.choice([0.0, 1, 1, 1]) * chance.uniform(0.2, greatest) for _ in range(3)]
+            signs = [0.0, 1, 1] if kind in (2, 3, 11) else [0.0, 1, 1, -1]  # rviz has no light for the inside of solids
+            size = [chance.choice(signs) * chance.uniform(0.2, greatest) for _ in range(3)]
             colors = [_any(chance) for _ in range(chance.choice([0, len(points), 1]))] if kind > 3 else []
             some.add(x, y, kind, size, (*_any(chance)[:3], chance.choice([0.0, 1.0, 1.0])), points, colors)
     return some.scene("any")

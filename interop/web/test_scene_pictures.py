@@ -21,6 +21,7 @@ from browsing import Browser
 from numpy.typing import NDArray
 from PIL import Image
 from rviz import HEIGHT, WIDTH, WINDOW, Picture, Rviz, is_here, start_rviz
+from rviz_odd_scenes import ODD_SCENES
 from rviz_scenes import GREEN_SQUARE, SCENES, Scene, any_markers
 
 from pyros1.master.server import Master
@@ -118,7 +119,7 @@ def show(robot: Robot, browser: Browser, tmp_path: Path) -> Iterator[Callable[[S
         StaticTransformBroadcaster(node).send_transform(scene.frames)
         for topic, message in scene.messages:
             if hasattr(message, "header"):
-                message.header.frame_id = "map"
+                message.header.frame_id = message.header.frame_id or "map"
             node.advertise(topic, type(message), latch=True).publish(message)
         manager = {
             "Displays": [{"Enabled": True, "Value": True, **each} for each in scene.displays],
@@ -192,11 +193,11 @@ def compare(robot: Robot, browser: Browser, tmp_path: Path) -> None:
         time.sleep(0.2)
 
 
-@pytest.mark.parametrize("name", sorted(SCENES))
+@pytest.mark.parametrize("name", sorted({**SCENES, **ODD_SCENES}))
 def test_a_scene_looks_as_in_rviz(
     name: str, robot: Robot, browser: Browser, show: Callable[[Scene], None], tmp_path: Path
 ) -> None:
-    show(SCENES[name]())
+    show({**SCENES, **ODD_SCENES}[name]())
     compare(robot, browser, tmp_path)
 
 

@@ -31,6 +31,11 @@ test("ranges become points, but not those that are none", () => {
   assert.deepEqual([...indices], [0, 3]);
 });
 
+test("what is as far as the greatest range is nothing that was seen", () => {
+  const facts = { start: 0, step: 1, least: 1, most: 2, count: 3, intensities: false };
+  assert.deepEqual([...scanPoints(facts, Float32Array.of(1, 1.5, 2))[2]], [0, 1]);
+});
+
 test("a scan without a greatest range has all points that are somewhere", () => {
   const facts = { start: 0, step: Math.PI, least: null, most: null, count: 4, intensities: false };
   const [positions, , indices] = scanPoints(facts, Float32Array.of(1, Infinity, 2, NaN));
@@ -42,6 +47,8 @@ test("levels go from the least to the greatest number", () => {
   assert.deepEqual([...levels(Float32Array.of(5, 5))], [0, 0]);
   assert.deepEqual([...levels(Float32Array.of(NaN, 0, Infinity, 10))], [0, 0, 255, 255]);
   assert.deepEqual([...levels(new Float32Array())], []);
+  assert.deepEqual([...levels(Float32Array.of(0, 1, 2, 3), [2, 0])], [255, 127, 0, 0]); // as in rviz
+  assert.deepEqual([...levels(Float32Array.of(0, 1), [2, 2])], [0, 0]);
 });
 
 const TYPES = {

@@ -72,6 +72,43 @@ def test_packed_colours_of_either_byte_order(order: str) -> None:
     assert blob[12:] == b"\x30\x20\x10\x00"
 
 
+@pytest.mark.parametrize("order", "<>")
+def test_colours_with_opacity(order: str) -> None:
+    kinds = f"{order}f4,{order}f4,{order}f4,{order}u4"
+    message = points([(1, 2, 3, 0x40102030)], kinds, [PointField("rgba", 12, 6, 1)], is_bigendian=order == ">")
+    facts, blob = clouds.point_cloud2(message)
+    assert (facts["colour"], blob[12:]) == ("rgba", b"\x30\x20\x10\x40")
+    facts, blob = clouds.point_cloud2(message, clouds.MONO)
+    assert (facts["colour"], blob[12:15]) == ("rgb", bytes([29] * 3))  # 0.299 * 16 + 0.587 * 32 + 0.114 * 48
+
+
+def test_colours_of_three_fields() -> None:
+    fields = [PointField(name, 12 + 4 * index, 7, 1) for index, name in enumerate("rgb")]
+    rows = [(0, 0, 0, 1.0, 0.5, 0.0), (0, 0, 0, 9.0, -1.0, float("nan"))]
+    facts, blob = clouds.point_cloud2(points(rows, ",".join(["<f4"] * 6), fields))
+    assert (facts["by"], facts["colour"], facts["fields"][-1]) == (clouds.RED_GREEN_BLUE, "rgb", clouds.RED_GREEN_BLUE)
+    assert blob[24:] == b"\x00\x80\xff\0" + b"\x00\x00\xff\0"
+    channels = [ChannelFloat32(name, [value]) for name, value in zip("rgb", (1.0, 0.5, 0.0), strict=True)]
+    other = PointCloud(points=[Point32()], channels=channels)
+    assert clouds.point_cloud(other, clouds.RED_GREEN_BLUE)[1][12:] == b"\x00\x80\xff\0"
+
+
+def test_the_channel_of_older_clouds_is_their_intensity() -> None:
+    other = PointCloud(points=[Point32()] * 2, channels=[ChannelFloat32("intensities", [1.0, 2.0])])
+    facts, blob = clouds.point_cloud(other)
+    assert (facts["by"], blob[24:]) == ("intensity", b"\0\xff")
+
+
+@pytest.mark.parametrize("row_step", [0, 7])
+def test_a_row_step_that_is_not_set(row_step: int) -> None:
+    assert clouds.point_cloud2(cloud(3, height=2, row_step=row_step, data=bytes(72)))[0]["count"] == 6
+
+
+def test_bounds_the_other_way_round() -> None:
+    message = points([(0, 0, 0, value) for value in (0, 1, 2, 3)], "<f4,<f4,<f4,<f4", [PointField("heat", 12, 7, 1)])
+    assert clouds.point_cloud2(message, "heat", bounds=(2.0, 0.0))[1][48:] == bytes([255, 127, 0, 0])
+
+
 def test_points_without_a_place_are_left_out() -> None:
     nan = float("nan")
     message = points(

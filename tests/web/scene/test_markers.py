@@ -42,6 +42,12 @@ def test_a_lifetime_ends() -> None:
     assert markers.changes(version, 10.5)[2] == [["n", 1]]
 
 
+def test_a_lifetime_of_next_to_nothing_is_none() -> None:
+    markers = Markers()
+    markers.add([marker(1, lifetime=1e-5), marker(2, lifetime=-5.0)], 10.0)
+    assert len(markers.changes(0, 20.0)[1]) == 2
+
+
 def test_a_lifetime_ends_when_time_goes_back() -> None:
     markers = Markers()
     markers.add([marker(1, lifetime=0.5), marker(2)], 600.0)
@@ -80,6 +86,16 @@ def test_who_looks_now_and_then_knows_the_same_as_who_looks_once(steps: list[tup
         known.pop(tuple(key), None)
     known.update({(each["ns"], each["id"]): each for each in new})
     assert {*known} == {(each["ns"], each["id"]) for each in markers.changes(0, 0.0)[1]}
+
+
+@pytest.mark.parametrize("number", [float("nan"), float("inf"), 1e31, -1e300])
+def test_what_cannot_be_drawn_is_not_said_to_be_0(number: float) -> None:
+    for name in ("scale", "pose.position"):
+        made = marker(1)
+        owner = made.scale if name == "scale" else made.pose.position
+        owner.x = number
+        assert not as_json(made)["finite"]
+    assert as_json(marker(1))["finite"]
 
 
 @given(st.floats(), st.text())

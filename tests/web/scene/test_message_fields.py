@@ -86,7 +86,7 @@ def fields(message: Any, before: str = "") -> Iterator[tuple[str, Callable[[Any]
 
 def another(value: Any) -> Any:
     if isinstance(value, (Time, Duration)):
-        return type(value)(0, 5)
+        return type(value)(0, 500_000)
     if isinstance(value, bool):
         return not value
     if isinstance(value, (int, float)):

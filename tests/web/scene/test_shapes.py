@@ -21,7 +21,7 @@ from pyros1.msgs.geometry_msgs.msg import (
     WrenchStamped,
 )
 from pyros1.msgs.nav_msgs.msg import GridCells, OccupancyGrid, Path
-from pyros1.msgs.sensor_msgs.msg import JointState, LaserScan, Temperature
+from pyros1.msgs.sensor_msgs.msg import JointState, LaserScan, Range, Temperature
 from pyros1.web.scene import shapes
 from pyros1.web.scene.shapes import SHAPES, ShapeError
 
@@ -32,6 +32,23 @@ def test_a_scan_with_holes() -> None:
     assert struct.unpack("<2f", blob) == (1.0, float("inf"))
     facts, blob = shapes.laser_scan(LaserScan(ranges=[1.0, 2.0], intensities=[3.0, 4.0]))
     assert struct.unpack("<4f", blob) == (1.0, 2.0, 3.0, 4.0)
+    for intensities, expected in ([3.0], (3.0, 0.0)), ([3.0, 4.0, 5.0], (3.0, 4.0)):
+        _, blob = shapes.laser_scan(LaserScan(ranges=[1.0, 2.0], intensities=intensities))
+        assert struct.unpack("<2f", blob[8:]) == expected
+
+
+@pytest.mark.parametrize("name", ["angle_min", "angle_increment", "range_min", "range_max"])
+def test_scans_without_bounds(name: str) -> None:
+    with pytest.raises(ShapeError, match=f"{name} is nan"):
+        shapes.laser_scan(LaserScan(ranges=[1.0], **{name: math.nan}))
+
+
+def test_rangers_of_one_distance_say_with_infinity_whether_something_is_there() -> None:
+    there = Range(min_range=2.0, max_range=2.0, range=-math.inf)
+    facts, _ = shapes.range_(there)
+    assert (facts["inside"], facts["range"]) == (True, 2.0)
+    for message in Range(min_range=2.0, max_range=2.0, range=math.inf), Range(max_range=2.0, range=-math.inf):
+        assert not shapes.range_(message)[0]["inside"]
 
 
 def test_maps() -> None:
@@ -40,8 +57,25 @@ def test_maps() -> None:
     facts, blob = shapes.occupancy_grid(message)
     assert (facts["width"], facts["height"]) == (3, 2)
     assert struct.unpack("<6b", blob) == (-1, 0, 100, 50, 0, 0)
-    message.info.width = 4
-    with pytest.raises(ShapeError, match="has 6 values"):
+
+
+@pytest.mark.parametrize(("width", "cells"), [(1, b"\xff\0"), (4, b"\xff\0\x64\x32\0\0\xff\xff")])
+def test_of_maps_with_other_numbers_of_cells_what_is_there_is_drawn(width: int, cells: bytes) -> None:
+    message = OccupancyGrid(data=[-1, 0, 100, 50, 0, 0])
+    message.info.width, message.info.height, message.info.resolution = width, 2, 0.05
+    facts, blob = shapes.occupancy_grid(message)
+    assert (facts["odd"], blob) == (f"a map of {width} x 2 cells has 6 values", cells)
+
+
+def test_maps_that_cannot_be_drawn() -> None:
+    message = OccupancyGrid(data=[0])
+    message.info.width, message.info.height = 1, 1
+    for number in (0.0, math.nan, math.inf):
+        message.info.resolution = number
+        with pytest.raises(ShapeError, match=f"resolution is {number}"):
+            shapes.occupancy_grid(message)
+    message.info.resolution, message.info.origin.orientation.w = 1.0, math.nan
+    with pytest.raises(ShapeError, match="origin is not finite"):
         shapes.occupancy_grid(message)
 
 
@@ -83,8 +117,8 @@ def test_what_a_graphics_card_cannot_draw_is_left_out(number: float) -> None:
     assert shapes.wrench(force)[0]["straight"] == [None, 0.0, 0.0]
     pose = PoseWithCovarianceStamped()
     pose.pose.pose.orientation.w, pose.pose.covariance = number, [number] * 36
-    facts, blob = shapes.pose_with_covariance(pose)
-    assert (facts, struct.unpack("<7f", blob)) == ({"kind": "poses", "count": 1}, (0.0,) * 7)
+    left_out = {"kind": "poses", "count": 0, "odd": "1 of 1 left out: not finite"}
+    assert shapes.pose_with_covariance(pose) == (left_out, b"")
 
 
 def test_a_covariance_is_an_ellipsoid() -> None:

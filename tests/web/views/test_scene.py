@@ -100,6 +100,7 @@ def test_what_stands_still_is_the_chosen_frame_or_the_robots_root_or_that_of_the
 def test_a_map_and_what_changes_in_it(make_node: Make, watch: Make) -> None:
     node = make_node("mapper")
     grid = OccupancyGrid(data=[0] * 6)
+    grid.info.resolution = 1.0
     grid.info.width, grid.info.height = 3, 2
     grid.header.frame_id = "map"
     updates = node.advertise("/map_updates", OccupancyGridUpdate)
@@ -124,6 +125,7 @@ def test_a_map_whose_frame_comes_late_has_what_changed_meanwhile(
     monkeypatch.setattr("pyros1.web.views.scene.topic.MOST_UPDATES", 2)
     node = make_node("mapper")
     grid = OccupancyGrid(data=[0] * 8)
+    grid.info.resolution = 1.0
     grid.info.width, grid.info.height = 8, 1
     grid.header.frame_id = "map"
     updates = node.advertise("/map_updates", OccupancyGridUpdate, queue_size=100)
@@ -153,6 +155,7 @@ def test_a_map_that_changes_faster_than_a_page_takes_it_loses_nothing(
     monkeypatch.setattr("pyros1.web.views.scene.topic.MOST_UPDATES", 2)
     node = make_node("mapper")
     grid = OccupancyGrid(data=[0] * 8)
+    grid.info.resolution = 1.0
     grid.info.width, grid.info.height = 8, 1
     grid.header.frame_id = "map"
     updates = node.advertise("/map_updates", OccupancyGridUpdate, queue_size=100)
@@ -175,6 +178,7 @@ def test_a_map_that_changes_faster_than_a_page_takes_it_loses_nothing(
 def test_a_map_whose_changes_pages_may_not_see(make_node: Make, watch: Make, make_robot: Make) -> None:
     narrow = make_robot(topics=("/map", "/tf", "/tf_static"))
     grid = OccupancyGrid(data=[0])
+    grid.info.resolution = 1.0
     grid.info.width = grid.info.height = 1
     make_node("mapper").advertise("/map", OccupancyGrid, latch=True).publish(grid)
     watch("scene_topic", narrow, topic="/map", fixed="map").until(lambda data: data["kind"] == "map")

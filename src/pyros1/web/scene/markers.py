@@ -21,6 +21,8 @@ _POINT = 112
 _REST = 2_000
 """Bytes of a marker without its points and texts."""
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
+_SHORTEST = 1e-4
+"""Seconds; as in rviz, a marker with a shorter lifetime stays."""
 _BACK = 0.5
 """Seconds by which the time goes back when a bag or a simulation begins again."""
 
@@ -78,7 +80,7 @@ class Markers:
         size = _size(marker)
         while self._markers and (len(self._markers) >= MOST_MARKERS or self._bytes + size > MOST_BYTES):
             self._remove(next(iter(self._markers)))
-        self._markers[key] = (self._version, marker, size, now, now + lifetime if lifetime > 0 else math.inf)
+        self._markers[key] = (self._version, marker, size, now, now + lifetime if lifetime > _SHORTEST else math.inf)
         self._bytes += size
 
     def _remove(self, key: Key) -> None:
@@ -128,9 +130,9 @@ def as_json(marker: Any) -> dict[str, Any]:
 
 
 def _is_finite(marker: Any) -> bool:
-    """Return whether all numbers are numbers; rviz draws no others."""
+    """Return whether all numbers are finite, which rviz asks for, and places and sizes such that one can draw them."""
     places = [marker.pose.position, marker.scale, *marker.points[:MOST_POINTS]]
-    if not all(math.isfinite(place.x + place.y + place.z) for place in places):
+    if not all(abs(place.x) + abs(place.y) + abs(place.z) < GREATEST for place in places):
         return False
     turn = marker.pose.orientation
     colours = [marker.color, *marker.colors[:MOST_POINTS]]

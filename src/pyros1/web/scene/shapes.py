@@ -18,13 +18,24 @@ from pyros1.web.scene.shape import GREATEST, Shape, ShapeError
 MOST_POSES = 20_000
 MOST_CELLS = 64 << 20
 MOST_JOINTS = 1_000
+_UNKNOWN = -1
+"""What a cell of a map is of which nothing is known."""
 
 
 def laser_scan(scan: Any) -> Shape:
-    """Return the ranges, and then the intensities if there are as many, as float32."""
+    """Return the ranges, and then the intensities if there are any, as float32; as in rviz, missing ones are 0.
+
+    Raises:
+        ShapeError: its angles or bounds are not numbers, of which nothing can be drawn.
+    """
+    for name in ("angle_min", "angle_increment", "range_min", "range_max"):
+        value = getattr(scan, name)
+        if math.isnan(value) or (name.startswith("angle") and math.isinf(value)):
+            raise ShapeError(f"{name} is {value}")
     ranges = np.asarray(scan.ranges, np.float32)
-    intensities = np.asarray(scan.intensities, np.float32)
-    both = len(intensities) == len(ranges)
+    intensities = np.asarray(scan.intensities, np.float32)[: len(ranges)]
+    both = len(intensities) > 0
+    intensities = np.pad(intensities, (0, len(ranges) - len(intensities)))
     facts = {
         "kind": "scan",
         "start": _finite(scan.angle_min),
@@ -38,25 +49,31 @@ def laser_scan(scan: Any) -> Shape:
 
 
 def occupancy_grid(grid: Any) -> Shape:
-    """Return the cells as int8, row by row from the origin.
+    """Return the cells as int8, row by row from the origin; as in rviz, those that are missing are unknown.
 
     Raises:
-        ShapeError: the number of cells is wrong, or too large.
+        ShapeError: there are too many cells, or its place or resolution are not finite.
     """
     info = grid.info
     count = info.width * info.height
     if count > MOST_CELLS:
         raise ShapeError(f"a map of {info.width} x {info.height} cells is too large to be drawn")
-    if len(grid.data) != count:
-        raise ShapeError(f"a map of {info.width} x {info.height} cells has {len(grid.data)} values")
-    facts = {
+    if not math.isfinite(info.resolution) or (count and not info.resolution):
+        raise ShapeError(f"the map's resolution is {info.resolution}")
+    if None in (origin := _pose(info.origin)):
+        raise ShapeError("the map's origin is not finite")
+    cells = np.asarray(grid.data, np.int8)
+    facts: dict[str, Any] = {
         "kind": "map",
         "width": info.width,
         "height": info.height,
         "resolution": _finite(info.resolution),
-        "origin": _pose(info.origin),
+        "origin": origin,
     }
-    return facts, np.asarray(grid.data, np.int8).tobytes()
+    if len(cells) != count:
+        facts["odd"] = f"a map of {info.width} x {info.height} cells has {len(cells)} values"
+        cells = np.concatenate([cells[:count], np.full(max(0, count - len(cells)), _UNKNOWN, np.int8)])
+    return facts, cells.tobytes()
 
 
 def path(message: Any) -> Shape:
@@ -65,18 +82,18 @@ def path(message: Any) -> Shape:
 
 
 def pose_array(message: Any) -> Shape:
-    """Return the poses as for `path`."""
-    return _poses("poses", message.poses[:MOST_POSES])
+    """Return the poses as for `path`, but none that has no direction; "odd" is how many were left out."""
+    return _poses("poses", message.poses[:MOST_POSES], whole=True)
 
 
 def pose_stamped(message: Any) -> Shape:
-    """Return the pose as for `path`."""
-    return _poses("poses", [message.pose])
+    """Return the pose as for `pose_array`."""
+    return _poses("poses", [message.pose], whole=True)
 
 
 def pose_with_covariance(message: Any) -> Shape:
-    """Return the pose as for `path`, with the ellipsoid of its covariance; see `_ellipsoid`."""
-    facts, blob = _poses("poses", [message.pose.pose])
+    """Return the pose as for `pose_array`, with the ellipsoid of its covariance; see `_ellipsoid`."""
+    facts, blob = _poses("poses", [message.pose.pose], whole=True)
     return {**facts, **_ellipsoid(message.pose.covariance)}, blob
 
 
@@ -87,12 +104,16 @@ def point_stamped(message: Any) -> Shape:
 
 
 def range_(message: Any) -> Shape:
-    """Return a cone: its length and its whole angle."""
+    """Return a cone: its length and its whole angle.
+
+    A ranger of one distance has the same least and greatest range; -inf says that something is there (REP 117).
+    """
+    near = message.min_range == message.max_range and message.range == -math.inf
     facts = {
         "kind": "range",
-        "range": _finite(message.range),
+        "range": _finite(message.min_range if near else message.range),
         "angle": _finite(message.field_of_view),
-        "inside": message.min_range <= message.range <= message.max_range,
+        "inside": near or message.min_range <= message.range <= message.max_range,
     }
     return facts, b""
 
@@ -217,11 +238,11 @@ def _ellipsoid(covariance: Any) -> dict[str, Any]:
     return {"spread": half.T.tolist(), "turn": math.sqrt(max(0.0, float(matrix[5, 5])))}
 
 
-def _rows(rows: Sequence[tuple[float, ...]], size: int) -> NDArray[np.float32]:
-    """Return rows of so many numbers, of which the first three are a place; those without a place are left out."""
+def _rows(rows: Sequence[tuple[float, ...]], size: int, needed: int = 3) -> NDArray[np.float32]:
+    """Return rows of so many numbers, the first three of them a place; those without the needed ones are left out."""
     found = np.array(rows, float).reshape(-1, size)
     good = np.abs(found) < GREATEST
-    numbers: NDArray[np.float32] = np.where(good, found, 0)[good[:, :3].all(axis=1)].astype(np.float32)
+    numbers: NDArray[np.float32] = np.where(good, found, 0)[good[:, :needed].all(axis=1)].astype(np.float32)
     return numbers
 
 
@@ -230,13 +251,15 @@ def _pose(pose: Any) -> list[float | None]:
     return [_finite(value) for value in (place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w)]
 
 
-def _poses(kind: str, poses: list[Any]) -> Shape:
+def _poses(kind: str, poses: list[Any], whole: bool = False) -> Shape:
     rows = [
         (place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w)
         for place, turn in ((pose.position, pose.orientation) for pose in poses)
     ]
-    found = _rows(rows, 7)
-    return {"kind": kind, "count": len(found)}, found.tobytes()
+    found = _rows(rows, 7, 7 if whole else 3)
+    facts = {"kind": kind, "count": len(found)}
+    odd = len(rows) - len(found)
+    return {**facts, **({"odd": f"{odd} of {len(rows)} left out: not finite"} if odd else {})}, found.tobytes()
 
 
 def _finite(value: float) -> float | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from pyros1.web.scene.clouds import MONO, RED_GREEN_BLUE
 from pyros1.web.scene.rviz.values import chosen, colour, flag, given, mapping, number, point, text
 
 Options = dict[str, Any]
@@ -13,7 +14,14 @@ _MOST_KEPT = 1000
 
 
 _STYLES = {"Points": "pixels", "Squares": "squares", "Flat Squares": "squares", "Spheres": "spheres", "Boxes": "boxes"}
-_COLOURS = {"Intensity": "intensity", "AxisColor": "axis", "FlatColor": "flat", "RGB8": "rgb"}
+_COLOURS = {
+    "Intensity": "intensity",
+    "AxisColor": "axis",
+    "FlatColor": "flat",
+    "RGB8": "rgb",
+    "RGBF32": RED_GREEN_BLUE,
+    "MONO8": MONO,
+}
 _FAR = 1e9
 
 
@@ -43,7 +51,7 @@ def _looks(values: Mapping[Any, Any]) -> Options:
         size=number(values, "Size (Pixels)", 1, 30),
         metres=number(values, "Size (m)", 0.0001, 100),
         alpha=number(values, "Alpha", 0, 1),
-        by={"axis": axis or "z", "rgb": "rgb", "intensity": channel or "intensity"}.get(how),
+        by={"axis": axis or "z", "intensity": channel or "intensity", "flat": None}.get(how, how),
         flat=True if how == "flat" else None,
         tint=tint if how == "flat" else None,
         auto=False if fixed else None,

@@ -89,12 +89,12 @@ export class Display {
     this.frame = (data.frame ?? "").replace(/^\//, "");
     this.astray = data.pose ? "" : this.frame;
     if (!data.pose) {
-      this.problem = `no transform to the frame ${data.frame || "“”"}`;
+      this.problem = noTransform(data.frame);
       this.lost = true;
       this.object.visible = false;
       return;
     }
-    this.problem = "";
+    this.problem = data.odd || "";
     this.lost = false;
     this.object.visible = !this.hidden;
     if (!this._trailing) put(this.object, data.pose);
@@ -217,7 +217,7 @@ export class Display {
     const after = blob.offset + 12 * count;
     const levelled = told && colour === "value";
     const bytes = new Uint8Array(blob.buffer, after + (levelled ? 2 : 1) * more);
-    this.told = told && { by, indices: new Uint32Array(blob.buffer, after, count), values: levelled && new Float32Array(blob.buffer, after + more, count), bytes: colour === "rgb" && bytes };
+    this.told = told && { by, indices: new Uint32Array(blob.buffer, after, count), values: levelled && new Float32Array(blob.buffer, after + more, count), bytes: colour.startsWith("rgb") && bytes };
     this._style();
     this.points.set(positions, colour, bytes);
     this._offer(fields);
@@ -258,7 +258,7 @@ export class Display {
   _say() {
     const { count, faults, unseen } = this.markers;
     this.word = `${plural(count, "marker")}${unseen.size ? `, ${unseen.size} transparent (color.a is 0)` : ""}`;
-    this.problem = this.astray === undefined ? [...faults.values()][0] || "" : `no transform to the frame ${this.astray}`;
+    this.problem = this.astray === undefined ? [...faults.values()][0] || "" : noTransform(this.astray);
   }
 
   _style() {
@@ -287,6 +287,10 @@ export class Display {
   _clear() {
     for (const child of [...this.object.children]) this._drop(child);
   }
+}
+
+function noTransform(frame) {
+  return frame ? `no transform to the frame ${frame}` : "its header.frame_id is empty";
 }
 
 function turned(pose) {

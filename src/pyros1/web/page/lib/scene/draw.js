@@ -18,12 +18,17 @@ export function path({ count }, numbers, colour, style = {}) {
   for (let index = 0; index < count; index += 1) positions.set(numbers.subarray(7 * index, 7 * index + 3), 3 * index);
   group.position.set(style.x ?? 0, style.y ?? 0, style.z ?? 0);
   group.add(style.line === "metres" ? ribbons(positions, shades(colour, style.alpha, count), style.width, [[0, count]]) : line(positions, colour, style.alpha));
-  if (style.poses === "axes") group.add(...each(count, numbers, new THREE.Mesh(axesShape(style.axesLength, style.axesWidth), axesMatter(style.alpha))));
+  if (style.poses === "axes") addTo(group, each(count, numbers, new THREE.Mesh(axesShape(style.axesLength, style.axesWidth), axesMatter(style.alpha))));
   else if (style.poses === "arrows") {
     const { shaft, head } = style;
-    group.add(...each(count, numbers, arrowOf(shaft + head, head, style.shaftWidth, style.headWidth, matter(style.poseTint, style.alpha))));
+    addTo(group, each(count, numbers, arrowOf(shaft + head, head, style.shaftWidth, style.headWidth, matter(style.poseTint, style.alpha))));
   }
   return [group, plural(count, "pose")];
+}
+
+// Three.js complains if it is to add nothing.
+function addTo(group, things) {
+  for (const thing of things) group.add(thing);
 }
 
 // Copies of a thing at the first of some poses.
@@ -39,9 +44,9 @@ function each(count, numbers, thing) {
 export function poses({ count, spread, turn }, numbers, colour, style = {}) {
   const group = new THREE.Group();
   const { alpha, shaft, head } = style;
-  if (style.axes) group.add(...each(count, numbers, axesOf(style.axesLength, style.axesWidth, alpha)));
-  else if (style.lines) group.add(...each(count, numbers, flatArrow(style.arrow, colour, alpha)));
-  else group.add(...each(count, numbers, arrowOf(shaft + head, head, style.shaftWidth, style.headWidth, matter(colour, alpha))));
+  if (style.axes) addTo(group, each(count, numbers, axesOf(style.axesLength, style.axesWidth, alpha)));
+  else if (style.lines) addTo(group, each(count, numbers, flatArrow(style.arrow, colour, alpha)));
+  else addTo(group, each(count, numbers, arrowOf(shaft + head, head, style.shaftWidth, style.headWidth, matter(colour, alpha))));
   if (spread && count && style.covariance) {
     if (style.place) group.add(ellipsoid(spread, numbers, style));
     if (style.turn && turn > 0) group.children[0].add(fan(Math.min(Math.PI, turn), style));
@@ -72,16 +77,18 @@ function fan(angle, { turnTint, turnAlpha }) {
 }
 
 export function point({ point: [x, y, z] }, _, colour, { radius, alpha } = {}) {
+  const word = [x, y, z].map((value) => value?.toFixed(3) ?? "nan").join(", ");
+  if (!isKnown([x, y, z])) return [new THREE.Group(), word];
   const ball = new THREE.Mesh(new THREE.SphereGeometry(radius, 20, 14), matter(colour, alpha));
-  ball.position.set(x ?? 0, y ?? 0, z ?? 0);
-  return [ball, [x, y, z].map((value) => value?.toFixed(3) ?? "nan").join(", ")];
+  ball.position.set(x, y, z);
+  return [ball, word];
 }
 
 export function polygon({ count }, corners, colour, { alpha } = {}) {
   const closed = new Float32Array(3 * (count + 1));
   closed.set(corners.subarray(0, 3 * count));
   if (count) closed.set(corners.subarray(0, 3), 3 * count);
-  return [line(closed, colour, alpha), `${count} corners`];
+  return [line(closed, colour, alpha), plural(count, "corner")];
 }
 
 export function cells({ count, more, size }, middles, colour, { alpha } = {}) {
@@ -90,20 +97,21 @@ export function cells({ count, more, size }, middles, colour, { alpha } = {}) {
   const matrix = new THREE.Matrix4();
   for (let index = 0; index < count; index += 1) mesh.setMatrixAt(index, matrix.makeTranslation(...middles.subarray(3 * index, 3 * index + 3)));
   mesh.frustumCulled = false;
-  return [mesh, `${count} cells${more ? `, ${more} more are not drawn` : ""}`];
+  return [mesh, `${plural(count, "cell")}${more ? `, ${more} more ${more === 1 ? "is" : "are"} not drawn` : ""}`];
 }
 
 // A force and a torque, or a straight and a turning velocity: an arrow, and an arrow with an arc around it.
 export function screw({ straight, around, units }, _, colour, { scale, scaleAround, width, tintAround, alpha, small }) {
   const group = new THREE.Group();
-  const [force, torque] = [straight, around].map((values) => new THREE.Vector3(...values.map((value) => value ?? 0)));
+  if (!isKnown([...straight, ...around])) return [group, "some of its numbers are not finite"];
+  const [force, torque] = [straight, around].map((values) => new THREE.Vector3(...values));
   for (const [vector, times, tint] of [[force, scale, colour], [torque, scaleAround, tintAround]]) {
     const length = vector.length() * times;
     if (length < 1e-4 || (small && length < width)) continue;
-    const arrow = arrowOf(length, Math.min(0.25, length * 0.3), 0.1 * width, 0.2 * width, matter(tint, alpha));
+    const arrow = arrowOf(1.3 * length, 0.3 * length, 0.1 * width, 0.2 * width, matter(tint, alpha));
     arrow.quaternion.setFromUnitVectors(new THREE.Vector3(1, 0, 0), vector.clone().normalize());
     if (vector === torque) {
-      const arc = new THREE.Mesh(new THREE.TorusGeometry(Math.min(0.4, length / 4) + 0.02, 0.025 * width, 8, 36, 1.6 * Math.PI), matter(tint, alpha));
+      const arc = new THREE.Mesh(new THREE.TorusGeometry(length / 4, 0.025 * width, 8, 36, 1.6 * Math.PI), matter(tint, alpha));
       arc.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(1, 0, 0));
       arc.position.set(length / 2, 0, 0);
       arrow.add(arc);
@@ -128,7 +136,7 @@ export function measured({ value, unit, least, most, warm }) {
 
 export function range({ range: length, angle, inside }, _, colour, { alpha } = {}) {
   if (!inside || !length) return [new THREE.Group(), "nothing in range"];
-  const radius = length * Math.tan(Math.min(1.5, angle / 2));
+  const radius = length * Math.tan(Math.min(1.5, Math.abs(angle) / 2));
   const cone = new THREE.ConeGeometry(radius, length, 32, 1, true).rotateZ(Math.PI / 2).translate(length / 2, 0, 0);
   const material = matter(colour, alpha);
   return [new THREE.Mesh(cone, material), `${length.toFixed(2)} m`];
@@ -142,6 +150,11 @@ export function imu({ orientation, acceleration }, _, colour) {
   group.add(box);
   if (push.length() > 1e-6) group.add(new THREE.ArrowHelper(push.clone().normalize(), new THREE.Vector3(), push.length() / 9.81, 0xe8590c));
   return [group, `${push.length().toFixed(2)} m/s²`];
+}
+
+// Whether all numbers are some; what is not finite is null.
+function isKnown(numbers) {
+  return numbers.every((value) => value !== null);
 }
 
 function line(positions, colour, opacity = 1, chains = [[0, positions.length / 3]]) {

@@ -56,8 +56,7 @@ export class MapPlane {
     layer(plane, this.behind);
     plane.position.set(origin[0] ?? 0, origin[1] ?? 0, origin[2] ?? 0);
     plane.quaternion.set(...origin.slice(3).map((value) => value ?? 0));
-    if (plane.quaternion.lengthSq() < 1e-12) plane.quaternion.identity();
-    plane.quaternion.normalize();
+    plane.quaternion.normalize(); // 0, 0, 0, 0 turns nothing
     this.object.add(plane);
   }
 

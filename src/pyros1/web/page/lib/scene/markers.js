@@ -23,13 +23,13 @@ const MOST_FAULTS = 20;
 
 // What keeps a marker from being drawn, in rviz, too; empty if nothing does.
 export function faultOf({ type, scale, finite = true, points: { length: points }, colors: { length: colours } }) {
-  if (!finite) return "some of its numbers are infinite, or not numbers";
+  if (!finite) return "some of its numbers are not numbers, or too large";
   const sizes = { [LINE_STRIP]: [0], [LINE_LIST]: [0], [POINTS]: [0, 1], [TEXT]: [2] }[type];
   const needed = sizes || (type === ARROW && !points ? [0, 1] : []);
-  const none = needed.find((axis) => (sizes ? !(scale[axis] > 0) : !scale[axis]));
+  const none = needed.find((axis) => (sizes && type !== POINTS ? !(scale[axis] > 0) : !scale[axis]));
   if (none !== undefined) return `scale.${"xyz"[none]} is ${scale[none]}`;
   if (!sizes && scale.slice(0, type === ARROW ? 2 : 3).every((size) => !size)) return "its scale is 0";
-  if (type === ARROW && points === 1) return "an arrow has two points, or none";
+  if (type === ARROW && points && points !== 2) return `an arrow has two points or none, not ${points}`;
   if (type === LINE_LIST && points % 2) return `${points} points are not pairs`;
   if (type === TRIANGLES && points % 3) return `${points} points are not triples`;
   const fits = colours === 0 || colours === points || (type === TRIANGLES && colours === points / 3);
@@ -117,12 +117,12 @@ function solid([red, green, blue, alpha], more = {}) {
 function arrowMarker({ points: ends, scale, color }) {
   const material = solid(color);
   const group = new THREE.Group();
-  if (ends.length >= 2) { // from one point to another: shaft, head and length of the head
+  if (ends.length) { // from one point to another: shaft, head and length of the head
     const from = new THREE.Vector3(...ends[0]);
     const to = new THREE.Vector3(...ends[1]);
     const length = from.distanceTo(to);
-    const head = scale[2] > 0 ? Math.min(scale[2], length) : length * HEAD;
-    const arrow = arrowOf(length, head, scale[0], scale[1], material);
+    const head = scale[2] ? Math.min(Math.max(scale[2], 0), length) : length * HEAD;
+    const arrow = arrowOf(length, head, Math.abs(scale[0]), head > 0 ? Math.abs(scale[1]) : 0, material);
     arrow.position.copy(from);
     if (length > 0) arrow.quaternion.setFromUnitVectors(new THREE.Vector3(1, 0, 0), to.sub(from).normalize());
     group.add(arrow);
@@ -199,7 +199,7 @@ function lines(marker) {
 
 function points(marker) {
   const dots = new PointSet();
-  dots.look({ style: "squares", extent: [marker.scale[0], marker.scale[1], 1] });
+  dots.look({ style: "squares", extent: [Math.abs(marker.scale[0]), Math.abs(marker.scale[1]), 1] });
   dots.set(places(marker), "rgba", bytes(coloursOf(marker), [2, 1, 0]));
   dots.touchable();
   return dots.object;

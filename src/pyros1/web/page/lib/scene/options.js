@@ -24,7 +24,7 @@ const looks = (pixels) => ({
 });
 const CLOUD = { most: MOST, by: BY, ...looks(2) };
 const SCREW = {
-  scale: number("length of 1", 1, 0.001, 1000, 0.1), scaleAround: number("length of 1, around", 1, 0.001, 1000, 0.1), width: metres("width", 0.5),
+  scale: number("length of 1", 2, 0.001, 1000, 0.1), scaleAround: number("length of 1, around", 2, 0.001, 1000, 0.1), width: metres("width", 0.5),
   tint: colour("colour", "#cc3333"), tintAround: colour("colour, around", "#cccc33"), alpha: opacity(), small: check("hide small values", true), ...keep(),
 };
 const AXES = check("as axes", false);

@@ -2,6 +2,7 @@
 // Points are pixels, or have a size in metres: then each is a square or a disc that faces the eye, or a box.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
+import { sheer } from "./ribbons.js";
 
 // Return the positions of a scan, what to colour them by (the ranges if "range"), and which of the ranges they are: [Float32Array of x, y, z,
 // Float32Array of values, Uint32Array of indices].
@@ -14,7 +15,7 @@ export function scanPoints(facts, numbers, by = "") {
   let kept = 0;
   for (let index = 0; index < count; index += 1) {
     const range = numbers[index];
-    if (!(range >= least && range <= most)) continue;
+    if (!(range >= least && range < most)) continue; // as in rviz, the greatest one is none
     const angle = start + index * step;
     positions[3 * kept] = range * Math.cos(angle);
     positions[3 * kept + 1] = range * Math.sin(angle);
@@ -28,7 +29,7 @@ export function scanPoints(facts, numbers, by = "") {
 // Values as bytes, from the least (0) to the greatest (255), or between bounds.
 export function levels(values, bounds = null) {
   const [least, most] = bounds || extent(values);
-  const scale = most > least ? 255 / (most - least) : 0;
+  const scale = bounds && most < least || most > least ? 255 / (most - least) : 0;
   return Uint8Array.from(values, (value) => Math.min(255, Math.max(0, (value - least) * scale)));
 }
 
@@ -71,7 +72,7 @@ const VERTEX = `
     if (mode == 0 || mode == 4) return bgr.zyx;
     if (mode == 1) return ramp(level);
     if (mode == 3) return tint;
-    return ramp(bounds.y > bounds.x ? (dot(axis, vec4(place, 1.0)) - bounds.x) / (bounds.y - bounds.x) : 0.0);
+    return ramp(bounds.y != bounds.x ? (dot(axis, vec4(place, 1.0)) - bounds.x) / (bounds.y - bounds.x) : 0.0);
   }
   #ifdef SOLID
   attribute vec3 place;
@@ -79,7 +80,7 @@ const VERTEX = `
   uniform bool facing;
   varying vec2 inside;
   void main() {
-    shade = vec4(colour(place), mode == 4 ? bgr.w : alpha);
+    shade = vec4(colour(place), mode == 4 ? alpha * bgr.w : alpha);
     inside = position.xy * 2.0;
     if (facing) {
       vec4 middle = modelViewMatrix * vec4(place, 1.0);
@@ -92,7 +93,7 @@ const VERTEX = `
   }
   #else
   void main() {
-    shade = vec4(colour(position), mode == 4 ? bgr.w : alpha);
+    shade = vec4(colour(position), mode == 4 ? alpha * bgr.w : alpha);
     gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
     gl_PointSize = size;
   }
@@ -128,6 +129,7 @@ export class PointSet {
     this.object.userData.bound = () => this._bound();
     this.colour = "value";
     this.one = false;
+    this.through = false; // whether some of its colours are transparent
     this.style = "pixels";
     this.count = 0;
     this.held = new Map(); // name -> attribute
@@ -172,7 +174,8 @@ export class PointSet {
     const { geometry } = this.drawn;
     if (this.solid) geometry.instanceCount = this.count;
     else geometry.setDrawRange(0, this.count);
-    if (colour === "rgba") this._sheer(bytes.some((value, index) => index % 4 === 3 && value < 255) ? 0 : 1);
+    this.through = colour === "rgba" && sheer(bytes);
+    this._sheer(this.uniforms.alpha.value);
     this.uniforms.mode.value = this.one ? 3 : MODES[colour];
     this.settle();
   }
@@ -206,8 +209,8 @@ export class PointSet {
   _sheer(alpha) {
     this.uniforms.alpha.value = alpha;
     const { material } = this.drawn;
-    material.transparent = alpha < 1;
-    material.depthWrite = alpha >= 1;
+    material.transparent = alpha < 1 || this.through;
+    material.depthWrite = !material.transparent;
   }
 
   get solid() {

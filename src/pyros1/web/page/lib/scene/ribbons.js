@@ -27,8 +27,10 @@ const FRAGMENT = `
 
 // places: Float32Array of x, y, z. colours: Uint8Array of red, green, blue and opacity for each place. width: in metres, or in
 // pixels if that is the unit.
-// chains: [[start, end]], indices of the places that are connected.
-export function ribbons(places, colours, width, chains, unit = "metres") {
+// given: chains [[start, end]], indices of the places that are connected.
+export function ribbons(places, colours, width, given, unit = "metres") {
+  // A line that becomes narrower than a pixel where it turns has gaps there, or is not seen at all: each part is on its own.
+  const chains = unit === "pixels" ? given.flatMap(parts) : given;
   const count = chains.reduce((sum, [start, end]) => sum + end - start, 0);
   const positions = new Float32Array(6 * count);
   const ways = new Float32Array(6 * count);
@@ -97,6 +99,11 @@ export function shades(colour, alpha, count) {
   const bytes = new Uint8Array(4 * count);
   for (let index = 0; index < count; index += 1) bytes.set([r, g, b, alpha].map((value) => Math.round(255 * value)), 4 * index);
   return bytes;
+}
+
+// The parts of a chain, from each of its places to the next one.
+function parts([start, end]) {
+  return Array.from({ length: Math.max(0, end - start - 1) }, (_, index) => [start + index, start + index + 2]);
 }
 
 // Chains of two places each.

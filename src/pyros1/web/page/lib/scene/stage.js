@@ -307,7 +307,5 @@ export function dispose(object) {
 // Put an object at a pose: [x, y, z, qx, qy, qz, qw].
 export function put(object, pose) {
   object.position.set(pose[0], pose[1], pose[2]);
-  object.quaternion.set(pose[3], pose[4], pose[5], pose[6]);
-  if (object.quaternion.lengthSq() < 1e-12) object.quaternion.identity();
-  else object.quaternion.normalize();
+  object.quaternion.set(pose[3], pose[4], pose[5], pose[6]).normalize(); // 0, 0, 0, 0 turns nothing
 }
