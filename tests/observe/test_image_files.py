@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import random
 import struct
+import tracemalloc
+import warnings
 import zlib
 
 import numpy as np
@@ -81,8 +83,50 @@ def test_damaged_files() -> None:
         decode(bomb[:33] + whole[8:])
 
 
+def blank(width: int, height: int) -> bytes:
+    """Return a PNG file without pixels."""
+    head = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    chunks = [head, b"IDAT"]
+    packed = [struct.pack(">I", len(chunk) - 4) + chunk + struct.pack(">I", zlib.crc32(chunk)) for chunk in chunks]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(packed)
+
+
+@pytest.mark.parametrize(("width", "height"), [(12_000, 10_000), (50_000, 50_000)])
+def test_our_limit_is_named_and_pillow_prints_nothing(width: int, height: int) -> None:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        for _ in range(2):
+            with pytest.raises(MessageError, match=r"image.* is too large: at most 100000000 pixels can be read"):
+                decode(blank(width, height), most=100_000_000)
+    assert not caught
+
+
+@pytest.mark.parametrize("form", ["JPEG", "TIFF"])
+def test_pictures_for_printers_take_little_memory(form: str) -> None:
+    pixels = np.random.default_rng(1).integers(0, 256, (600, 700, 4), np.uint8)
+    data = a_file(Pictures.fromarray(pixels, "CMYK"), form)
+    tracemalloc.start()
+    try:
+        found = decode(data)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert found.shape[:2] == (600, 700)
+    assert peak / (600 * 700) < 20  # bytes per pixel
+
+
+def test_tiff_with_opacity() -> None:
+    """As OpenCV reads it: colours are multiplied by the opacity; of grey, only the grey is read."""
+    pixels = np.array([[[200, 100, 50, 128], [255, 255, 255, 0]]], np.uint8)
+    assert decode(a_file(Pictures.fromarray(pixels), "TIFF")).tolist() == [[[100, 50, 25, 128], [0, 0, 0, 0]]]
+    grey = Pictures.fromarray(pixels).convert("LA")
+    assert decode(a_file(grey, "TIFF")).tolist() == np.asarray(grey)[:, :, 0].tolist()
+    black = Pictures.fromarray(np.array([[[0, 100, 255, 51]]], np.uint8), "CMYK")
+    assert decode(a_file(black, "TIFF")).tolist() == [[[204, 124, 0, 255]]]
+
+
 def test_what_pillow_would_cut_is_refused() -> None:
-    with pytest.raises(UnsupportedFileError, match="PPM"):
+    with pytest.raises(UnsupportedFileError, match=r"colour PPM file with more than 8 bits .* send PNG instead"):
         decode(b"P6\n1 1\n65535\n\1\2\3\4\5\6")
     with pytest.raises(MessageError, match=r"uint16 .* cannot be written as tiff"):
         encode(np.zeros((1, 1, 3), np.uint16), "tiff")

@@ -140,6 +140,23 @@ def make(folder, dice):
         for form in ("BMP", "TIFF", "WEBP", "PPM", "PNG"):
             if (mode, form) != ("P", "PPM"):
                 files["%s_of_%s" % (form, mode)] = saved(Image.fromarray(colours[..., :3]).convert(mode), form)
+    for mode, options in (
+        ("LA", {}),
+        ("RGBA", {}),
+        ("RGBA", {"compression": "tiff_lzw"}),
+        ("CMYK", {}),
+        ("CMYK", {"compression": "tiff_deflate"}),
+    ):
+        for size in ((24, 20), (1, 5), (5, 1), (1, 1)):
+            part = colours[: size[0], : size[1]]
+            name = "tiff_%s_%d_%dx%d" % (mode, len(options), *size)
+            picture = Image.fromarray(part) if mode != "CMYK" else Image.fromarray(part, "CMYK")
+            files[name] = saved(picture.convert(mode), "TIFF", **options)
+    clear = files["tiff_RGBA_0_24x20"]
+    place = clear.index(struct.pack("<HHI", 338, 3, 1)) + 8
+    colours[..., :3] = colours[..., :3].astype(int) * colours[..., 3:] // 255
+    clear = saved(Image.fromarray(colours), "TIFF")
+    files["tiff_multiplied"] = clear[:place] + bytes([1, 0]) + clear[place + 2 :]
     os.makedirs(folder)
     for name, data in files.items():
         with open(os.path.join(folder, name), "wb") as file:

@@ -5,6 +5,8 @@ Pixels are as OpenCV's ``imread`` with ``IMREAD_UNCHANGED`` has them, but with r
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Iterator
 from importlib import import_module
 from io import BytesIO
 from typing import Any
@@ -23,9 +25,12 @@ _NAMES = {"jpg": "JPEG", "jpe": "JPEG", "tif": "TIFF", "dib": "BMP", "jp2": "JPE
 """Extensions of files that Pillow's formats do not have as names."""
 _DEEP = 4
 """Files with 16 bits per channel need so much more memory than others for a pixel."""
+_BLOCK = 1 << 16
+"""Pixels that are calculated at a time."""
 _END_OF_JPEG = b"\xff\xd9"
-_TIFF_BITS, _TIFF_NUMBERS = 258, 339
-"""Tags of TIFF: bits of each channel, and what they are: 1 natural, 2 whole, 3 real numbers."""
+_TIFF_BITS, _TIFF_MORE, _TIFF_NUMBERS = 258, 338, 339
+"""Tags of TIFF: bits of each channel; what channels after the colours are: 1 or 2 opacity, by which the colours are
+multiplied, or not; and what the numbers are: 1 natural, 2 whole, 3 real ones."""
 _TIFF_KINDS = ("u1", "u2", "i4", "f4")
 
 
@@ -34,7 +39,7 @@ class ImageFileError(MessageError):
 
 
 class UnsupportedFileError(ImageFileError):
-    """Pillow would lose bits of the image; OpenCV would not."""
+    """Pillow would lose bits of the image; OpenCV would not. The text says what else to do."""
 
 
 def pillow() -> Any:
@@ -61,18 +66,21 @@ def decode(data: bytes, most: int = MOST_PIXELS) -> Pixels:
         Error: Pillow is not installed.
     """
     module = pillow()
+    _ignore_warnings()
     try:
         with module.open(BytesIO(data + _END_OF_JPEG), formats=_FORMATS) as picture:
             head = deep_png.header(data)
             # Of several headers in a file, Pillow takes the last.
             width, height = map(max, picture.size, (head.width, head.height) if head else (0, 0))
             if width * height > (most // _DEEP if head is not None and head.bits == 16 else most):
-                raise ImageFileError(f"an image of {width} x {height} pixels is too large")
+                raise _too_large(most, f" of {width} x {height} pixels")
             return _unpacked(module, picture, data)
     except MessageError:
         raise
     except module.UnidentifiedImageError:
         raise ImageFileError("the image cannot be read: its format is not known") from None
+    except module.DecompressionBombError:
+        raise _too_large(most) from None
     except Exception as error:  # noqa: BLE001 - Pillow raises many kinds for damaged files
         raise ImageFileError(f"the image cannot be read: {error}") from None
 
@@ -102,8 +110,8 @@ def encode(image: Pixels, form: str, **options: Any) -> bytes:
     if kind not in deep and name not in ("TIFF", "PPM", "JPEG2000"):
         image = to_bytes(image)
     elif kind != "u1" and (kind not in deep or image.ndim == 3):
-        raise ImageFileError(
-            f"an image of {image.dtype} with the shape {image.shape} cannot be written as {form} by Pillow"
+        raise UnsupportedFileError(
+            f"an image of {image.dtype} with the shape {image.shape} cannot be written as {form}; write 8 bits, or PNG"
         )
     if name in ("JPEG", "BMP", "PPM") and image.ndim == 3:
         image = image[:, :, :3]
@@ -117,6 +125,17 @@ def encode(image: Pixels, form: str, **options: Any) -> bytes:
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ImageFileError(f"the image cannot be written as {form}: {error}") from None
     return file.getvalue()
+
+
+def _ignore_warnings() -> None:
+    """Keep Pillow from writing warnings, for example about damaged or large files, to the terminal: errors are ours."""
+    pattern = r"PIL\."
+    if not any(kind == "ignore" and module and module.pattern == pattern for kind, _, _, module, _ in warnings.filters):
+        warnings.filterwarnings("ignore", module=pattern)
+
+
+def _too_large(most: int, size: str = "") -> ImageFileError:
+    return ImageFileError(f"the image{size} is too large: at most {most} pixels can be read")
 
 
 def to_bytes(image: Pixels) -> NDArray[np.uint8]:
@@ -135,10 +154,14 @@ def _unpacked(module: Any, picture: Any, data: bytes) -> Pixels:
         found = deep_png.read(data, module)
         return np.dstack([found[:, :, :1]] * 3 + [found[:, :, 1:]]) if found.shape[2] == 2 else found
     mode, name = picture.mode, picture.format
+    if mode in ("RGB", "RGBA", "LA", "La", "CMYK") and _is_deep(picture, data):
+        raise UnsupportedFileError(
+            f"a colour {name} file with more than 8 bits per channel cannot be read without loss; send PNG instead"
+        )
+    if name == "TIFF" and mode in ("RGBA", "LA", "La", "CMYK"):
+        return _from_tiff(picture)
     if mode == "CMYK":
         return _from_cmyk(picture)
-    if mode in ("RGB", "RGBA", "LA", "CMYK") and _is_deep(picture, data):
-        raise UnsupportedFileError(f"of {name} files in colours with more than 8 bits Pillow loses the lower ones")
     if name == "TIFF" and picture.tag_v2.get(_TIFF_NUMBERS, (1,))[0] == 2 and mode in ("L", "I"):
         return np.asarray(picture).astype(f"i{picture.tag_v2[_TIFF_BITS][0] // 8}")
     if mode == "F" or mode.startswith("I"):
@@ -165,9 +188,40 @@ def _is_deep(picture: Any, data: bytes) -> bool:
 
 def _from_cmyk(picture: Any) -> Pixels:
     """Return the colours of a picture for printers, calculated as OpenCV does."""
-    stored = np.asarray(picture).astype(np.int32)
-    if "adobe" in picture.info:  # Pillow has turned them
-        stored = 255 - stored
-    black = stored[:, :, 3:]
-    colours: Pixels = (black - ((255 - stored[:, :, :3]) * black >> 8)).astype(np.uint8)
+    stored: Pixels = np.asarray(picture)
+    turned = "adobe" in picture.info  # by Pillow
+    colours: Pixels = np.empty((*stored.shape[:2], 3), np.uint8)
+    for part, found in _blocks(stored, colours):
+        wide = (~part if turned else part).astype(np.uint16)
+        black = wide[:, :, 3:]
+        found[:] = black - ((255 - wide[:, :, :3]) * black >> 8)
     return colours
+
+
+def _from_tiff(picture: Any) -> Pixels:
+    """Return the pixels of a TIFF file with opacity, or for printers, calculated as OpenCV (libtiff) does."""
+    stored: Pixels = np.asarray(picture)
+    mode = picture.mode
+    if mode in ("LA", "La"):
+        return stored[:, :, 0].copy()
+    colours: Pixels = stored.copy()
+    opacity = picture.tag_v2.get(_TIFF_MORE, (0,))[0]
+    if mode == "RGBA" and opacity not in (1, 2):
+        return colours
+    half = 127 if opacity == 2 else 254  # Pillow has divided colours that were multiplied, and left out the fraction
+    for part, found in _blocks(stored, colours):
+        if mode == "CMYK":
+            wide = 255 - part.astype(np.uint16)
+            found[:, :, :3] = wide[:, :, :3] * wide[:, :, 3:] // 255
+            found[:, :, 3] = 255
+        else:
+            found[:, :, :3] = (part[:, :, :3] * part[:, :, 3:].astype(np.uint16) + half) // 255
+    return colours
+
+
+def _blocks(*images: Pixels) -> Iterator[tuple[Pixels, ...]]:
+    """Yield a few rows of images at a time, so that calculations with wider numbers need little memory."""
+    height, width = images[0].shape[:2]
+    rows = max(1, _BLOCK // width)
+    for row in range(0, height, rows):
+        yield tuple(image[row : row + rows] for image in images)

@@ -17,6 +17,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "webp": {"lossless": True},
 }
 """How OpenCV writes files unless it is told otherwise."""
+_OR_OPENCV = ", or install OpenCV: pip install opencv-python-headless"
 
 
 def decode(data: bytes) -> Any:
@@ -33,7 +34,7 @@ def decode(data: bytes) -> Any:
     try:
         return _turned(image_files.decode(data))
     except image_files.UnsupportedFileError as error:
-        raise CvBridgeError(f"{error}: pip install opencv-python-headless") from None
+        raise CvBridgeError(f"{error}{_OR_OPENCV}") from None
     except image_files.ImageFileError:
         return None
     except Error as error:
@@ -56,6 +57,8 @@ def encode(image: Any, form: str) -> bytes:
         return image_files.encode(
             _turned(image if image.ndim > 1 else image[:, None]), form, **_OPTIONS.get(form.lower(), {})
         )
+    except image_files.UnsupportedFileError as error:
+        raise CvBridgeError(f"{error}{_OR_OPENCV}") from None
     except Error as error:
         raise CvBridgeError(str(error)) from None
 
