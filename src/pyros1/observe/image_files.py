@@ -203,7 +203,8 @@ def _from_tiff(picture: Any) -> Pixels:
     stored: Pixels = np.asarray(picture)
     mode = picture.mode
     if mode in ("LA", "La"):
-        return stored[:, :, 0].copy()
+        grey: Pixels = stored[:, :, 0].copy()
+        return grey
     colours: Pixels = stored.copy()
     opacity = picture.tag_v2.get(_TIFF_MORE, (0,))[0]
     if mode == "RGBA" and opacity not in (1, 2):
