@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -19,6 +20,18 @@ def test_p26_normalisation() -> None:
     assert (Duration(-0.5).secs, Duration(-0.5).nsecs) == (-1, 500000000)
     assert (Time(1, 2_500_000_000).secs, Time(1, 2_500_000_000).nsecs) == (3, 500000000)
     assert Time(1.5) == Time(1, 500000000)
+
+
+@pytest.mark.parametrize("array", [np.array(1.5), np.array([1.5]), np.array([[1.5]], "float32")], ids=repr)
+def test_arrays_of_one_number_are_seconds(array: Any) -> None:
+    """As in stock with earlier versions of numpy."""
+    for value in (Duration(array), Duration(array, 0), Duration.from_sec(array), Time(array), Time.from_sec(array)):
+        assert (value.secs, value.nsecs) == (1, 500_000_000)
+    assert Duration(1, array.astype(int)) == Duration(1, 1)
+    with pytest.raises(ValueError, match="nsecs cannot be set"):
+        Duration(array, 1)
+    with pytest.raises(TypeError):
+        Duration(np.array([1.5, 2.5]))
 
 
 def test_p26_errors() -> None:

@@ -34,6 +34,12 @@ def test_booleans_that_were_computed() -> None:
     assert both("bool[] x", [TRUE] * 1000) == [True] * 1000
 
 
+@pytest.mark.filterwarnings("ignore:In future, it will be an error:DeprecationWarning")  # says numpy before 2.3
+@pytest.mark.parametrize("definition", ["uint8[] x", "uint8[2] x", "char[] x"])
+def test_booleans_in_lists_of_bytes(definition: str) -> None:
+    assert both(definition, [TRUE, 3]) == both(definition, (TRUE, numpy.uint8(3))) == b"\1\3"
+
+
 @pytest.mark.parametrize("value", [numpy.array([True, False]), numpy.float64(1), numpy.array(["a"])])
 def test_what_is_not_one_boolean(value: Any) -> None:
     with pytest.raises(SerializationError, match=r"field x is not a bool|not an integer"):

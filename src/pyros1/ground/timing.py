@@ -18,13 +18,18 @@ def _whole(given: Any, what: str) -> int:
         int(given)  # raises ValueError for what is no number, as stock's times do
     if isinstance(given, (str, bytes)) or not hasattr(type(given), "__int__"):
         raise TypeError(f"{what} must be a number, not {given!r:.80}")
-    return int(given)
+    return int(scalar(given))
 
 
 def _has_fractions(given: Any) -> bool:
     """Tell whether a value is of a kind of numbers that need not be whole, such as numpy.float32 or Decimal."""
     kind = type(given)
-    return hasattr(kind, "__float__") and not hasattr(kind, "__index__")
+    return hasattr(kind, "__float__") and (not hasattr(kind, "__index__") or hasattr(kind, "__len__"))  # arrays have it
+
+
+def scalar(given: Any) -> Any:
+    """Return the element of a numpy array of one, which newer versions of numpy do not convert; others as they are."""
+    return given.item() if getattr(given, "ndim", 0) and given.size == 1 else given
 
 
 class TVal:
@@ -48,7 +53,7 @@ class TVal:
     def __init__(self, secs: float = 0, nsecs: int = 0) -> None:
         if secs.__class__ is not int:
             if isinstance(secs, float) or _has_fractions(secs):
-                secs = float(secs)
+                secs = float(scalar(secs))
                 if nsecs:
                     raise ValueError("if secs is a float, nsecs cannot be set")
                 whole = int(secs)
@@ -68,7 +73,7 @@ class TVal:
         """Return a value made from seconds as a float."""
         if not hasattr(type(float_secs), "__float__"):
             raise TypeError(f"seconds must be a number, not {float_secs!r:.80}")
-        return cls(float(float_secs))
+        return cls(float(scalar(float_secs)))
 
     from_seconds = from_sec
 

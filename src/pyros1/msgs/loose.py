@@ -56,7 +56,9 @@ def _plain_message(cls: type[Message], message: Any) -> Any:
 
 def _plain_array(code: str, values: Any) -> Any:
     """Return a list in place of an array or list of such values. Of messages in arrays, their own codecs take care."""
-    if code in ("", "B") or isinstance(values, (str, bytes)) or not hasattr(values, "__len__"):
+    if not code or isinstance(values, (str, bytes)) or not hasattr(values, "__len__"):
+        return values
+    if code == "B" and not isinstance(values, (list, tuple)):
         return values
     try:
         given = list(values)

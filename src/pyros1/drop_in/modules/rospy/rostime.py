@@ -40,7 +40,7 @@ class Duration(pyros1.ground.timing.Duration):
     @classmethod
     def from_sec(cls, float_secs: float) -> Duration:
         """Return a length of so many seconds."""
-        return cls(float(float_secs))
+        return super().from_sec(float_secs)
 
     def __add__(self, other: object) -> Any:
         return _own(super().__add__(other))
@@ -106,12 +106,12 @@ class Time(pyros1.ground.timing.Time):
     @classmethod
     def from_sec(cls, float_secs: float) -> Time:
         """Return the time of so many seconds."""
-        return cls(float(float_secs))
+        return super().from_sec(float_secs)
 
     @classmethod
     def from_seconds(cls, float_secs: float) -> Time:
         """Return the time of so many seconds; `from_sec` is the newer name."""
-        return cls(float(float_secs))
+        return super().from_sec(float_secs)
 
 
 def _set_rostime(t: Any) -> None:

@@ -11,6 +11,7 @@ from pyros1.drop_in.process import PROCESS
 from pyros1.ground.errors import TimeMovedBackwardsError
 from pyros1.ground.timing import Duration as _Duration
 from pyros1.ground.timing import Time as _Time
+from pyros1.ground.timing import scalar
 from rospy.exceptions import ROSInterruptException, ROSTimeMovedBackwardsException
 from rospy.rostime import Duration, Time, get_rostime, set_time, sleep_in_set_time, wallsleep
 
@@ -97,7 +98,7 @@ class Rate:
 
     def __init__(self, hz: float, reset: bool = False) -> None:
         self._last = get_rostime().to_nsec()
-        self._cycle = int(1e9 / hz)
+        self._cycle = int(scalar(1e9 / hz))
         self._reset = reset
 
     # Nanoseconds as integers: loops of 1 kHz spend much of their own time here.
