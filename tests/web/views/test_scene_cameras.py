@@ -16,6 +16,8 @@ from pyros1.msgs.std_msgs.msg import String
 from pyros1.tf import StaticTransformBroadcaster
 from pyros1.web.server.wire import RequestError
 
+from ...bodies import encode
+
 pytestmark = pytest.mark.once
 
 Make = Callable[..., Any]
@@ -110,6 +112,38 @@ def test_of_the_colours_those_that_were_seen_with_the_depths(make_node: Make, wa
         with suppress(RequestError):
             push = watched.view.take()
             blob = push.blob if push else b""
+
+
+@pytest.mark.parametrize(("room", "nearest"), [(0, b"ccc"), (1.9, b"ccc"), (2, b"bbb"), (2.9, b"bbb"), (3, b"aaa")])
+def test_as_many_colours_are_kept_as_there_is_room_for(
+    make_node: Make, watch: Make, monkeypatch: pytest.MonkeyPatch, room: float, nearest: bytes
+) -> None:
+    colour = picture("rgb8", b"aaaaaa")
+    monkeypatch.setattr("pyros1.web.views.scene.depth._KEPT_BYTES", int(room * len(encode(colour))))
+    node = make_node("camera")
+    node.advertise("/cam/camera_info", CameraInfo, latch=True).publish(camera_info())
+    colours, depths = node.advertise("/cam/rgb", Image), node.advertise("/cam/depth", Image, latch=True)
+    watched = watch("scene_depth", topic="/cam/depth", fixed="optical", colour="/cam/rgb")
+    assert colours.wait_for_subscribers(timeout=PATIENCE)
+    for colour.header.stamp.secs, colour.data in [(1, b"aaaaaa"), (2, b"bbbbbb"), (3, b"cccccc")]:
+        colours.publish(colour)
+    depth = picture("16UC1", np.array([1000, 2000], "<u2").tobytes())
+
+    def points(second: int, end: bytes) -> bytes:
+        """Return the points of the depths of a time, with the end of their colours, when these have it."""
+        depth.header.stamp.secs = second
+        depths.publish(depth)
+        deadline, blob, stamp = time.monotonic() + PATIENCE, b"", 0.0
+        while stamp != second or not blob.endswith(end):
+            assert time.monotonic() < deadline, (stamp, blob)
+            watched.view.change({"topic": "/cam/depth", "fixed": "optical", "colour": "/cam/rgb"})
+            with suppress(RequestError):
+                push = watched.view.take()
+                stamp, blob = (push.data["stamp"], push.blob) if push else (0.0, b"")
+        return blob
+
+    points(3, b"ccc\0ccc\0")  # all colours have come
+    assert points(1, b"\0").endswith(nearest + b"\0")
 
 
 def test_topics_of_something_else(make_node: Make, watch: Make) -> None:
