@@ -83,7 +83,7 @@ def test_an_exercise_is_checked(monkeypatch: pytest.MonkeyPatch, capsys: Any) ->
     assert capsys.readouterr().out.endswith("done. That was the last step.\n")
 
 
-@pytest.mark.parametrize("words", [["0"], ["99"], ["x"], ["check"], ["check", "x"], ["1", "2"]])
+@pytest.mark.parametrize("words", [["0"], ["99"], ["x"], ["check"], ["check", "x"], ["1", "2"], ["-w"], ["-w", "99"]])
 def test_a_step_that_there_is_not(words: list[str], capsys: Any) -> None:
     with pytest.raises(SystemExit, match="2"):
         run_command("guide", words)

@@ -106,7 +106,7 @@ COMMAND = Command(
             ("", "warnings and errors"),
             ("-l ok -d", "everything, with all values"),
             ("-f --filter battery", "follow the state of the battery"),
-            ("--topic /diagnostics", "as single nodes send them"),
+            ("--topic /diagnostics", "as the nodes send them"),
         ],
         parse=_parse,
         run=run,
@@ -128,7 +128,7 @@ def _topic(invocation: Invocation, named: str) -> tuple[str, int]:
     published = invocation.graph.state().publishers
     if published.get(topic) or not published.get(raw):
         return topic, 1
-    print(f"nothing publishes {topic}, so this shows {raw}, as single nodes send them", file=sys.stderr, flush=True)
+    print(f"nothing publishes {topic}, so this shows {raw}, as the nodes send them", file=sys.stderr, flush=True)
     return raw, len(published[raw])
 
 

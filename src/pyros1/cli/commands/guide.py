@@ -26,16 +26,18 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if args[:1] == ["howto"]:
         return _howto(args[1:])
     known = steps()
-    if not args:
+    if not args and not options.write:
         print("The guide: ROS 1 in hands-on steps. pyros1 guide 1 shows the first.\n")
         print("\n".join(f"{step.number:3}. {step.title}" for step in known))
         print("\nEach step ends with an exercise; pyros1 guide check 1 checks the first.")
         print("How-to pages for particular tasks: pyros1 guide howto")
         return 0
-    checking = args[0] == "check"
+    checking = args[:1] == ["check"]
     words = args[1:] if checking else args
     if len(words) != 1 or not words[0].isdigit() or not 1 <= int(words[0]) <= len(known):
-        raise UsageError(f"say which step: pyros1 guide {'check ' * checking}1 ... {len(known)}")
+        raise UsageError(
+            f"say which step: pyros1 guide {'check ' * checking or '-w ' * options.write}1 ... {len(known)}"
+        )
     step = known[int(words[0]) - 1]
     if options.write:
         return _write(step)

@@ -160,9 +160,9 @@ def test_simulated_time_that_stands_still(program: Callable[..., Any], make_node
     [
         ([], 64, "Commands:"),
         (["ecco"], 64, "did you mean 'echo'?"),
-        (["echo"], 255, "Usage: tf_echo"),
-        (["echo", "a"], 255, "Usage: tf_echo"),
-        (["echo", "a", "b", "c", "d"], 255, "Usage: tf_echo"),
+        (["echo"], 255, "Usage: pyros1 tf echo"),
+        (["echo", "a"], 255, "Usage: pyros1 tf echo"),
+        (["echo", "a", "b", "c", "d"], 255, "Usage: pyros1 tf echo"),
         (["echo", "a", "b", "fast"], 2, "the rate must be a positive number, not 'fast'"),
         (["echo", "a", "b", "-l", "x"], 2, "the limit must be a whole number"),
         (["echo", "a", "b", "-t", "nan"], 2, "the time must be a number"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from pyros1.ground.shown import one_line
 from pyros1.reconfigure.values import ParameterError
 from pyros1.values import YamlError, dump_yaml, load_all_yaml
 
@@ -46,7 +47,7 @@ def read_file_text(text: str, where: str) -> dict[str, Any]:
         raise ParameterError(str(error)) from None
     for document in documents:
         if not isinstance(document, dict):
-            raise ParameterError(f"{where}: expected a dictionary of parameters, not {document!r}")
+            raise ParameterError(f"{where}: expected a dictionary of parameters, not {one_line(document, 60)!r}")
         values.update(_unwrapped(document))
     return values
 

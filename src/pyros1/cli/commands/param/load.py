@@ -11,6 +11,7 @@ from pyros1.cli.commands.param._leaves import set_leaves
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
+from pyros1.ground.shown import one_line
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -41,7 +42,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
             if options.verbose:
                 print(f"reading parameters into namespace [{namespace}]")
         elif not isinstance(document, dict) and base == "/":
-            raise CommandError(f"{where}: expected a dictionary of parameters, not {document!r}")
+            raise CommandError(f"{where}: expected a dictionary of parameters, not {one_line(document, 60)!r}")
         pending.append((namespace, document))
     for namespace, document in pending:
         set_leaves(invocation, namespace, document, "{}={}" if options.verbose else "")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.cli.commands.tf._node import Cures, await_clock, number, open_node
 from pyros1.cli.failures import UsageError
-from pyros1.cli.invocation import Invocation
+from pyros1.cli.invocation import Invocation, called_as
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.printing import print_json
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pyros1.node import Node
     from pyros1.tf.buffer import Buffer
 
-_USAGE = """Usage: tf_echo source_frame target_frame [echo_rate]
+_USAGE = """Usage: {} source_frame target_frame [echo_rate]
 
 Prints where target_frame is in source_frame: the transform that takes data from target_frame into source_frame.
 echo_rate is in Hz (default 1)."""
@@ -27,7 +27,7 @@ FIRST_WAIT = 1.0
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Print the transform repeatedly. Return 255 for wrong arguments, 1 if ``-l`` ended without a transform."""
     if not 2 <= len(args) <= 3:
-        print(_USAGE)
+        print(_USAGE.format("tf_echo" if called_as("tf_echo") else "pyros1 tf echo"))
         return 255
     _check(options, args[2] if len(args) == 3 else options.rate)
     with open_node(invocation, "tf_echo") as node:
