@@ -323,8 +323,8 @@ COMMAND = Command(
             action="append",
             default=[],
             metavar="ORIGIN",
-            help="with --token '', a site whose pages may connect: for example http://localhost:8000, or null for pages "
-            "opened from a file. With a token, pages of any site that has it may connect",
+            help="with --token '', a site whose pages may connect: for example http://localhost:8000, or null for "
+            "pages opened from a file. With a token, pages of any site that has it may connect",
         ),
         Flag(
             "--read-only", dest="read_only", help="pages can only view: they cannot publish, call, set or stop anything"
