@@ -28,6 +28,7 @@ export function faultOf({ type, scale, finite = true, points: { length: points }
   const needed = sizes || (type === ARROW && !points ? [0, 1] : []);
   const none = needed.find((axis) => (sizes && type !== POINTS ? !(scale[axis] > 0) : !scale[axis]));
   if (none !== undefined) return `scale.${"xyz"[none]} is ${scale[none]}`;
+  if ((type === POINTS || type === SPHERE_LIST) && scale[0] * scale[1] < 0) return "its points are seen from behind: one of scale.x and scale.y is negative";
   if (!sizes && scale.slice(0, type === ARROW ? 2 : 3).every((size) => !size)) return "its scale is 0";
   if (type === ARROW && points && points !== 2) return `an arrow has two points or none, not ${points}`;
   if (type === LINE_LIST && points % 2) return `${points} points are not pairs`;
