@@ -18,14 +18,15 @@ MASTERS = ("ours",)
 OWN_MASTER = True
 pytestmark = pytest.mark.ours_only
 PROGRAM = Path(__file__).parent / "programs" / "image_files.py"
+CONVERSIONS = PROGRAM.with_name("image_conversions.py")
 OURS = ["ours", "ours with OpenCV"]
-OVERFLOWING = ("mono16", "bgr16", "rgb16", "bgra16", "rgba16", "16UC3", "8UC3")
+OVERFLOWING = ("mono16", "bgr16", "rgb16", "bgra16", "rgba16", "16UC3", "8UC3", "8SC3")
 Images = dict[tuple[str, str], Any]
 
 
-def run(face: str, master: Master, *words: str) -> str:
+def run(face: str, master: Master, *words: str, program: Path = PROGRAM) -> str:
     surroundings = environ(face.split(maxsplit=1)[0], master)
-    words = (*command(face, PROGRAM), *words)
+    words = (*command(face, program), *words)
     if "OpenCV" in face:
         surroundings["PYROS1_ROSPY"] = "pyros1"
         words = (STOCK_PYTHON, *words[1:])
@@ -117,6 +118,22 @@ def test_written_as_stock_does(master: Master, tmp_path: Path, seed: str, face: 
             wrong.append((name, wanted.ravel()[:9], found.ravel()[:9]))
     assert not wrong, f"{len(wrong)} with the seed {seed}: {wrong[:9]}"
     assert ("png_u2_6x5x4", "passthrough") in ours and ("jpg_u1_1x5", "passthrough") in ours
+
+
+@pytest.mark.parametrize("face", OURS)
+def test_converted_as_stock_does(master: Master, seed: str, face: str) -> None:
+    """From each encoding to each other; ours may do what stock refuses, or needs OpenCV for."""
+    stock, ours = (run(each, master, seed, program=CONVERSIONS).splitlines() for each in ("stock", face))
+    assert len(stock) == len(ours) > 4000
+    may_refuse = face == "ours"
+    wrong = [
+        (wanted, found)
+        for wanted, found in zip(stock, ours, strict=True)
+        if wanted != found
+        and not wanted.endswith(" error")
+        and not (may_refuse and found.endswith(" error") and ("bayer" in found or "yuv" in found))
+    ]
+    assert not wrong, f"{len(wrong)} with the seed {seed}: {wrong[:5]}"
 
 
 def needs_opencv(name: str) -> bool:

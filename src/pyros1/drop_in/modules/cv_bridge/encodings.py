@@ -42,6 +42,10 @@ _MOST_CHANNELS = 512
 """OpenCV's limit."""
 
 
+_WHOLE = 1 << 31
+"""The first number that is too large for OpenCV's rounding."""
+
+
 def encoding(name: str) -> Encoding:
     """Return an encoding; raises CvBridgeError if there is no such one."""
     match = _COLOR.match(name)
@@ -112,19 +116,26 @@ def convert(image: Any, source: Encoding, target: Encoding) -> Any:
 
 
 def scaled(image: Any, dtype: str) -> Any:
-    """Return an image with another type of numbers: 8 and 16 bits stand for the same range, other values stay."""
+    """Return an image with another type of numbers, as OpenCV's ``convertTo`` makes them.
+
+    8 and 16 bits stand for the same range, with and without a sign; other numbers stay, or become the nearest. Real
+    numbers that have more than 32 bits, or are no numbers, become the smallest.
+    """
     if image.dtype == dtype:
         return image.copy()
-    kinds = (image.dtype.name, dtype)
-    if kinds == ("uint8", "uint16"):
+    if (image.dtype.name, dtype) == ("uint8", "uint16"):
         return image.astype(dtype) * np.uint16(257)
-    if kinds == ("uint16", "uint8"):
-        return np.rint(image / 257.0).astype(dtype)
-    if np.issubdtype(dtype, np.integer):
-        limits = np.iinfo(dtype)
-        values = np.rint(image.astype(np.float64)) if image.dtype.kind == "f" else image
-        return np.clip(values, limits.min, limits.max).astype(dtype)
-    return image.astype(dtype)
+    target = np.dtype(dtype)
+    with np.errstate(all="ignore"):
+        if target.kind == "f":
+            return image.astype(target)
+        factor = {(1, 2): 257.0, (2, 1): 1 / 257.0}.get((image.dtype.itemsize, target.itemsize), 1.0)
+        values = image
+        if factor != 1 or image.dtype.kind == "f":
+            values = np.rint(image * np.float64(factor))
+            values = np.where(np.abs(values) < _WHOLE, values, -_WHOLE)
+        limits = np.iinfo(target)
+        return np.clip(values, limits.min, limits.max).astype(target)
 
 
 def reordered(image: Any, source: str, target: str) -> Any:
@@ -147,14 +158,19 @@ def reordered(image: Any, source: str, target: str) -> Any:
 
 
 def _decoded(image: Any, source: Encoding, target: Encoding) -> tuple[Any, Encoding]:
-    """Return an image of a Bayer or YUV format in BGR."""
+    """Return an image of a Bayer or YUV format in BGR, or in grey."""
+    grey_place = {"yuv422": 1, "yuv422_yuy2": 0}.get(source.name)
+    if grey_place is not None and target.order == "m":
+        return image[..., grey_place], encoding("mono8")
     try:
         import cv2  # type: ignore[import-not-found, import-untyped, unused-ignore]
     except ImportError:
         raise CvBridgeError(
             f"[{source.name}] needs OpenCV for [{target.name}]: pip install opencv-python-headless"
         ) from None
-    if target.order not in ("bgr", "rgb", "m"):
+    if source.order == "bayer" and target.order not in ("bgr", "rgb", "m"):
         raise CvBridgeError(f"Unsupported conversion from [{source.name}] to [{target.name}]")
-    code = _YUV[source.name] if source.order == "yuv" else f"COLOR_{_BAYER_CODES[source.name[6:10]]}2BGR"
-    return cv2.cvtColor(image, getattr(cv2, code)), encoding("bgr8" if source.dtype == "uint8" else "bgr16")
+    name = "BGR" if target.order != "m" else "GRAY"
+    code = _YUV[source.name] if source.order == "yuv" else f"COLOR_{_BAYER_CODES[source.name[6:10]]}2{name}"
+    bits = 8 if source.dtype == "uint8" else 16
+    return cv2.cvtColor(image, getattr(cv2, code)), encoding(f"{'bgr' if name == 'BGR' else 'mono'}{bits}")
