@@ -206,6 +206,118 @@ TRANSFORMS: list[tuple[str, str, list[str]]] = [
     ("/text", "m.data.upper()", []),
     ("/text", "len(m.data)", []),
     ("/text", "m", []),
+    (
+        ODOM,
+        "geometry_msgs.msg.PoseStamped(header=std_msgs.msg.Header(seq=m.header.seq, stamp=rospy.Time(0), "
+        "frame_id='my_frame'), pose=geometry_msgs.msg.Pose(position=geometry_msgs.msg.Point(0,0,0), "
+        "orientation=m.pose.pose.orientation))",
+        ["geometry_msgs", "std_msgs", "rospy"],
+    ),
+    (
+        ODOM,
+        'geometry_msgs.msg.PointStamped(header=std_msgs.msg.Header(seq=0, frame_id="fcu"), '
+        "point=geometry_msgs.msg.Point(m.pose.pose.position.x, m.pose.pose.position.y, m.pose.pose.position.z))",
+        ["geometry_msgs", "std_msgs"],
+    ),
+    (ODOM, "geometry_msgs.msg.PoseArray(header=m.header, poses=[m.pose.pose])", ["geometry_msgs"]),
+    (
+        ODOM,
+        "geometry_msgs.msg.Wrench(geometry_msgs.msg.Vector3(10.0*m.pose.covariance[0], -10.0*m.pose.covariance[1], 0), "
+        "geometry_msgs.msg.Vector3(0, 0, 0))",
+        ["geometry_msgs"],
+    ),
+    (
+        JOINTS,
+        'trajectory_msgs.msg.JointTrajectory(header=m.header, joint_names=["rev1","rev2"], points=['
+        "trajectory_msgs.msg.JointTrajectoryPoint(positions=[0.6*m.position[0], -1*0.6*m.position[1]], "
+        "time_from_start=rospy.rostime.Duration(secs=0,nsecs=500000000))])",
+        ["trajectory_msgs", "rospy"],
+    ),
+    (
+        JOINTS,
+        "sensor_msgs.msg.JointState(header=m.header, name=[n + '_2' for n in m.name], position=m.position)",
+        ["sensor_msgs"],
+    ),
+    (JOINTS, "std_msgs.msg.Float64MultiArray(data=m.position)", ["std_msgs"]),
+    (JOINTS, "std_msgs.msg.Float64MultiArray(std_msgs.msg.MultiArrayLayout(), list(m.position))", ["std_msgs"]),
+    (JOINTS, "std_msgs.msg.Float32(data=(float(m.position[0]) * 0.610351562 / 1000))", ["std_msgs"]),
+    (JOINTS, "{n: p for n, p in zip(m.name, m.position)}['arm']", []),
+    (JOINTS, "[p for n, p in sorted(zip(m.name, m.position))]", []),
+    (JOINTS, "numpy.array(m.position)[[1, 0]].tolist()", []),
+    (JOINTS, "numpy.matmul(numpy.eye(2), m.position).tolist()", []),
+    (JOINTS, "(numpy.eye(2) @ numpy.array(m.position)).tolist()", []),
+    (JOINTS, "numpy.inner(m.position, m.position)", []),
+    (JOINTS, "numpy.vdot(m.position, m.position)", []),
+    (JOINTS, "numpy.full(2, m.position[0]).tolist()", []),
+    (JOINTS, "numpy.zeros_like(m.position).tolist()", []),
+    (JOINTS, "numpy.average(m.position, weights=[1, 3])", []),
+    (JOINTS, "numpy.float32(m.position[0])", []),
+    (JOINTS, "pow(m.position[0], 2)", []),
+    (JOINTS, "float(numpy.arccos(m.position[0]).round(3))", []),
+    (JOINTS, "'%s: %.2f' % (m.name[0], m.position[0])", []),
+    (JOINTS, "f'{m.name[0]:>8}={m.position[0]:.1f}'", []),
+    (JOINTS, "any(abs(p) > 1 for p in m.position)", []),
+    (SCAN, "numpy.histogram(m.ranges[:3], bins=3)[0].tolist()", []),
+    (SCAN, "numpy.convolve(m.ranges[:3], [0.5, 0.5], 'valid').tolist()", []),
+    (SCAN, "numpy.roll(m.ranges, len(m.ranges) // 2).tolist()", []),
+    (SCAN, "numpy.array_split(m.ranges, 2)[0].tolist()", []),
+    (SCAN, "numpy.split(numpy.array(m.ranges), 2)[1].tolist()", []),
+    (SCAN, "numpy.flatnonzero(numpy.array(m.ranges) < 1).tolist()", []),
+    (SCAN, "numpy.nanmean(numpy.where(numpy.isinf(m.ranges), numpy.nan, m.ranges))", []),
+    (SCAN, "numpy.asarray(m.ranges).clip(m.range_min, 5).min()", []),
+    (SCAN, "numpy.delete(m.ranges, 3).tolist()", []),
+    (SCAN, "numpy.insert(m.ranges, 0, 0.5).tolist()", []),
+    (SCAN, "numpy.concatenate((m.ranges[2:], m.ranges[:2])).tolist()", []),
+    (SCAN, "numpy.isin([0.25, 3.0], m.ranges).tolist()", []),
+    (SCAN, "numpy.fliplr([m.ranges])[0].tolist()", []),
+    (
+        SCAN,
+        "sensor_msgs.msg.Range(header=m.header, radiation_type=sensor_msgs.msg.Range.INFRARED, range=min(m.ranges))",
+        ["sensor_msgs"],
+    ),
+    (
+        SCAN,
+        "sensor_msgs.msg.LaserScan(m.header, m.angle_min, m.angle_max, m.angle_increment, m.time_increment, "
+        "m.scan_time, m.range_min, m.range_max, [r for r in m.ranges], m.intensities)",
+        ["sensor_msgs"],
+    ),
+    (IMU, "math.atan2(2*m.orientation.w*m.orientation.z, 1 - 2*(m.orientation.z**2))", ["math"]),
+    (IMU, "numpy.linalg.norm([getattr(m.linear_acceleration, a) for a in 'xyz']) / 9.81", []),
+    (IMU, "[getattr(m.orientation, a) for a in m.orientation.__slots__]", []),
+    (
+        IMU,
+        f"tf.transformations.quaternion_multiply({QUATERNION}, "
+        "tf.transformations.quaternion_about_axis(numpy.pi, (0, 0, 1))).tolist()",
+        ["tf"],
+    ),
+    (IMU, f"tf.transformations.quaternion_inverse({QUATERNION}).tolist()", ["tf"]),
+    (IMU, f"tf.transformations.euler_from_quaternion({QUATERNION}, 'rzyx')", ["tf"]),
+    (IMU, f"tf.transformations.euler_from_quaternion({QUATERNION}, axes='sxyz')[0] * 180 / numpy.pi", ["tf"]),
+    (
+        TF,
+        "geometry_msgs.msg.PoseStamped(m.transforms[0].header, geometry_msgs.msg.Pose(geometry_msgs.msg.Point("
+        "m.transforms[0].transform.translation.x, m.transforms[0].transform.translation.y, 0), "
+        "m.transforms[0].transform.rotation))",
+        ["geometry_msgs"],
+    ),
+    (TF, "next(t for t in m.transforms if t.child_frame_id == 'odom').transform", []),
+    ("/image", "sensor_msgs.msg.Image(m.header, m.height, m.width, '8UC1', 0, m.step, m.data)", ["sensor_msgs"]),
+    ("/image", "numpy.frombuffer(m.data, 'u1')[::-1].tobytes()", []),
+    ("/image", "bytes(bytearray(m.data)[:3])", []),
+    ("/image", "len(m.data) / float(m.width * m.height)", []),
+    ("/text", "std_msgs.msg.String(data=str(m.data))", ["std_msgs"]),
+    ("/text", "m.data.replace('l', 'L').center(9, '*')", []),
+    ("/text", "bool(m.data)", []),
+    ("/text", "m.data == 'hello' and 1 or 0", []),
+    ("/camera/camera_info", "numpy.reshape(m.K, (3, 3))[0, 0]", []),
+    (
+        "/camera/camera_info",
+        "sensor_msgs.msg.CameraInfo(header=m.header,distortion_model=m.distortion_model,D=m.D,K=m.K,R=m.R,"
+        "P=[381.4, 0.0, 320.5, 0.0, 0.0, 381.4, 240.5, 0.0, 0.0, 0.0, 1.0, 0.0])",
+        ["sensor_msgs"],
+    ),
+    ("/diagnostics", "max([s.level for s in m.status])", []),
+    ("/diagnostics", "'; '.join('%s=%s' % (v.key, v.value) for s in m.status for v in s.values)", []),
 ]
 
 ARGUMENTS = {

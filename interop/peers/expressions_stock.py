@@ -42,7 +42,7 @@ def plain(value: Any) -> Any:
         return [plain(each) for each in value]
     if isinstance(value, float):
         return round(value, 9) if math.isfinite(value) else str(value)
-    return value
+    return value.decode("latin-1") if isinstance(value, bytes) else value
 
 
 def transformed(messages: Any, topic: str, expression: str, modules: Any) -> Any:

@@ -6,14 +6,18 @@ anything but its arguments.
 
 from __future__ import annotations
 
+import ast
+import contextlib
 import functools
 import math
+import operator
 import re
 import string
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from pyros1.ground.expressions.limits import ExpressionError, bounded, require, size
+from pyros1.ground.expressions.operators import require_small
 
 _MAX_DIGITS = 400
 _ENCODINGS = ("ascii", "latin-1", "utf-8", "utf8", "utf-16")
@@ -231,6 +235,36 @@ def _sum(numbers: Iterable[Any], start: float = 0) -> Any:
 
 def _format_value(limit: int, value: Any, spec: str = "") -> str:
     return formatted(value, None, spec, limit)
+
+
+def _pow(limit: int, base: Any, exponent: Any) -> Any:
+    require_small(ast.Pow(), base, exponent, limit)
+    return base**exponent
+
+
+def _next(items: Iterable[Any], *default: Any) -> Any:
+    """Return the first item, since iterators are lists here."""
+    for item in items:
+        return item
+    if not default:
+        raise ValueError("next() of nothing")
+    return default[0]
+
+
+def _bytes(limit: int, value: Any = b"") -> bytes:
+    with contextlib.suppress(TypeError):
+        require(operator.index(value), limit)
+    return bytes(value)
+
+
+def _bytearray(limit: int, value: Any = b"") -> bytearray:
+    return bytearray(_bytes(limit, value))
+
+
+def more_functions(limit: int) -> dict[str, Any]:
+    """Return builtins that expressions of launch files do not have, by name; see `functions`."""
+    measured: dict[str, Callable[..., Any]] = {"bytearray": _bytearray, "bytes": _bytes, "pow": _pow}
+    return {"next": _next, **{name: functools.partial(function, limit) for name, function in measured.items()}}
 
 
 def functions(limit: int) -> dict[str, Any]:

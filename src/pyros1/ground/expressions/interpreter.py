@@ -197,6 +197,9 @@ class Interpreter:
             ExpressionError: the result would be too large.
         """
 
+    def multiply(self, left: Any, right: Any) -> None:
+        """Check matrices before they are multiplied; see `combine`."""
+
     def write(self, *values: Any) -> None:
         """Check values before they are written as text; see `combine`."""
 
@@ -379,6 +382,8 @@ class Interpreter:
             self.write(right)
         else:
             self.combine(left, right)
+        if isinstance(node.op, ast.MatMult):
+            self.multiply(left, right)
         self._spend(costs.binary(node.op, left, right, self.max_work))
         return self._bounded(BINARY[type(node.op)](left, right))
 

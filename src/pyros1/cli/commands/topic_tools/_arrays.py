@@ -23,12 +23,14 @@ negative newaxis nonzero not_equal ones_like percentile pi polyfit polyval power
 radians ravel real reciprocal remainder reshape rint roll rot90 round searchsorted sign sin sinc sinh size sort sqrt
 square squeeze stack std subtract sum swapaxes tan tanh trace transpose trapz trunc uint16 uint32 uint64 uint8 unique
 unwrap var vstack where zeros_like
+bitwise_and bitwise_or bitwise_xor delete digitize double expand_dims flatnonzero fliplr flipud isin matmul single uint
+vdot
 """
 _LINALG = ["det", "eigvals", "eigvalsh", "inv", "lstsq", "matrix_rank", "norm", "pinv", "solve"]
 _ARRAY = """
 T all any argmax argmin argsort astype clip conj copy cumprod cumsum diagonal dot dtype flatten imag item max mean min
-ndim nonzero prod ptp ravel real reshape round searchsorted shape size squeeze std sum swapaxes tolist trace transpose
-var
+ndim nonzero prod ptp ravel real reshape round searchsorted shape size squeeze std sum swapaxes tolist tobytes trace
+transpose var
 """
 ARRAY = frozenset(_ARRAY.split())
 """Members of arrays."""

@@ -11,6 +11,8 @@ from typing import Any
 from pyros1.cli.commands.topic_tools._sizes import items, require_size, shape_of, together
 from pyros1.ground.expressions import ExpressionError
 
+_ARRAY = 50
+"""Items that take as much memory as an array without any."""
 _DIGITS = 400
 _ROW_WORK = 300
 """Work of a function that numpy applies to each row in Python."""
@@ -40,6 +42,31 @@ def _dot(a: Any, b: Any, *_: Any, **__: Any) -> float:
 
 def _outer(a: Any, b: Any, *_: Any, **__: Any) -> float:
     return items(a) * items(b)
+
+
+def _inner(a: Any, b: Any) -> float:
+    left, right = shape_of(a), shape_of(b)
+    return math.prod(left[:-1]) * math.prod(right[:-1]) if left and right else items(a) * items(b)
+
+
+def _sum_of_items(*args: Any, **_: Any) -> float:
+    return sum(map(items, args))
+
+
+def _histogram(a: Any, bins: Any = 10, *_: Any, **__: Any) -> float:
+    if isinstance(bins, str):
+        raise ExpressionError("bins must be a number or a list here")
+    return max(items(a), float(bins) if shape_of(bins) == () else items(bins))
+
+
+def _sections(ary: Any, indices_or_sections: Any, *_: Any, **__: Any) -> float:
+    single = shape_of(indices_or_sections) == ()
+    return items(ary) + _ARRAY * (float(indices_or_sections) if single else items(indices_or_sections))
+
+
+def _inserted(arr: Any, obj: Any, values: Any, axis: int | None = None) -> float:
+    more = max(items(obj), items(values))
+    return items(arr) + (more if axis is None else more * items(arr))
 
 
 def _quantiles(a: Any, q: Any, *_: Any, **__: Any) -> float:
@@ -108,7 +135,10 @@ MADE: Mapping[str, Callable[..., float]] = {
     "append": _total,
     "arange": _arange,
     "argwhere": _by_dimension,
+    "array_split": _sections,
     "column_stack": _total,
+    "convolve": _sum_of_items,
+    "correlate": _sum_of_items,
     "concatenate": _total,
     "diag": _diagonal,
     "dot": _dot,
@@ -117,8 +147,11 @@ MADE: Mapping[str, Callable[..., float]] = {
     "full": _of_shape,
     "full_like": _like,
     "gradient": _by_dimension,
+    "histogram": _histogram,
     "hstack": _total,
     "identity": lambda n, *_, **__: _square(n),
+    "inner": _inner,
+    "insert": _inserted,
     "linspace": _linspace,
     "lstsq": _total,
     "nanpercentile": _quantiles,
@@ -129,6 +162,7 @@ MADE: Mapping[str, Callable[..., float]] = {
     "percentile": _quantiles,
     "quantile": _quantiles,
     "repeat": _repeat,
+    "split": _sections,
     "tile": _tile,
     "vstack": _total,
     "where": _where,
@@ -167,6 +201,19 @@ def _dot_work(a: Any, b: Any, *_: Any, **__: Any) -> float:
     return _dot(a, b) * (shape_of(a) or (1,))[-1] / 16
 
 
+def product_work(a: Any, b: Any) -> float:
+    """Return the work of a product of matrices."""
+    return items(a) * (shape_of(b) or (1,))[-1] * max(1, items(b) // max(1, math.prod(shape_of(b)[-2:]))) / 16
+
+
+def _inner_work(a: Any, b: Any) -> float:
+    return items(a) * items(b) / (shape_of(b) or (1,))[-1] / 16 if items(b) else 0
+
+
+def _convolution_work(a: Any, v: Any, *_: Any, **__: Any) -> float:
+    return items(a) * items(v) / 16
+
+
 def _fit_work(x: Any, y: Any, deg: Any, *_: Any, **__: Any) -> float:
     require_size(items(x) * float(deg + 1))
     return (items(x) + items(y)) * float(deg + 1) ** 2
@@ -197,9 +244,12 @@ def _round_work(a: Any, decimals: int = 0, *_: Any, **__: Any) -> float:
 WORK: Mapping[str, Callable[..., float]] = {
     **dict.fromkeys(("det", "eigvals", "eigvalsh", "inv", "matrix_rank", "norm", "pinv", "solve"), _matrix_work),
     **dict.fromkeys(("around", "round"), _round_work),
+    **dict.fromkeys(("convolve", "correlate"), _convolution_work),
     "diff": _difference_work,
     "dot": _dot_work,
+    "inner": _inner_work,
     "lstsq": _least_squares_work,
+    "matmul": product_work,
     "nanmedian": _rows_work,
     "nanpercentile": _quantile_rows_work,
     "polyfit": _fit_work,

@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import Any
 
 from pyros1.cli.commands.topic_tools._arrays import ARRAY, Checked, member, numpy_module
-from pyros1.cli.commands.topic_tools._estimates import squared
+from pyros1.cli.commands.topic_tools._estimates import product_work, squared
 from pyros1.cli.commands.topic_tools._sizes import (
     check_array,
     has_array,
@@ -47,7 +47,21 @@ class _MessageModule(Module):
 
 _TEXTS = frozenset({"format", "repr", "str"})
 _APART = _TEXTS | {
-    *("any", "all", "bool", "dict", "enumerate", "filter", "float", "get", "getattr", "has", "int"),
+    *(
+        "any",
+        "all",
+        "bool",
+        "bytearray",
+        "bytes",
+        "dict",
+        "enumerate",
+        "filter",
+        "float",
+        "get",
+        "getattr",
+        "has",
+        "int",
+    ),
     *(
         "isinstance",
         "items",
@@ -134,6 +148,10 @@ class MessageExpression(MessageLanguage):
     def combine(self, *values: Any) -> None:
         """Check values that an operator combines, for arrays; see `Interpreter`."""
         require_together(*values)
+
+    def multiply(self, left: Any, right: Any) -> None:
+        """Count the work of a product of matrices; see `Interpreter`."""
+        self._spend(int(product_work(left, right)))
 
     def write(self, *values: Any) -> None:
         """Count the work of writing values as text; see `Interpreter`."""
