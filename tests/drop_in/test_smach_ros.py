@@ -472,3 +472,36 @@ rospy.signal_shutdown("done")
 def test_a_machine_goes_on_without_its_introspection(environ: dict[str, str]) -> None:
     out = run(STOPPED, environ)
     assert "done" in out.splitlines() and "Could not" not in out and "NoneType" not in out
+
+
+AGAIN = """
+import threading
+import rospy, smach_ros
+from rosgraph_msgs.msg import Clock
+rospy.set_param("/use_sim_time", True)
+rospy.init_node("again")
+clock = rospy.Publisher("/clock", Clock, queue_size=1)
+asked = threading.Event()
+wait, pause = rospy.Duration(5), rospy.Duration(0.5)
+state = smach_ros.ConditionState(lambda ud: asked.set(), max_checks=-1, timeout=wait, poll_rate=pause)
+ended = []
+thread = threading.Thread(target=lambda: ended.append((state.execute({}), rospy.get_time())))
+def tick(seconds):
+    while rospy.get_time() != seconds:  # the first messages may come before the connection
+        clock.publish(rospy.Time.from_sec(seconds))
+        thread.join(0.001) if thread.ident else None
+tick(100)
+thread.start()
+asked.wait(20)
+tick(101)
+seconds = 10
+while thread.is_alive() and seconds < 90:
+    tick(seconds)
+    thread.join(0.005)
+    seconds += 0.25
+print(ended[0][0], 15 < ended[0][1] < 60)
+"""
+
+
+def test_a_condition_times_out_though_the_clock_begins_again(environ: dict[str, str]) -> None:
+    assert run(AGAIN, environ).splitlines()[-1] == "false True"

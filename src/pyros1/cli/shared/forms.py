@@ -97,7 +97,7 @@ class Plot:
         now = self._now()
         whole = not self._recorded and kind is None and getattr(message, "_has_header", False)
         stamp = message.header.stamp if whole else now  # type: ignore[attr-defined] # _has_header says that it is there
-        ns = stamp.to_nsec() - (now.to_nsec() if self._offset and whole else 0)
+        ns = stamp.to_nsec() - (now.to_nsec() if self._offset else 0)
         with Pieces(write, lines) as out:
             if not self._header_done:
                 self._header_done = True
