@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import io
 import pickle
 import pydoc
 from typing import Any
@@ -10,12 +11,12 @@ from typing import Any
 import codec
 import pytest
 
-from pyros1.ground.errors import DefinitionError, DeserializationError
+from pyros1.ground.errors import DefinitionError, DeserializationError, SerializationError
 from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import AnyMsg, Message, from_definition, load_message
 from pyros1.msgs.base import message_class
 
-from ..bodies import decode, encode
+from ..bodies import decode, encode, encode_frame
 
 SEPARATOR = "=" * 80
 
@@ -153,6 +154,16 @@ def test_help_describes_message_classes_also_once_they_have_been_encoded() -> No
     cls = make("int8 a")
     encode(cls(5))
     assert "class T" in pydoc.render_doc(cls)
+
+
+@pytest.mark.parametrize(
+    "use",
+    [encode, encode_frame, lambda message: message.serialize(io.BytesIO()), lambda message: message.decode(make(""))],
+    ids=["body", "frame", "serialize", "decode"],
+)
+def test_any_message_that_has_no_bytes_yet(use: Any) -> None:
+    with pytest.raises(SerializationError, match="this AnyMsg has no bytes"):
+        use(AnyMsg())
 
 
 def test_any_message() -> None:

@@ -362,6 +362,7 @@ class AnyMsg(Message):
             DefinitionError, UnknownTypeError: the header lacks type or definition, or the definition is wrong, and the
                 type that is installed here cannot take its place.
             DeserializationError: the bytes are not a message of this type.
+            SerializationError: there are none.
         """
         if cls is None:
             header = self._connection_header or {}
@@ -369,7 +370,8 @@ class AnyMsg(Message):
                 raise DefinitionError("the connection header carries no type")
             text = header.get("message_definition", "")
             cls = _module("odd_definitions").find_class(header["type"], header.get("md5sum", ""), text, by_name=True)
-        message: Message = cls._decode(self._buff, 0, len(self._buff))
+        body = _body(self)
+        message: Message = cls._decode(body, 0, len(body))
         message._connection_header = self._connection_header
         return message
 
