@@ -315,6 +315,7 @@ def test_names_of_the_stock_programs(start: Start) -> None:
         (["image_view", "image_view", "image:=/camera/image_raw"], "image", {"topic": "/camera/image_raw"}),
         (["image_view", "image_view", "image:=/c", "compressed"], "image", {"topic": "/c/compressed"}),
         (["image_view", "image_view", "image:=c", "_image_transport:=compressed"], "image", {"topic": "/c/compressed"}),
+        (["image_view", "image_view", "/r/image:=c", "__ns:=/r"], "image", {"topic": "/r/c"}),
         (["rqt_image_view", "rqt_image_view", "/camera"], "image", {"topic": "/camera"}),
         # By its path: where Debian's rviz is installed, too, the name means that one.
         ([str(PACKAGES / "rviz" / "scripts" / "rviz"), "-f", "odom"], "scene", {"fixed": "odom"}),

@@ -175,7 +175,7 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     options.program = program
     if args[:1] == ["image"]:
         given = parse_arguments(invocation.argv)
-        topic = given.remappings.get(_PICTURE, "")
+        topic = next((new for old, new in given.remappings.items() if _is_picture(invocation, old)), "")
         args[1:] = picture_topic(args[1:], topic, given.parameters.get("image_transport", ""))
     return options, args
 
@@ -412,7 +412,12 @@ def _node_maker(invocation: Invocation, uri: str, environ: Mapping[str, str]) ->
 
 
 def _node_words(invocation: Invocation) -> list[str]:
-    return [word for word in invocation.remapping_args if not word.startswith(f"{_PICTURE}:=")]
+    return [word for word in invocation.remapping_args if not _is_picture(invocation, word.partition(":=")[0])]
+
+
+def _is_picture(invocation: Invocation, name: str) -> bool:
+    """Return whether a remapped name is that of image_view's topic, relative or absolute."""
+    return invocation.resolve(name) == invocation.resolve(_PICTURE)
 
 
 def _names(host: str, more: list[str]) -> frozenset[str]:
