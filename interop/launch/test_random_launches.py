@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from launch_answers import Answer, ours, stock
-from random_launches import Launches
+from random_launches import Launches, spoil
 
 HOST = re.sub(r"\W", "_", socket.gethostname())
 RANDOM_PART = re.compile(rf"_{HOST}_\d+_\d+")
@@ -25,9 +25,22 @@ def told(answer: Answer, query: str) -> tuple[int, object]:
     return answer.code, sorted(out.splitlines()) if query == "--files" else out
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(25))
 def test_random_files_are_read_as_stock_reads_them(tmp_path: Path, seed: int) -> None:
-    arguments = Launches(random.Random(seed), tmp_path).write()
+    compare(tmp_path, Launches(random.Random(seed), tmp_path).write())
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_files_with_mistakes_are_read_or_refused_as_by_stock(tmp_path: Path, seed: int) -> None:
+    chance = random.Random(1000 + seed)
+    arguments = Launches(chance, tmp_path).write()
+    file = chance.choice(sorted(tmp_path.glob("*.launch")))
+    file.write_text(spoil(chance, file.read_text()))
+    compare(tmp_path, arguments)
+
+
+def compare(tmp_path: Path, arguments: list[str]) -> None:
+    """Ask both about a file: the same answers, or both refuse."""
     queries = ["--nodes", "--dump-params", "--files", "--ros-args"]
     for query in queries:
         theirs, mine = (ask(query, "main.launch", *arguments, cwd=tmp_path) for ask in (stock, ours))

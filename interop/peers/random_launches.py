@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 from collections.abc import Callable
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
@@ -289,3 +290,59 @@ class Launches:
     def _number(self) -> int:
         self._numbers += 1
         return self._numbers
+
+
+ODD = (
+    "", " ", "~", "/", "//", "a b", "~a", "a/~b", "é", "1a", "-a", "a-b", "a.b", "true ", "TRUE", "yes", "1.0",
+    "-1", "1e400", "inf", "0x1f", "5_0", "None", "null", "{a: 1}", "[1", "'x", "\\", "%s", "{}", "`x`", "&amp;",
+    "&lt;", "&#10;", "$(arg name", "$(arg)", "$(arg  name)", "$( arg name)", "$(ARG name)", "$(env)", "$(optenv)",
+    "$(optenv NOT_SET)", "$(find)", "$(find nope)", "$(find topic_tools)/nope", "$(anon)", "$(eval)",
+    "$(eval 1+1)x", "x$(eval 1)", "$()", "$(", "$(nope x)", "$$(arg name)", "screen", "both", "node", "never",
+    "load", "delete", "Load", "int", "bool", "yaml", "STR",
+)  # fmt: skip
+TAGS = (
+    "node",
+    "param",
+    "rosparam",
+    "remap",
+    "env",
+    "machine",
+    "test",
+    "group",
+    "include",
+    "arg",
+    "master",
+    "launch",
+    "Node",
+)
+ATTRIBUTES = (
+    "name", "ns", "clear_params", "if", "unless", "pkg", "type", "args", "machine", "respawn", "required", "output",
+    "cwd", "value", "textfile", "command", "file", "param", "subst_value", "from", "to", "default", "doc",
+    "address", "user", "timeout", "pass_all_args", "test-name", "time-limit", "retry", "deprecated", "ros-root",
+    "bogus",
+)  # fmt: skip
+PARTS = (
+    "<!-- note -->", "text", "<![CDATA[x: 1]]>", "<param name='z' value='1'/>", "<group/>", "<bogus/>", "<?pi x?>",
+    "<node pkg='p' type='t' name='zz'/>", "<remap from='a' to='b'/>",
+)  # fmt: skip
+
+
+def spoil(chance: random.Random, text: str) -> str:
+    """Return a launch file with mistakes: odd values, attributes and tags that are missing or misplaced."""
+    for _ in range(chance.choice((1, 1, 2, 3))):
+        kind = chance.random()
+        pattern = r'([\w-]+)="([^"]*)"' if kind < 0.75 else r"<([a-z]+)(?=[ >/])" if kind < 0.93 else "()>"
+        found = chance.choice(list(re.finditer(pattern, text)))
+        before, after = text[: found.start()], text[found.end() :]
+        if kind < 0.6:
+            middle = f'{found[1]}="{chance.choice(ODD)}"'
+        elif kind < 0.75:
+            middle = ""
+        elif kind < 0.85:
+            middle = f'{found[0]} {chance.choice(ATTRIBUTES)}="{chance.choice(ODD)}"'
+        elif kind < 0.93:
+            middle = f"<{chance.choice(TAGS)}" if text[found.end() :].partition(">")[0].endswith("/") else found[0]
+        else:
+            middle = found[0] + chance.choice(PARTS)
+        text = before + middle + after
+    return text
