@@ -218,6 +218,10 @@ def test_rosparam_x66_x76() -> None:
     assert plan.warnings == ["parameter [/a/b] conflicts with parent parameter [/a]"]
     assert [(action.command, action.name) for action in plan.actions] == [("delete", "/x")]
     refuse('<rosparam file="/d/no.yaml"/>', r"cannot read \[/d/no.yaml\]")
+    refuse(
+        '<group ns="g"><rosparam ns="/">[1]</rosparam></group>',
+        "only a dictionary can be loaded into the namespace '/'",
+    )
 
 
 def test_unknown_tags_and_attributes_only_warn_x56() -> None:

@@ -36,3 +36,5 @@ def test_node_args() -> None:
     node = NodePlan("p", "t", "n", "/grp/", env={"FOO": "bar"})
     assert node_args(node, ["/p", "x"], {"ROS_MASTER_URI": "http://m:1"}) == 'ROS_NAMESPACE="/grp" FOO="bar" /p x'
     assert node_args(node, ["/p"], {}).startswith('ROS_MASTER_URI="http://localhost:11311/" ROS_NAMESPACE=')
+    own = {"ROS_MASTER_URI": "http://m:1", "FOO": "own", "ROS_NAMESPACE": "/up"}
+    assert node_args(node, ["/p"], own) == 'FOO="bar" ROS_NAMESPACE="/grp" /p', "this process's variables come first"
