@@ -112,7 +112,7 @@ def odd_clouds() -> Scene:
 
 
 def odd_scans() -> Scene:
-    """Ranges at the bounds, decreasing angles, bounds that are not numbers, too few intensities."""
+    """Ranges at the bounds, decreasing angles, bounds that are not numbers, too many intensities."""
     some = Parts("scan")
     flat = {"Size (m)": 0.2, "Style": "Flat Squares", "Color Transformer": "FlatColor", "Color": "0; 255; 255"}
     usual = {"angle_min": -0.5, "angle_increment": 0.1, "range_min": 0.1, "range_max": 2.0}
@@ -131,9 +131,8 @@ def odd_scans() -> Scene:
     for index, more in enumerate(odd):
         some.add("LaserScan", LaserScan(**{**usual, **more}), (2 * (index % 7) - 6, 3 - 2 * (index // 7)), **flat)
     coloured = {**flat, "Color Transformer": "Intensity"}
-    for x, count in ((0, 5), (2, 20)):
-        scan = LaserScan(**usual, ranges=[1.0] * 11, intensities=[float(value) for value in range(count)])
-        some.add("LaserScan", scan, (x, 1), **coloured)
+    scan = LaserScan(**usual, ranges=[1.0] * 11, intensities=[float(value) for value in range(20)])
+    some.add("LaserScan", scan, (2, 1), **coloured)
     return some.scene()
 
 

@@ -147,6 +147,27 @@ def test_normals_that_say_nothing_are_computed(
     assert max(differences.values()) < 2, differences
 
 
+WRONG = {
+    "corner.stl": (stl_text("right").replace(b"vertex", b"vertx", 1), "it has 12 triangles, but 35 corners"),
+    "cut.stl": (stl_binary("right")[:-20], "it claims to have 12 triangles, but has 664 bytes"),
+    "scene.dae": (dae("right").replace(b"<instance_visual_scene", b"<instance"), "it has no scene"),
+}
+
+
+def test_wrong_files_are_named(browser: Browser, meshes: Path, web: Web, make_node: Callable[..., Any]) -> None:
+    shapes = ""
+    for name, (content, _) in WRONG.items():
+        (meshes / name).write_bytes(content)
+        shapes += f'<visual><geometry><mesh filename="package://cubes/meshes/{name}"/></geometry></visual>'
+    make_node("robot").master.set_param(
+        "/robot_description", f'<robot name="r"><link name="base">{shapes}</link></robot>'
+    )
+    browser.open(panel_link(web.link, "scene", {"fixed": "base"}))
+    browser.wait(f"{ROBOT}?.faults.length === {len(WRONG)}")
+    expected = [f"package://cubes/meshes/{name} cannot be read: {why}" for name, (_, why) in WRONG.items()]
+    assert sorted(browser.run(f"return {ROBOT}.faults")) == sorted(expected)
+
+
 def middle(picture: Path) -> Any:
     """Return the colours of the middle of the page, which is filled by the cube."""
     with Image.open(picture) as image:

@@ -21,6 +21,7 @@ from browsing import Browser
 from numpy.typing import NDArray
 from PIL import Image
 from rviz import HEIGHT, WIDTH, WINDOW, Picture, Rviz, is_here, start_rviz
+from rviz_odd_meshes import FILES, odd_meshes
 from rviz_odd_scenes import ODD_SCENES
 from rviz_scenes import GREEN_SQUARE, SCENES, Scene, any_markers
 
@@ -53,6 +54,7 @@ LIKE_RVIZ = f"""
 PIXELS = f"const {{stage}} = {SCENE}; stage.render(); return stage.canvas.toDataURL('image/png')"
 SAVED = Path(__file__).parents[2] / "tests" / "web" / "scene" / "rviz_saved.yaml"
 PLUGINS = Path("/usr/share/rviz/plugin_description.xml")
+ALL = {**SCENES, **ODD_SCENES, "odd_meshes": odd_meshes}
 Blocks = NDArray[np.float64]
 
 
@@ -77,7 +79,8 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Robot]:
     package = folder / "src" / "squares"
     package.mkdir(parents=True)
     (package / "package.xml").write_text("<package><name>squares</name></package>")
-    (package / "green.dae").write_text(GREEN_SQUARE)
+    for name, content in {"green.dae": GREEN_SQUARE.encode(), **FILES}.items():
+        (package / name).write_bytes(content)
     environ = {"ROS_MASTER_URI": master.uri, "ROS_HOSTNAME": "localhost", "ROS_HOME": str(folder / "ros")}
     environ["ROS_PACKAGE_PATH"] = f"{package.parent}:/usr/share"  # where Debian's rviz is
     words = [sys.executable, "-m", "pyros1", "web", "--port", "0"]
@@ -193,11 +196,11 @@ def compare(robot: Robot, browser: Browser, tmp_path: Path) -> None:
         time.sleep(0.2)
 
 
-@pytest.mark.parametrize("name", sorted({**SCENES, **ODD_SCENES}))
+@pytest.mark.parametrize("name", sorted(ALL))
 def test_a_scene_looks_as_in_rviz(
     name: str, robot: Robot, browser: Browser, show: Callable[[Scene], None], tmp_path: Path
 ) -> None:
-    show({**SCENES, **ODD_SCENES}[name]())
+    show(ALL[name]())
     compare(robot, browser, tmp_path)
 
 

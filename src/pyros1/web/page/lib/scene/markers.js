@@ -70,11 +70,10 @@ function mesh({ mesh: uri, materials, scale, color }, { token, changed, failed }
   const object = new THREE.Group();
   object.scale.set(...scale.map((size) => size || FLAT));
   meshOf(uri, token).then((found) => {
-    const own = materials && found.userData.painted;
     const tint = color.some((value) => value !== 0) ? color : null; // 0, 0, 0, 0: as it is
     found.traverse((each) => {
       if (!each.isMesh) return;
-      if (!own) {
+      if (!materials || (tint && found.userData.bare)) {
         each.material = solid(color, { side: THREE.DoubleSide });
         return;
       }

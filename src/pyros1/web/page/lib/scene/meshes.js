@@ -2,11 +2,13 @@
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 
+import { plainCollada } from "./collada.js";
 import { soundNormals } from "./normals.js";
 
 const MOST_TEXT = 48 << 20; // bytes of a mesh that is text: reading it stops the page for a while
 const MOST_FILES = 300; // kept, as long as they are not larger together than
 const MOST_BYTES = 256 << 20;
+const PLAIN = "#999999"; // what files without materials look like in rviz, but for STL
 const LOADERS = { stl: "STLLoader", obj: "OBJLoader", dae: "ColladaLoader" };
 const known = new Map(); // URI -> promise of an object
 const sizes = new Map(); // URI -> bytes of its file
@@ -16,7 +18,7 @@ export function fileUrl(uri, token) {
   return `package_file?token=${encodeURIComponent(token)}&uri=${encodeURIComponent(uri)}`;
 }
 
-// A copy of the mesh in a file. Its materials are its own if object.userData.painted, else to be replaced.
+// A copy of the mesh in a file. Its materials are its own if object.userData.painted, else those of rviz for files without any.
 export async function meshOf(uri, token) {
   let found = known.get(uri);
   if (!found) {
@@ -113,22 +115,29 @@ export function beside(uri, name) {
 
 function stl(loader, bytes) {
   const begin = new TextDecoder().decode(bytes.slice(0, 1024));
-  const text = /^\s*solid\b/.test(begin) && /\bfacet\b|\bendsolid\b/.test(begin);
+  const faces = bytes.byteLength < 84 ? -1 : new DataView(bytes).getUint32(80, true);
+  const fits = 84 + 50 * faces === bytes.byteLength; // some headers look like text
   let content = bytes;
-  if (text) content = withNumbers(decode(bytes));
-  else if (bytes.byteLength < 84) throw new Error("it is too short");
+  if (!fits && /^\s*solid\b/i.test(begin) && /\bfacet\b|\bendsolid\b/i.test(begin)) content = asText(decode(bytes));
+  else if (faces < 0) throw new Error("it is too short");
   else {
-    const faces = new DataView(bytes).getUint32(80, true);
     if (84 + 50 * faces > bytes.byteLength) throw new Error(`it claims to have ${faces} triangles, but has ${bytes.byteLength} bytes`);
   }
   const geometry = quietly(() => loader.parse(content));
   const colours = geometry.hasColors;
-  return new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ roughness: 0.8, vertexColors: Boolean(colours), side: THREE.DoubleSide }));
+  const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ roughness: 0.8, vertexColors: Boolean(colours), side: THREE.DoubleSide }));
+  mesh.userData.bare = true; // white; a tint of it is all that is seen, as in rviz
+  return mesh;
 }
 
-// The loader takes a normal that is no number for that of the triangle before.
-function withNumbers(text) {
-  return text.replace(/\bnormal\s+(\S+)\s+(\S+)\s+(\S+)/g, (whole, ...parts) => (
+// A text as the loader expects it. It takes a normal that is no number for that of the triangle before, draws triangles of
+// other corners where one is lacking, and nothing where the end is.
+function asText(content) {
+  const text = /\bFACET\b/.test(content) ? content.toLowerCase() : content;
+  const [facets, corners] = [/\bfacet\b/g, /\bvertex\b/g].map((word) => (text.match(word) || []).length);
+  if (corners !== 3 * facets) throw new Error(`it has ${facets} triangles, but ${corners} corners`);
+  const whole = /\bendsolid\b/.test(text) ? text : `${text}\nendsolid`;
+  return whole.replace(/\bnormal\s+(\S+)\s+(\S+)\s+(\S+)/g, (whole, ...parts) => (
     parts.slice(0, 3).every((part) => Number.isFinite(Number(part))) ? whole : "normal 0 0 0"
   ));
 }
@@ -146,22 +155,31 @@ async function obj(loader, bytes, uri, token, manager) {
       continue; // as without materials
     }
   }
-  const object = quietly(() => loader.parse(text));
+  const object = quietly(() => loader.parse(text.replace(/^[ \t]*[lp][ \t].*$/gm, ""))); // of what has lines, too, it draws these alone
   object.userData.painted = Boolean(loader.materials);
+  if (!loader.materials) object.traverse((each) => { for (const material of [each.material || []].flat()) if (!material.vertexColors) material.color.set(PLAIN); });
   return object;
 }
 
 function dae(loader, bytes) {
   // As in rviz, z is up whatever the file says: a robot's description turns its meshes as it needs them.
-  const text = decode(bytes).replace(/<up_axis>\s*[XZ]_UP\s*<\/up_axis>/, "<up_axis>Y_UP</up_axis>");
-  const fault = new DOMParser().parseFromString(text, "application/xml").querySelector("parsererror");
-  if (fault) throw new Error("it is not XML");
+  const text = plainCollada(decode(bytes).replace(/<up_axis>\s*[XZ]_UP\s*<\/up_axis>/, "<up_axis>Y_UP</up_axis>"));
   const found = quietly(() => loader.parse(text, ""));
   if (!found?.scene) throw new Error("it has no scene");
   const outer = new THREE.Group(); // the scene's scale is that of the file's unit
   outer.add(found.scene);
+  outer.traverse((each) => {
+    if (each.isMesh) each.material = Array.isArray(each.material) ? each.material.map(seen) : seen(each.material);
+  });
   outer.userData.painted = true;
   return outer;
+}
+
+// A material of Collada as rviz shows it: grey for none, and never so transparent that nothing is seen, as programs write it.
+function seen(material) {
+  if (material.name === THREE.Loader.DEFAULT_MATERIAL_NAME) return new THREE.MeshLambertMaterial({ color: PLAIN, side: THREE.DoubleSide });
+  if (material.opacity === 0) Object.assign(material, { opacity: 1, transparent: false });
+  return material;
 }
 
 // The loaders tell the console of each oddity; a mesh that is wrong is told on the page.
@@ -185,7 +203,7 @@ function tidy(object, uri) {
   let corners = 0;
   const others = [];
   object.traverse((each) => {
-    if (each.isLight || each.isCamera) others.push(each);
+    if (each.isLight || each.isCamera || each.isLine || each.isPoints) others.push(each);
     if (!each.isMesh) return;
     const places = each.geometry.getAttribute("position");
     corners += places?.count || 0;
