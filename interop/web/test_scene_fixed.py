@@ -10,6 +10,7 @@ from browsing import Browser, Web
 
 from pyros1.msgs.geometry_msgs.msg import TransformStamped
 from pyros1.msgs.sensor_msgs.msg import LaserScan, PointCloud2, PointField
+from pyros1.msgs.std_msgs.msg import String
 from pyros1.tf import StaticTransformBroadcaster
 from pyros1.web.links import panel_link
 
@@ -129,3 +130,23 @@ def test_the_scene_has_room_on_a_phone(browser: Browser, web: Web, make_node: Ca
     browser.click(".fold-displays")
     assert not browser.run(f"return {hidden}", ".scene .display")
     assert not browser.run(f"return {hidden}", ".tools .more button")
+
+
+def test_long_names_of_frames_leave_room_for_the_buttons(
+    browser: Browser, web: Web, make_node: Callable[..., Any]
+) -> None:
+    StaticTransformBroadcaster(make_node("robot")).send_transform([frame("map", "f" * 150, 1.0)])
+    browser.open(panel_link(web.link, "scene", {}))
+    browser.wait(f"{FIXED}?.options.length > 2")
+    wide = f"const box = {FIXED}.getBoundingClientRect(); return [box.width, box.right, innerWidth]"
+    for width in (500, 700, 780, 1280):
+        browser.resize(width, 800)
+        size, right, room = browser.run(wide)
+        assert size < 221 and right <= room, width
+
+
+def test_topics_of_which_there_is_no_display(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
+    make_node("robot").advertise("words", String, latch=True).publish(String("a"))
+    browser.open(panel_link(web.link, "scene", {"topics": ["/words", "/nothing"]}))
+    words = f"['/words', '/nothing'].map((key) => {SCENE}?.displays?.get(key)?.display.word).join('; ')"
+    browser.wait(f"{words} === 'there is no display of std_msgs/String; no node publishes it yet'")

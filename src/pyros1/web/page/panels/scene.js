@@ -131,16 +131,24 @@ class Scene {
 
   _system(data) {
     this.types = Object.fromEntries(Object.entries(data.topics).map(([name, { type }]) => [name, type]));
-    const offered = JSON.stringify([offersOf(this.types, this.topics, this.robots), this.topics.map((key) => readKey(key, this.types).kind)]);
+    const offered = JSON.stringify([offersOf(this.types, this.topics, this.robots), this.topics.map((key) => [readKey(key, this.types).kind, this.types[readKey(key, this.types).topic]])]);
     if (offered === this.offered) return;
     this.offered = offered;
     for (const key of this.topics) { // its type is known now, or is another one
-      const { kind } = readKey(key, this.types);
-      if (!kind || this.displays.get(key).kind === kind) continue;
+      const { kind, topic } = readKey(key, this.types);
+      const { kind: before, display } = this.displays.get(key);
+      if (!kind && !before) display.word = this._unknown(topic);
+      if (!kind || before === kind) continue;
       this._hide(key);
       this._show(key);
     }
     this.list.draw();
+  }
+
+  // Why there is no display of a topic.
+  _unknown(topic) {
+    const type = this.types[topic];
+    return type ? `there is no display of ${type}` : "no node publishes it yet";
   }
 
   _frames(data, blob) {
@@ -277,7 +285,7 @@ class Scene {
     entry.display.inspect?.(this.toolbox.using === "select");
     this._enter(entry);
     if (!kind) { // what it is will be known when the graph is
-      entry.display.word = "no node publishes it yet";
+      entry.display.word = this._unknown(topic);
       return;
     }
     entry.topic = topic;
