@@ -175,4 +175,11 @@ def odd_areas() -> Scene:
     return some.scene()
 
 
-ODD_SCENES = {each.__name__: each for each in (odd_markers, odd_clouds, odd_scans, odd_areas)}
+def hidden_frames() -> Scene:
+    """Frames of which a file hides one."""
+    tf = {"Class": "rviz/TF", "Name": "TF", "Marker Scale": 8, "Show Names": False, "Show Arrows": False}
+    frames = [frame("map", "shown_frame", -3.0, 1.0), frame("map", "hidden_frame", 3.0, -1.0)]
+    return Scene([], [{**tf, "Frames": {"hidden_frame": {"Value": False}}}], frames=frames)
+
+
+ODD_SCENES = {each.__name__: each for each in (odd_markers, odd_clouds, odd_scans, odd_areas, hidden_frames)}

@@ -150,3 +150,23 @@ def test_topics_of_which_there_is_no_display(browser: Browser, web: Web, make_no
     browser.open(panel_link(web.link, "scene", {"topics": ["/words", "/nothing"]}))
     words = f"['/words', '/nothing'].map((key) => {SCENE}?.displays?.get(key)?.display.word).join('; ')"
     browser.wait(f"{words} === 'there is no display of std_msgs/String; no node publishes it yet'")
+
+
+def test_a_file_hides_links_and_frames_and_says_what_is_behind(
+    browser: Browser, web: Web, make_node: Callable[..., Any]
+) -> None:
+    node = make_node("robot")
+    node.params["/robot_description"] = URDF
+    StaticTransformBroadcaster(node).send_transform([frame("base", "arm", 1.0)])
+    options = {"frames": {"concealed": ["arm"]}, "robot:/robot_description": {"concealed": ["base"]}}
+    browser.open(panel_link(web.link, "scene", {"options": options, "background": "#0102ff"}))
+    robot, tf = (f"{SCENE}.displays.get('{key}').display" for key in ("robot:/robot_description", "frames"))
+    browser.wait(f"{SCENE}?.displays?.get('frames')?.display.axes.size === 2 && {robot}?.links.size === 2")
+    browser.wait(f"{SCENE}.list && !{SCENE}.stage.due")
+    shown = "[...arguments[0]].filter(([, one]) => (one.group || one).visible).map(([name]) => name)"
+    for known, expected in ((f"{tf}.axes", ["base"]), (f"{robot}.links", ["arm"])):
+        assert browser.run(f"return {shown.replace('arguments[0]', known)}") == expected
+    pixel = f"const {{stage}} = {SCENE}; stage.render(); const gl = stage.renderer.getContext();"
+    pixel += "const found = new Uint8Array(4); gl.readPixels(2, gl.drawingBufferHeight - 2, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, found);"
+    pixel += "return [...found]"
+    assert browser.run(pixel)[:3] == [1, 2, 255]

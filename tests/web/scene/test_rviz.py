@@ -217,3 +217,18 @@ def test_values_of_any_kind_in_any_place(seed: int) -> None:
         json.dumps(settings, allow_nan=False)
         assert all(note.isprintable() for note in notes)
         assert all(len(key) < 300 for key in settings["topics"])
+
+
+def test_frames_and_links_that_are_hidden_one_by_one_and_the_colour_behind_all() -> None:
+    content = """
+Visualization Manager:
+  Global Options: {Background Color: 1; 2; 255}
+  Displays:
+    - {Class: rviz/TF, Frames: {All Enabled: false, a: {Value: false}, b: {Value: true}, 7: {Value: false}}}
+    - {Class: rviz/RobotModel, Links: {All Links Enabled: true, arm: {Value: false}, base: {Value: true}}}
+"""
+    settings, notes = read_rviz(content, str)
+    assert notes == []
+    assert settings["background"] == "#0102ff"
+    assert settings["options"]["frames"] == {"concealed": ["a"]}
+    assert settings["options"]["robot:robot_description"] == {"concealed": ["arm"]}

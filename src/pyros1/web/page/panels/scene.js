@@ -24,7 +24,8 @@ export default {
 class Scene {
   constructor(place) {
     this.place = place;
-    const { fixed, topics, robots, options, hidden, view, target } = place.settings; // a link may say anything
+    const { fixed, topics, robots, options, hidden, view, target, background } = place.settings; // a link may say anything
+    this.background = /^#[0-9a-f]{6}$/i.test(background) ? background : ""; // of a file of rviz
     this.fixed = new FixedChoice(String(fixed || ""), () => this._fix());
     this.topics = texts(topics) || []; // keys of shown topics
     this.robots = texts(robots) || [DESCRIPTION]; // parameters with URDFs
@@ -49,6 +50,7 @@ class Scene {
       if (this.gone) return;
       this.lib = Object.assign({}, ...parts);
       this.stage = new this.lib.Stage(this.view);
+      Object.assign(this.stage, { background: this.background }).colours();
     } catch (error) {
       fill(this.view, empty("No 3D here", `This browser cannot draw in 3D: ${error.message}`));
       return;
@@ -126,7 +128,7 @@ class Scene {
 
   keep() {
     const { topics } = this.toolbox;
-    this.place.save({ fixed: this.fixed.frame, topics: this.topics, robots: this.robots, options: this.options, hidden: [...this.concealed], view: this.look.kept, target: this.look.target, ...(Object.keys(topics).length ? { tools: topics } : {}) });
+    this.place.save({ fixed: this.fixed.frame, topics: this.topics, robots: this.robots, options: this.options, hidden: [...this.concealed], view: this.look.kept, target: this.look.target, ...(this.background ? { background: this.background } : {}), ...(Object.keys(topics).length ? { tools: topics } : {}) });
   }
 
   _system(data) {

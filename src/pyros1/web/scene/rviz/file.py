@@ -40,6 +40,9 @@ _AXES_LENGTH = 0.2
 """Metres of TF's axes at rviz's marker scale 1."""
 _GREY = "#a0a0a4"
 """rviz's usual colour of grids; the page's own is for its light and dark."""
+_BACKGROUND = "#303030"
+"""rviz's usual colour behind all; the page's own is light or dark."""
+_MOST_CONCEALED = 200
 _FRAMES = "frames"
 _GRID = "grid"
 
@@ -122,6 +125,7 @@ class _Reader:
         self._note(note)
         if not note:
             self._tell_lacking(current, f"view {class_of(current)}")
+        background = colour(whole, "Background Color")
         self._tell_lacking(whole, "Global Options")
         settings = {
             "fixed": "" if fixed == FIXED else fixed,
@@ -131,6 +135,8 @@ class _Reader:
             "hidden": self._hidden,
             **view,
         }
+        if background not in (None, _BACKGROUND):
+            settings["background"] = background
         self._others(data, manager)
         if self._tools:
             settings["tools"] = self._tools
@@ -213,12 +219,11 @@ class _Reader:
             collision=flag(display, "Collision Enabled"),
             alpha=number(display, "Alpha", 0, 1),
             prefix=text(display, "TF Prefix") or None,
+            concealed=_concealed(display.get("Links")),
         )
         if not enabled:
             self._hidden.append(key)
         links = [mapping(link) for link in mapping(display.get("Links")).values()]
-        if any(flag(link, "Value") is False for link in links):
-            self._note(f"{_name(display)}: links cannot be hidden one by one")
         if any(
             flag(link, "Show Axes") or flag(link, "Show Trail") or number(link, "Alpha", 0, 1) not in (None, 1)
             for link in links
@@ -233,10 +238,8 @@ class _Reader:
             axes=flag(display, "Show Axes"),
             lines=flag(display, "Show Arrows"),
             size=None if scale is None else round(_AXES_LENGTH * scale, 3),
+            concealed=_concealed(display.get("Frames")),
         )
-        frames = mapping(display.get("Frames"))
-        if any(flag(mapping(frame), "Value") is False for frame in frames.values()):
-            self._note(f"{_name(display)}: frames cannot be hidden one by one")
         self._tell_lacking(display, but=("Frames", "Tree"))
 
     def _grid(self, display: Properties) -> None:
@@ -281,6 +284,12 @@ class _Reader:
     def _note(self, line: str) -> None:
         if line and line not in self._notes:
             self._notes.append(line)
+
+
+def _concealed(parts: Any) -> list[str] | None:
+    """Return the frames or links that are hidden one by one; None if none is."""
+    hidden = (name for name, part in mapping(parts).items() if flag(mapping(part), "Value") is False)
+    return [name for name in hidden if isinstance(name, str)][:_MOST_CONCEALED] or None
 
 
 def _name(display: Mapping[Any, Any]) -> str:

@@ -25,7 +25,7 @@ export class FrameSet {
       lines: { text: "lines to parent frames", kind: "check", usual: true },
       size: { text: "length of axes", kind: "number", usual: 0.3, least: 0.01, most: 100, step: 0.05 },
     };
-    this.options = { names: true, axes: true, lines: true, size: 0.3 };
+    this.options = { names: true, axes: true, lines: true, size: 0.3, concealed: [] }; // concealed: names of frames
     this.word = "no frames yet";
     this.problem = "";
   }
@@ -49,7 +49,7 @@ export class FrameSet {
       const pose = places.get(name);
       put(this._axes(name), pose);
       const parent = places.get(parents[index]);
-      if (parent) ends.push(...pose.subarray(0, 3), ...parent.subarray(0, 3));
+      if (parent && !this.options.concealed.includes(name)) ends.push(...pose.subarray(0, 3), ...parent.subarray(0, 3));
     });
     const nameless = [...this.axes.values()].filter((axes) => axes.children[1].userData.missing).length;
     this.word = names.length ? `${names.length} frames${nameless ? `, ${nameless} without their names: these are too many` : ""}` : lost.length ? "" : "no frames yet";
@@ -75,7 +75,7 @@ export class FrameSet {
       axes = new THREE.Group();
       axes.add(axesOf(1, 0.1)); // as thick as rviz's
       axes.add(nameOf(name));
-      this._look(axes);
+      this._look(axes, name);
       this.object.add(axes);
       this.axes.set(name, axes);
     }
@@ -97,6 +97,7 @@ export class FrameSet {
     const [width, height] = stage.size;
     const seen = [];
     for (const axes of this.axes.values()) {
+      if (!axes.visible) continue;
       const name = axes.children[1];
       const pixel = stage.pixel(axes.position);
       const size = LETTERS * pixel / HEIGHT;
@@ -132,12 +133,14 @@ export class FrameSet {
   // What is seen of them: {names, axes, lines, size in metres}.
   set(options) {
     Object.assign(this.options, options);
-    for (const axes of this.axes.values()) this._look(axes);
+    if (!Array.isArray(this.options.concealed)) this.options.concealed = []; // a link may say anything
+    for (const [name, axes] of this.axes) this._look(axes, name);
     this.lines.visible = this.options.lines;
   }
 
-  _look(frame) {
+  _look(frame, name) {
     const [axes] = frame.children;
+    frame.visible = !this.options.concealed.includes(name);
     axes.visible = this.options.axes;
     axes.scale.setScalar(this.options.size);
   }

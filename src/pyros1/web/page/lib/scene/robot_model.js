@@ -25,7 +25,7 @@ export class RobotModel {
       alpha: { text: "opacity", kind: "number", usual: 1, least: 0, most: 1, step: 0.05 },
       prefix: { text: "tf prefix", kind: "text", usual: "" },
     };
-    this.options = { visual: true, collision: false, alpha: 1, prefix: "" };
+    this.options = { visual: true, collision: false, alpha: 1, prefix: "", concealed: [] }; // concealed: names of links
     this.links = new Map(); // name -> {group, joint}
     this.turn = 0;
   }
@@ -49,6 +49,7 @@ export class RobotModel {
 
   set(options) {
     Object.assign(this.options, options);
+    if (!Array.isArray(this.options.concealed)) this.options.concealed = []; // a link may say anything
     this._look();
     this.place(this.frames);
   }
@@ -204,7 +205,8 @@ export class RobotModel {
 
   // What is seen, and how well one sees through it.
   _look(part = this.object) {
-    const { alpha } = this.options;
+    const { alpha, concealed } = this.options;
+    for (const [name, { group }] of this.links) group.visible = !concealed.includes(name);
     part.traverse((each) => {
       if (each.userData.kind) each.visible = this.options[each.userData.kind];
       for (const material of each.isMesh ? [each.material].flat() : []) {

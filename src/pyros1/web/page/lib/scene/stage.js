@@ -205,11 +205,11 @@ export class Stage {
     this.controls.update();
   }
 
-  // Colours follow the page's.
+  // Colours follow the page's, but for a background of one's own.
   colours() {
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => new THREE.Color(style.getPropertyValue(name).trim() || "#888888");
-    this.renderer.setClearColor(colour("--page"));
+    this.renderer.setClearColor(this.background ? new THREE.Color(this.background) : colour("--page"));
     this.grid.colours(colour("--muted"), colour("--border"));
     this.draw();
   }
