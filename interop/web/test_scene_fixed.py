@@ -167,6 +167,7 @@ def test_a_file_hides_links_and_frames_and_says_what_is_behind(
     for known, expected in ((f"{tf}.axes", ["base"]), (f"{robot}.links", ["arm"])):
         assert browser.run(f"return {shown.replace('arguments[0]', known)}") == expected
     pixel = f"const {{stage}} = {SCENE}; stage.render(); const gl = stage.renderer.getContext();"
-    pixel += "const found = new Uint8Array(4); gl.readPixels(2, gl.drawingBufferHeight - 2, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, found);"
+    pixel += "const found = new Uint8Array(4);"
+    pixel += "gl.readPixels(2, gl.drawingBufferHeight - 2, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, found);"
     pixel += "return [...found]"
     assert browser.run(pixel)[:3] == [1, 2, 255]
