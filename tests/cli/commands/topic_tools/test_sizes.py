@@ -72,6 +72,7 @@ def peak(text: str) -> int:
         # wide items
         "numpy.zeros(3, 'U100000000')",
         "numpy.zeros(3, dtype=b'U100000000')",
+        "numpy.ones_like(1, 'U1000000')",
         "numpy.zeros(3, ('f8', (10 ** 8,)))",
         "numpy.zeros(3, [('a', 'f8', (10 ** 8,))])",
         "numpy.array(['a' * 100000] + ['b'] * 1000)",

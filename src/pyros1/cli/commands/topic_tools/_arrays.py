@@ -85,9 +85,8 @@ class Checked:
         Raises:
             ExpressionError: the result would be too large, or an argument is not allowed.
         """
-        values = (*self._array, *args, *keywords.values())
-        widths = [extent(value)[1] for value in values]
-        names = args[1:] if self._name == "frombuffer" else args
+        names = args[1:] if self._name == "frombuffer" else args  # its data may be long
+        widths = [extent(value)[1] for value in (*self._array, *names, *keywords.values())]
         types = [type_width(value) for value in (*names, *keywords.values())]
         width = max(sum(width for width in widths if width > _TEXTLESS), *types, _TEXTLESS)
         require_size(self._count(*args, **keywords), width)

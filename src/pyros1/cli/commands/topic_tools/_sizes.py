@@ -16,6 +16,8 @@ Shape = tuple[int, ...]
 
 MAX_BYTES = 16 * MAX_ITEMS
 """Largest array, in bytes."""
+MAX_WIDTH = 8192
+"""Largest item of an array, in bytes: to convert arrays, numpy has room for thousands of items."""
 _MAX_DIMENSIONS = 8
 _MAX_NAME = 32
 """Most characters of the name of a type."""
@@ -148,9 +150,10 @@ def require_size(count: float, width: int = 8) -> None:
     """Check the size of an array before it is made.
 
     Raises:
-        ExpressionError: it would have more than `MAX_ITEMS` items, or more than `MAX_BYTES`.
+        ExpressionError: it would have more than `MAX_ITEMS` items, more than `MAX_BYTES`, or items of more than
+            `MAX_WIDTH`.
     """
-    if not (count <= MAX_ITEMS and count * width <= MAX_BYTES):  # also if it is not a number
+    if not (count <= MAX_ITEMS and count * width <= MAX_BYTES and width <= MAX_WIDTH):  # also if it is not a number
         require(MAX_ITEMS + 1, MAX_ITEMS)
 
 
