@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _KEPT = 4
 """Pictures with colours among which the one is found that was seen when the depths were."""
-_KEPT_BYTES = 32 << 20
+KEPT_BYTES = 32 << 20
 """Most bytes of these; but one always is kept."""
 
 
@@ -75,7 +75,7 @@ class SceneDepthView(CameraView):
     def _coloured(self, arrival: Arrival) -> None:
         first = not self._pictures
         size = len(arrival.raw._buff)
-        while len(self._pictures) > max(0, min(_KEPT, _KEPT_BYTES // max(1, size)) - 1):
+        while len(self._pictures) > max(0, min(_KEPT, KEPT_BYTES // max(1, size)) - 1):
             self._pictures.popleft()
         self._pictures.append(arrival)
         if first:
