@@ -49,8 +49,8 @@ def test_numbers_that_nothing_can_draw(browser: Browser, web: Web, make_node: Ma
     browser.open(panel_link(web.link, "scene", {"topics": [f"/{name}" for name in messages], "fixed": "map"}))
     for words in ("2 of 3 left out: not finite", "1 corner", "numbers are not finite", "one of 3 across"):
         browser.wait("document.querySelector('.panel')?.textContent.includes(arguments[0])", words)
-    # Half of them have numbers that are none, and one a mesh from elsewhere.
-    browser.wait("document.querySelector('.scene').scene.displays.get('/markers')?.display.word === '6 markers'")
+    # Half of them have numbers that are none, and an arrow has three points.
+    browser.wait("document.querySelector('.scene').scene.displays.get('/markers')?.display.word === '5 markers'")
     drawn = browser.run("return document.querySelector('.scene').scene.stage.frames")
     browser.run("document.querySelector('.scene').scene.stage.draw()")
     browser.wait("document.querySelector('.scene').scene.stage.frames > arguments[0]", drawn)
