@@ -34,8 +34,8 @@ for name in names:
                 print(name, title, words)
 """
 COMPARED = """
-genpy.base genmsg.names genmsg.msgs genmsg.srvs genmsg.msg_loader genmsg.gentools genmsg.deps roslib.packages
-roslib.launcher roslib.resources rosgraph.masterapi rosgraph.names rosgraph.network rosgraph.rosenv rosgraph.xmlrpc
+genpy.base genmsg.names genmsg.msgs genmsg.srvs genmsg.msg_loader genmsg.gentools roslib.packages
+roslib.launcher rosgraph.masterapi rosgraph.names rosgraph.network rosgraph.rosenv rosgraph.xmlrpc
 rosgraph.impl.graph rospkg.common rospkg.environment rospkg.manifest rospkg.rospack sensor_msgs.point_cloud2
 cv_bridge.core image_geometry.cameramodels genpy.message genpy.dynamic
 """

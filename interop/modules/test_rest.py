@@ -22,7 +22,6 @@ def test_nodes(launcher: Master, name: str) -> None:
     [
         "bag_tool",
         "definition_parts",
-        "distro",
         "graph_parts",
         "home_names",
         "prototypes",

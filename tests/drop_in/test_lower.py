@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from programs import run
+from programs import START, run
 from smach_modules import imported
 
 GENPY = """
@@ -246,8 +246,9 @@ print("done")
 """
 
 ROSLIB = """
-import logging, os, roslib.names, roslib.msgs, roslib.srvs, roslib.rosenv, roslib.scriptutil, roslib.network, roslib.msg
-import roslib.rospack, roslib.resources, roslib.rostime, roslib.genpy, rosgraph.roslogging
+import logging, os, roslib.manifest, roslib.names, roslib.msgs, roslib.srvs, roslib.rosenv, roslib.scriptutil
+import roslib.network, roslib.msg
+import roslib.rospack, roslib.rostime, roslib.genpy, rosgraph.roslogging
 assert roslib.names.resource_name("std_msgs", "String") == "std_msgs/String" and roslib.names.TYPE_SEPARATOR == "/"
 assert roslib.names.resource_name_package("a/B") == "a" and roslib.names.is_legal_resource_name("a/B")
 assert roslib.msgs.parse_type("int8[3]") == ("int8", True, 3) and roslib.msgs.is_valid_constant_type("int8")
@@ -255,7 +256,7 @@ name, spec = roslib.msgs.load_by_type("std_msgs/String")
 assert spec.fields() == [("string", "data")] and "String" in roslib.msgs.list_msg_types("std_msgs", False)
 assert roslib.msgs.resolve_type("String", "std_msgs") == "std_msgs/String"
 assert roslib.msgs.base_msg_type("a/B[]") == "a/B"
-assert roslib.msgs.get_pkg_msg_specs("std_msgs")[1] == []
+assert roslib.manifest.manifest_file("std_msgs", required=False).endswith("manifest.xml")
 assert roslib.srvs.load_from_string("int8 a\\n---\\n", "p").request.names == ["a"]
 assert "SetBool" in roslib.srvs.list_srv_types("std_srvs", False)
 for wrong in ("int8", "int8["):
@@ -327,14 +328,39 @@ def test_packages(tmp_path: Path) -> None:
     assert run(PACKAGES, {"ROS_PACKAGE_PATH": str(tmp_path)}, str(tmp_path)) == "done\n"
 
 
-def test_manifests_in_an_unknown_encoding(tmp_path: Path) -> None:
-    text = b"<?xml version='1.0' encoding='klingon'?><package><name>p</name></package>"
+def test_manifests_that_are_not_xml(tmp_path: Path) -> None:
+    package, manifest = tmp_path / "package.xml", tmp_path / "manifest.xml"
+    texts = (
+        b"<?xml version='1.0' encoding='klingon'?><package><name>p</name></package>",
+        b"<package><license>",
+        b"<!DOCTYPE a [<!ENTITY b 'c'>]><package>&b;</package>",
+        b"<package><description>" + b"<b>" * 100_000 + b"</b>" * 100_000 + b"</description></package>",
+        b"<package><depend/></package>",
+    )
     with imported("rospkg.manifest") as module:
-        for name in (module.MANIFEST_FILE, module.STACK_FILE):
-            with pytest.raises(module.InvalidManifest, match="invalid XML"):
-                module.parse_manifest(name, text)
-        (tmp_path / "package.xml").write_bytes(text)
-        with pytest.raises(module.InvalidManifest, match="invalid XML"):
-            module.parse_manifest_file(str(tmp_path), "package.xml")
-    with imported("roslib.manifestlib") as module, pytest.raises(module.ManifestException, match="invalid XML"):
-        module.parse(None, text)
+        for file in (package, manifest):
+            for text in texts:
+                file.write_bytes(text)
+                with pytest.raises(module.InvalidManifest, match="invalid XML"):
+                    module.parse_manifest_file(str(tmp_path), file.name)
+        manifest.write_text("<stack/>")
+        with pytest.raises(module.InvalidManifest, match="single 'package' element"):
+            module.parse_manifest_file(str(tmp_path), "manifest.xml")
+
+
+def test_what_rospkg_lacks_says_what_has_it() -> None:
+    for module, name in (
+        ("rospkg", "expand_to_packages"),
+        ("rospkg.distro", "load_distro"),
+        ("rospkg.rospack", "RosStack().packages_of"),
+    ):
+        out = run(f"import {module}; {module}.{name}", {}, code=1)
+        assert "AttributeError: pyros1 has no" in out and "`pip install rospkg` has" in out, out
+    assert "`pip install rospkg` has it" in run("from rospkg.os_detect import OsDetect", {}, code=1)
+
+
+def test_an_installed_rospkg_wins(tmp_path: Path) -> None:
+    (tmp_path / "rospkg").mkdir()
+    (tmp_path / "rospkg" / "__init__.py").touch()
+    environ = {"PYTHONPATH": f"{START}:{tmp_path}"}
+    assert run("import rospy, rospkg; print(rospkg.__file__)", environ) == f"{tmp_path}/rospkg/__init__.py\n"

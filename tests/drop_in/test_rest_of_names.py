@@ -1,8 +1,6 @@
-"""Connections of programs, files about distributions, and empty messages as YAML; stock's are in interop/modules."""
+"""Connections of programs, and empty messages as YAML; stock's are in interop/modules."""
 
 from __future__ import annotations
-
-from pathlib import Path
 
 from programs import run
 
@@ -37,14 +35,6 @@ for write in (
     except Exception as error:
         print(type(error).__name__, error)
 """
-ENDLESS = """
-from rospkg.distro import InvalidDistro, load_distro
-import sys
-try:
-    load_distro(sys.argv[1])
-except InvalidDistro as error:
-    print(error)
-"""
 PROTOTYPE = """
 import rosmsg
 print(rosmsg.rosmsg_cmd_prototype(["msg", "-Hf1", "std_msgs/Header"]))
@@ -58,12 +48,6 @@ def test_a_connection_of_a_program_and_the_answers_to_a_request() -> None:
         "ServiceRefusal bad",
         "ServiceRefusal the service has sent no answer",
     ]
-
-
-def test_a_variant_that_extends_itself_is_refused(tmp_path: Path) -> None:
-    file = tmp_path / "x.rosdistro"
-    file.write_text("{release: x, stacks: null, variants: [{a: {extends: a}}]}")
-    assert run(ENDLESS, {}, str(file)).strip() == "variant [a] extends itself"
 
 
 def test_an_empty_message_as_yaml() -> None:

@@ -16,7 +16,6 @@ import genmsg.srvs
 import roslib.msgs as msgs
 import roslib.srvs as srvs
 
-msgs.reinit()
 
 HOME = os.path.realpath(tempfile.mkdtemp())
 PATHS = {}
@@ -91,14 +90,10 @@ for module in (base, loader, genmsg, genmsg.msgs):
         "TIME_MSG",
     ):
         print(module.__name__, name, getattr(module, name, None))
-print(genmsg.names.PRN_SEPARATOR, msgs.BUILTIN_TYPES, msgs.PRIMITIVE_TYPES, msgs.EXTENDED_BUILTINS, msgs.RESERVED_TYPES)
-for name in ("COMMENTCHAR", "CONSTCHAR", "DURATION", "DURATION_MSG", "EXT", "HEADER", "SEP", "TIME", "TIME_MSG"):
+print(genmsg.names.PRN_SEPARATOR, msgs.BUILTIN_TYPES, msgs.PRIMITIVE_TYPES)
+for name in ("COMMENTCHAR", "CONSTCHAR", "DURATION", "EXT", "HEADER", "SEP", "TIME"):
     print(name, getattr(msgs, name), [getattr(srvs, each, None) for each in (name, "IODELIM")])
-print(msgs.VERBOSE, srvs.VERBOSE, base.verbose, msgs.is_verbose(), srvs.is_verbose())
-for module in (msgs, srvs):
-    for value in (True, False):
-        module.set_verbose(value)
-        print(module.is_verbose(), module.VERBOSE)
+print(base.verbose)
 
 # What is said on the way
 base.log("quiet")
@@ -224,7 +219,7 @@ for name in ("Do", "No"):
         if found:
             print(found[0], found[1].request.names, found[1].response.types, found[1].text, str(found[1]))
             print(found[1].full_name, found[1].short_name, found[1].package, found[1] == found[1])
-one = msgs.MsgSpec(["int32", "Header"], ["a", "header"], [msgs.Constant("int8", "C", 3, "3")], "text")
+one = msgs.load_from_string("int8 C=3\nint32 a\nHeader header")
 print(one.has_header(), one.types, one.names, one.text, one == one, one == 3, list(one.fields()))
 print([(c.type, c.name, c.val, c.val_text, c == c, c == 3, str(c)) for c in one.constants])
 field = msgs.Field("a", "int8[3]")
@@ -236,5 +231,6 @@ print(issubclass(srvs.SrvSpecException, Exception), issubclass(msgs.MsgSpecExcep
 for package, name in (("std_msgs", "String"), ("std_msgs", "No"), ("nobody", "No")):
     t("msg_file", lambda: msgs.msg_file(package, name))
     t("srv_file", lambda: srvs.srv_file(package, name))
-for package in ("std_srvs", "std_msgs"):
-    t("specs", lambda: sorted((name, spec.text) for name, spec in srvs.get_pkg_srv_specs(package)[0]))
+for package in ("std_srvs", "std_msgs", "nav_msgs"):
+    t("messages", lambda: sorted(msgs.list_msg_types(package, False)))
+    t("services", lambda: sorted(srvs.list_srv_types(package, False)))

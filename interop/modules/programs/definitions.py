@@ -3,7 +3,7 @@
 import genmsg, os, tempfile, glob
 from genmsg import *
 from genmsg.msgs import *
-from genmsg import msg_loader, gentools, deps, command_line, names
+from genmsg import msg_loader, gentools, command_line, names
 
 
 def show(f):
@@ -60,9 +60,6 @@ for p in sorted(search):
             s == s,
             s != s,
         )
-        print(
-            sorted(deps.find_msg_dependencies(p, f, search)), sorted(deps.find_msg_dependencies_with_type(p, f, search))
-        )
 for f in sorted(glob.glob("/usr/share/nav_msgs/srv/*.srv") + glob.glob("/usr/share/sensor_msgs/srv/*.srv")):
     p = f.split("/")[3]
     n = p + "/" + os.path.basename(f)[:-4]
@@ -81,7 +78,6 @@ for f in sorted(glob.glob("/usr/share/nav_msgs/srv/*.srv") + glob.glob("/usr/sha
         s.package,
         s.short_name,
         c.is_registered(n + "Request"),
-        sorted(set(deps.find_srv_dependencies(p, f, search))),
     )
 for t in [
     "int8",

@@ -13,7 +13,6 @@ import genpy.generator
 import genpy.rostime
 import roslaunch.xmlloader
 import roslib.launcher
-import roslib.manifest
 import roslib.msgs
 import roslib.network
 import roslib.packages
@@ -62,7 +61,7 @@ for module in (genmsg.msgs, genmsg.msg_loader):
 print(genmsg.msgs.MSG_DIR, genmsg.msg_loader.COMMENTCHAR, genmsg.msg_loader.CONSTCHAR, genmsg.msg_loader.IODELIM)
 print(genmsg.msg_loader.EXT_SRV, sorted(genpy.generator.SIMPLE_TYPES))
 print(roslib.msgs.COMMENTCHAR, roslib.msgs.CONSTCHAR, roslib.msgs.DURATION, roslib.msgs.TIME, roslib.msgs.HEADER)
-print(roslib.msgs.DURATION_MSG.split(), roslib.msgs.TIME_MSG.split(), roslib.msgs.EXT, roslib.msgs.SEP)
+print(roslib.msgs.EXT, roslib.msgs.SEP)
 print(roslib.srvs.COMMENTCHAR, roslib.srvs.EXT, roslib.srvs.IODELIM, roslib.srvs.SEP)
 print(roslib.packages.ROS_PACKAGE_PATH, roslib.packages.ROS_ROOT, roslib.network.ROS_HOSTNAME)
 print(roslib.rosenv.ROS_HOME, roslib.rosenv.ROS_HOSTNAME, roslib.rosenv.ROS_MASTER_URI, roslib.rosenv.ROS_ROOT)
@@ -153,13 +152,6 @@ t("none", lambda: (rosgraph.names.is_legal_name(None), rosgraph.names.is_legal_b
 t("none", lambda: rosgraph.names.namespace(None))
 
 # Manifests
-TEXT = """<package><description brief="short">long <b>text</b></description><author>A, B</author>
-<license url="http://l">BSD</license><review status="tested" notes="n"/><url>http://u</url>
-<logo>l.png</logo><depend package="roscpp"/><depend package="rospy"/><platform os="debian" version="12" notes="x"/></package>"""
-manifest = roslib.manifest.parse(TEXT)
-print(manifest.author, manifest.brief, manifest.description.split(), manifest.license, manifest.license_url)
-print(manifest.logo, manifest.notes, manifest.status, manifest.version, [each.package for each in manifest.depends])
-print([str(each) for each in manifest.platforms])
 other = rospkg.Manifest()
 print(
     other.author,
@@ -171,7 +163,6 @@ print(
     other.status,
     other.url,
 )
-print(roslib.launcher.get_depends("std_srvs", rospkg.RosPack()))
 before = list(sys.path)
 t("load", lambda: roslib.launcher.load_manifest("std_msgs"))
 print(sys.path == before)

@@ -1,4 +1,4 @@
-"""Packages, stacks and their manifests, of catkin's and of rosbuild's times: rospkg."""
+"""Packages, metapackages and their manifests: rospkg."""
 
 import os
 import tempfile
@@ -102,47 +102,19 @@ def show(title, read):
 
 
 rospack = rospkg.RosPack([ROOT])  # what packages of catkin need is left out: stock asks rosdep's files for that
-rosstack = rospkg.RosStack([ROOT])
-for name in ("newer", "older", "other_old", "leaf", "broken", "nothing"):
+for name in ("newer", "leaf", "broken", "nothing"):
     show(name, lambda: rospack.get_manifest(name))
-show("old_stack", lambda: rosstack.get_manifest("old_stack"))
-show("second_stack", lambda: rosstack.get_manifest("second_stack"))
-show("stack file", lambda: rospkg.parse_manifest_file(ROOT + "/old_stack", rospkg.STACK_FILE))
+for name in ("older", "other_old"):
+    t("rosbuild", lambda: [rospack.get_manifest(name).description, rospack.get_manifest(name).depends])
+    t("export", lambda: rospack.get_manifest(name).get_export("cpp", "cflags"))
 show("package file", lambda: rospkg.parse_manifest_file(ROOT + "/newer", rospkg.MANIFEST_FILE))
 show("with rospack", lambda: rospkg.parse_manifest_file(ROOT + "/newer", rospkg.MANIFEST_FILE, rospack))
 show("no file", lambda: rospkg.parse_manifest_file(ROOT + "/no", rospkg.MANIFEST_FILE))
 show("wrong file", lambda: rospkg.parse_manifest_file(ROOT + "/old_stack", rospkg.MANIFEST_FILE))
 show("empty", lambda: rospkg.Manifest())
 show("empty stack", lambda: rospkg.Manifest("stack", "/f", True))
-t("odd type", lambda: rospkg.Manifest("odd").type)
-t("attribute", lambda: setattr(rospkg.Manifest(), "new", 1))
-WRONG = {
-    "no license": "<package><author>x</author><description/></package>",
-    "two licenses": "<package><license>B</license><license>C</license><author>x</author><description/></package>",
-    "no author": "<package><license>B</license><description/></package>",
-    "no description": "<package><license>B</license><author>x</author></package>",
-    "stack": "<stack><license>B</license><author>x</author><description/></stack>",
-    "platform": "<package><license>B</license><author>x</author><description/><platform os='a'/></package>",
-    "depend": "<package><license>B</license><author>x</author><description/><depend/></package>",
-    "depend stack": "<package><license>B</license><author>x</author><description/><depend stack='s'/></package>",
-    "rosdep": "<package><license>B</license><author>x</author><description/><rosdep/></package>",
-    "empty": "",
-    "text": "text",
-    "spaces": "<package><license> B </license><author> x\n y </author><description brief=' b '> d </description></package>",
-    "two urls": "<package><license>B</license><author>x</author><description/><url>a</url><url>b</url></package>",
-    "entity": "<package><license>B &amp; C</license><author>&lt;x&gt;</author><description/></package>",
-    "review": "<package><license>B</license><author>x</author><description/><review/></package>",
-    "export": "<package><license>B</license><author>x</author><description/><export/><export><a/></export></package>",
-    "nested": "<package><license>B</license><author>x</author><description/><a><depend package='p'/></a></package>",
-}
-for name, text in WRONG.items():
-    show(name, lambda: rospkg.manifest.parse_manifest(rospkg.MANIFEST_FILE, text))
-t("bytes", lambda: rospkg.manifest.parse_manifest(rospkg.MANIFEST_FILE, WRONG["spaces"].encode()).license)
-t("None", lambda: rospkg.manifest.parse_manifest(rospkg.MANIFEST_FILE, None))
-
-# Packages and stacks
-print(sorted(rospack.list()), sorted(rosstack.list()), clean(rospack.ros_paths), clean(rospack.get_ros_paths()))
-print(clean(rosstack.ros_paths), clean(rosstack.get_ros_paths()))
+# Packages
+print(sorted(rospack.list()), clean(rospack.ros_paths), clean(rospack.get_ros_paths()))
 for name in (
     "newer",
     "older",
@@ -158,30 +130,13 @@ for name in (
 ):
     rospack = rospkg.RosPack([ROOT])  # of stock's, one that has met a broken package finds less
     t("path", lambda: rospack.get_path(name))
-    t("stack_of", lambda: rospack.stack_of(name))
     for implicit in (True, False) if name in ("older", "other_old", "no", "broken") else ():
         t("depends", lambda: sorted(rospack.get_depends(name, implicit)))
         t("depends_on", lambda: sorted(rospack.get_depends_on(name, implicit)))
         t("rosdeps", lambda: sorted(rospack.get_rosdeps(name, implicit)))
-for name in ("old_stack", "second_stack", "meta", "no", "newer"):
-    t("path", lambda: rosstack.get_path(name))
-    t("packages_of", lambda: sorted(rosstack.packages_of(name)))
-    t("version", lambda: rosstack.get_stack_version(name))
-    t("depends", lambda: rosstack.get_depends(name))
-    t("depends_on", lambda: rosstack.get_depends_on(name))
-    t("by dir", lambda: rospkg.get_stack_version_by_dir(os.path.join(ROOT, name)))
-t("None", lambda: rospkg.get_stack_version_by_dir(None))
-for names in (
-    [],
-    ["newer"],
-    ["old_stack"],
-    ["meta", "no", "old_stack", "newer"],
-    ["no", "no"],
-    ["old_stack", "older"],
-    "newer",
-    None,
-):
-    t("expand", lambda: [sorted(each) for each in rospkg.expand_to_packages(names, rospack, rosstack)])
+rosstack = rospkg.RosStack([ROOT + "/meta"])
+t("path", lambda: rosstack.get_path("meta"))
+print(list(rosstack.list()), clean(rosstack.get_ros_paths()))
 for manager in (rospack, rosstack):
     t("cache", lambda: manager.get_custom_cache("k"))
     t("cache", lambda: manager.get_custom_cache("k", 3))

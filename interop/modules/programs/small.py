@@ -12,10 +12,7 @@ warnings.simplefilter("ignore")
 os.environ.setdefault("ROS_ROOT", "/usr/share/ros")
 logging.setLoggerClass(logging.Logger)
 
-import roslib.msgs as msgs
 import roslib.network
-import roslib.packages
-import roslib.rospack
 import rosbag.bag
 import rosgraph.network
 import rosgraph.roslogging
@@ -30,21 +27,6 @@ def t(title, call):
     except Exception as error:
         print(title, type(error).__name__)
 
-
-# roslib.msgs
-print(sorted(msgs.REGISTERED_TYPES), msgs.is_registered("time"), msgs.is_registered("Header"))
-t("load", lambda: msgs.load_package("std_msgs"))
-print(sorted(msgs.REGISTERED_TYPES))
-t("get", lambda: msgs.get_registered("String", "std_msgs"))
-print(msgs.is_registered("std_msgs/String"), msgs.is_registered("String"))
-t("dependencies", lambda: msgs.load_package_dependencies("geometry_msgs"))
-t("load", lambda: msgs.load_package("geometry_msgs"))
-t("load", lambda: msgs.load_package("no_such_package"))
-print(len(msgs.REGISTERED_TYPES), sorted(name for name, _ in msgs.get_pkg_msg_specs("std_srvs")[0]))
-print(sorted(name for name, _ in msgs.get_pkg_msg_specs("nav_msgs")[0]))
-msgs.register("a/b", msgs.get_registered("std_msgs/String"))
-print(msgs.get_registered("a/b") is msgs.get_registered("b", "a"), msgs.get_registered("a/b").names)
-print(msgs.reinit(), sorted(msgs.REGISTERED_TYPES))
 
 # Remappings before there is a node
 rospy.names.reload_mappings(["x", "a:=b", "__name:=foo", "_p:=1"])
@@ -68,7 +50,7 @@ print(Age(1) == 1, Age(1) != 1, rosbag.bag.found_lz4, sorted(each.age for each i
 t("order", lambda: Age(1) < 3)
 
 # Constants
-print(roslib.packages.PIPE, rosgraph.network.SIOCGIFADDR, roslib.network.SIOCGIFCONF, roslib.rospack.python3)
+print(rosgraph.network.SIOCGIFADDR, roslib.network.SIOCGIFCONF)
 print(rosgraph.network.python3, roslib.network.python3, rosunit.junitxml.python2)
 print(rosunit.junitxml.invalid_char_replacer(re.search("[\x00-\x1f]", "a\x01b")))
 for text in ("a", "\x00", "a\x0b", "\t\n\r", "\x1f", "\ufffe", "\uffff", "\ue000", "\xff"):

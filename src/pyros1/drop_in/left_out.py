@@ -6,6 +6,8 @@ _CORE = "`pyros1 core` and `pyros1 master` are the master"
 _NODE = "pyros1's nodes do this themselves"
 _LAUNCH = "`pyros1 launch` does this itself"
 _COMPILED = "it is compiled code"
+_STACKS = "stacks were rosbuild's; see rospkg.RosPack"
+_ROSPKG = "`pip install rospkg` has it"
 
 REASONS = {
     "rosmaster": _CORE,
@@ -28,6 +30,16 @@ REASONS = {
     "roslaunch.child": _LAUNCH,
     "roslaunch.remote": _LAUNCH,
     "roslaunch.remoteprocess": _LAUNCH,
+    "genmsg.deps": "see genmsg.load_depends, and MsgContext.get_all_depends and get_file",
+    "genmsg.template_tools": "classes are made when they are imported; nothing is generated",
+    "roslib.gentools": "see genmsg.gentools, or a message class's _md5sum and _full_text",
+    "roslib.manifestlib": "see rospkg.Manifest",
+    "roslib.resources": "list the folder that roslib.packages.get_pkg_dir returns",
+    "roslib.stack_manifest": _STACKS,
+    "roslib.stacks": _STACKS,
+    "rospkg.os_detect": _ROSPKG,
+    "rospkg.rosversion": "see the command `pyros1 version`",
+    "rospkg.stack": _ROSPKG,
     "rosunit.pmon": "see roslaunch.pmon",
     "dynamic_reconfigure.cfg": "Debian's TestConfig is made by a build; .cfg files are read where they lie",
 }

@@ -34,14 +34,6 @@ def load_manifest(package_name: str, bootstrap_version: str = "0.7") -> None:
                 sys.path.append(path)
 
 
-def get_depends(package: str, rospack: Any) -> list[str]:
-    """Return the names of the packages with a manifest.xml, of rosbuild's times, that a package needs.
-
-    None if that cannot be told.
-    """
-    return [name for name in _needed(package, rospack) if not rospack.get_manifest(name).is_catkin]
-
-
 def _needed(package: str, rospack: Any) -> list[str]:
     try:
         found: list[str] = rospack.get_depends(package)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -14,10 +13,8 @@ from rospkg.environment import ROS_PACKAGE_PATH, ROS_ROOT
 from pyros1.drop_in.missing import missing
 from pyros1.finding.packages import files_below
 
-SRC_DIR = "src"
-
-PIPE = subprocess.PIPE
-__getattr__ = missing(__name__)
+_WHY = "use rospkg.list_by_path"
+__getattr__ = missing(__name__, list_pkgs_by_path=_WHY, list_pkgs=_WHY)
 
 
 class ROSPkgException(Exception):
@@ -26,10 +23,6 @@ class ROSPkgException(Exception):
 
 class InvalidROSPkgException(ROSPkgException):
     """There is no such package."""
-
-
-class MultipleNodesException(ROSPkgException):
-    """A package has several nodes of that name."""
 
 
 def get_pkg_dir(
@@ -93,37 +86,6 @@ def resource_file(package: str, subdir: str, resource_name: str) -> str:
     if folder is None:
         raise InvalidROSPkgException(package)
     return os.path.join(folder, resource_name)
-
-
-def list_pkgs_by_path(
-    path: str,
-    packages: list[str] | None = None,
-    cache: dict[str, Any] | None = None,
-    env: Mapping[str, str] | None = None,
-) -> list[str]:
-    """Return the names of the packages below a folder that have a manifest.xml.
-
-    Args:
-        path: the folder.
-        packages: a list for the names; None: a new one.
-        cache: package -> (folder, ROS_ROOT, ROS_PACKAGE_PATH), which grows.
-        env: environment variables; None: those of the process.
-    """
-    packages = [] if packages is None else packages
-    environ = os.environ if env is None else env
-    for base, below, files in os.walk(path):
-        below.sort()
-        if MANIFEST_FILE in files:
-            name = os.path.basename(base)
-            below.clear()
-            if name not in packages:
-                packages.append(name)
-                if cache is not None:
-                    cache[name] = (base, environ.get(ROS_ROOT), environ.get(ROS_PACKAGE_PATH, ""))
-        elif "rospack_nosubdirs" in files:
-            below.clear()
-        below[:] = [each for each in below if each[0] != "."]
-    return packages
 
 
 def find_node(pkg: str, node_type: str, rospack: Any = None) -> list[str]:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import functools
 import os
-from collections.abc import Callable
 from typing import Any
 
 from rosgraph.names import script_resolve_name
@@ -14,21 +12,8 @@ from pyros1.drop_in.missing import missing
 __getattr__ = missing(__name__)
 
 
-def deprecated(func: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function that warns that it is old."""
-
-    @functools.wraps(func)
-    def wrapped(*args: Any, **kwargs: Any) -> Any:
-        import warnings
-
-        warnings.warn(f"Call to deprecated function {func.__name__}.", DeprecationWarning, stacklevel=2)
-        return func(*args, **kwargs)
-
-    return wrapped
-
-
 def get_master() -> Any:
-    """Return a proxy of the master's XML-RPC API, whose methods want the caller's name first."""
+    """Return a proxy of the master's XML-RPC API; the first argument of its methods is the caller's name."""
     from xmlrpc.client import ServerProxy
 
     return ServerProxy(os.environ["ROS_MASTER_URI"])

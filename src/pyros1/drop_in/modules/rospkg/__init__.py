@@ -1,4 +1,7 @@
-"""rospkg, by pyros1: ROS packages (https://wiki.ros.org/rospkg). The one of PyPI is used if it is installed."""
+"""rospkg, by pyros1: ROS packages (https://wiki.ros.org/rospkg), as far as programs use it.
+
+If rospkg is installed, from PyPI or Debian, programs import that one.
+"""
 
 from pyros1.drop_in.missing import missing
 from rospkg.common import MANIFEST_FILE, STACK_FILE, ResourceNotFound
@@ -13,14 +16,7 @@ from rospkg.environment import (
     on_ros_path,
 )
 from rospkg.manifest import InvalidManifest, Manifest, parse_manifest_file
-from rospkg.rospack import (
-    RosPack,
-    RosStack,
-    expand_to_packages,
-    get_package_name,
-    get_stack_version_by_dir,
-    list_by_path,
-)
+from rospkg.rospack import RosPack, RosStack, get_package_name, list_by_path
 
 __all__ = [
     "MANIFEST_FILE",
@@ -30,7 +26,6 @@ __all__ = [
     "ResourceNotFound",
     "RosPack",
     "RosStack",
-    "expand_to_packages",
     "get_etc_ros_dir",
     "get_log_dir",
     "get_package_name",
@@ -38,7 +33,6 @@ __all__ = [
     "get_ros_package_path",
     "get_ros_paths",
     "get_ros_root",
-    "get_stack_version_by_dir",
     "get_test_results_dir",
     "list_by_path",
     "on_ros_path",
@@ -47,4 +41,5 @@ __all__ = [
 
 __version__ = "1.4.0"  # the version of PyPI's rospkg whose API this is
 
-__getattr__ = missing(__name__)
+_WHY = "`pip install rospkg` has it"
+__getattr__ = missing(__name__, expand_to_packages=_WHY, get_stack_version_by_dir=_WHY)

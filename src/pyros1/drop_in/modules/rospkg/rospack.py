@@ -1,4 +1,4 @@
-"""Where packages and stacks are, and what they need."""
+"""The packages of this machine and their dependencies."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.missing import members, missing
 from pyros1.finding.packages import PackageIndex, package_of
 from rospkg.common import MANIFEST_FILE, PACKAGE_FILE, STACK_FILE, ResourceNotFound
 from rospkg.environment import get_ros_paths
 from rospkg.manifest import InvalidManifest, Manifest, parse_manifest_file
-from rospkg.stack import InvalidStack
 
-__getattr__ = missing(__name__)
+_WHY = "`pip install rospkg` has it"
+__getattr__ = missing(__name__, expand_to_packages=_WHY, get_stack_version_by_dir=_WHY)
 
 
 class ManifestManager:
@@ -128,6 +128,8 @@ class RosPack(ManifestManager):
         super().__init__(MANIFEST_FILE, ros_paths)
         self._index = package_index(self._ros_paths if self._given else None)
 
+    __getattr__ = members("RosPack", _WHY, frozenset({"stack_of"}))
+
     def _find(self) -> dict[str, str]:
         paths = {name: str(path) for name, path in self._index.paths().items()}
         return {name: path for name, path in paths.items() if not is_metapackage(path)}
@@ -147,40 +149,18 @@ class RosPack(ManifestManager):
         names = [package, *(self.get_depends(package) if implicit else ())]
         return list(dict.fromkeys(each.name for name in names for each in self.get_manifest(name).rosdeps))
 
-    def stack_of(self, package: str) -> str | None:
-        """Return the name of the stack that a package is in; None if it is in none."""
-        folder = self.get_path(package)
-        while folder != os.path.dirname(folder):
-            if os.path.isfile(os.path.join(folder, STACK_FILE)):
-                return os.path.basename(folder)
-            folder = os.path.dirname(folder)
-        return None
-
 
 class RosStack(ManifestManager):
-    """The stacks of rosbuild in some folders, and the metapackages."""
+    """The metapackages in some folders; None: all that pyros1 finds."""
 
     def __init__(self, ros_paths: Sequence[str] | None = None) -> None:
         super().__init__(STACK_FILE, ros_paths)
 
+    __getattr__ = members("RosStack", _WHY, frozenset({"packages_of", "get_stack_version"}))
+
     def _find(self) -> dict[str, str]:
-        found: dict[str, str] = {}
-        for root in reversed(self._ros_paths):  # the first wins
-            list_by_path(STACK_FILE, root, found)
-        for name, path in package_index(self._ros_paths if self._given else None).paths().items():
-            if is_metapackage(str(path)):
-                found.setdefault(name, str(path))
-        return found
-
-    def packages_of(self, stack: str) -> Any:
-        """Return the names of the packages in a stack; raises ResourceNotFound."""
-        packages: dict[str, str] = {}
-        folder = self.get_path(stack)
-        return list_by_path(MANIFEST_FILE, folder, packages) if os.path.isfile(os.path.join(folder, STACK_FILE)) else []
-
-    def get_stack_version(self, stack: str) -> str | None:
-        """Return the version of a stack; None if it has none. Raises ResourceNotFound."""
-        return get_stack_version_by_dir(self.get_path(stack))
+        paths = package_index(self._ros_paths if self._given else None).paths()
+        return {name: str(path) for name, path in paths.items() if is_metapackage(str(path))}
 
 
 def package_index(paths: Sequence[str] | None) -> PackageIndex:
@@ -235,36 +215,6 @@ def get_package_name(path: str) -> str | None:
         if folder == os.path.dirname(folder):
             return None
         folder = os.path.dirname(folder)
-
-
-def expand_to_packages(names: Sequence[str], rospack: RosPack, rosstack: RosStack) -> tuple[Any, Any]:
-    """Return the packages that names of packages and stacks stand for, and the names of neither.
-
-    Raises:
-        ValueError: the names are not a list.
-    """
-    if not isinstance(names, list):
-        raise ValueError("names must be a list of strings")
-    valid: list[str] = []
-    invalid: list[str] = []
-    for name in names:
-        if name in rospack.list():
-            valid.append(name)
-        elif name in rosstack.list():
-            valid += rosstack.packages_of(name)
-        else:
-            invalid.append(name)
-    return valid, invalid
-
-
-def get_stack_version_by_dir(stack_dir: str) -> str | None:
-    """Return the version that the CMakeLists.txt of the stack in a folder says; None if it says none."""
-    try:
-        with open(os.path.join(stack_dir, "CMakeLists.txt"), encoding="utf-8", errors="replace") as file:
-            match = re.search(r"^\s*rosbuild_make_distribution\s*\(([^)\n]+)\)", file.read(1 << 20), re.MULTILINE)
-    except OSError:
-        return None
-    return match[1].strip() if match else None
 
 
 def is_metapackage(folder: str) -> bool:
