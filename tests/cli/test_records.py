@@ -35,7 +35,7 @@ def records() -> list[tuple[str, Verb]]:
 
 ALONE = {name for name in registry.commands() if registry.load_command(name).verb is not None}
 """Commands that run by a record of their own; those of them that have verbs help with all at once, as stock's tools."""
-EXPLAINED_OTHERWISE = {"setup", "stack", "unsetup"}
+EXPLAINED_OTHERWISE = {"setup", "unsetup"}
 """Their help shows in its own way how they are used."""
 RECORDS = [pytest.param(line, verb, id=line) for line, verb in records()]
 SPOKEN = [

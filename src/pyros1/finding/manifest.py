@@ -39,7 +39,6 @@ class Manifest:
         depends: (tag, package) of each dependency, as written.
         exports: (tag, attributes) of each export.
         system: names of system packages, from a manifest.xml's ``rosdep`` tags.
-        version_control: (type, url) of each ``versioncontrol`` tag.
         version: as written; empty if the file gives none.
         metapackage: whether it is a metapackage.
     """
@@ -51,7 +50,6 @@ class Manifest:
     depends: list[tuple[str, str]] = field(default_factory=list)
     exports: list[tuple[str, dict[str, str]]] = field(default_factory=list)
     system: list[str] = field(default_factory=list)
-    version_control: list[tuple[str, str]] = field(default_factory=list)
     metapackage: bool = False
 
     def runs_with(self) -> list[str]:
@@ -101,7 +99,6 @@ def read_manifest(path: Path, name: str = "") -> Manifest:
         depends=_depends(root, catkin),
         exports=exports,
         system=[child.attrib["name"] for child in root.findall("rosdep") if "name" in child.attrib],
-        version_control=[(c.get("type", ""), c.get("url", "")) for c in root.findall("versioncontrol")],
         metapackage=any(tag == "metapackage" for tag, _ in exports),
     )
 

@@ -13,7 +13,7 @@ _ASSIGNMENT = r"([~/]?\w[\w/]*)(=:|:(?![:/\\=\s])|=(?![=:\s]))(.+)"
 _LEAST_PORT = 1024
 _NEAR_BEHIND = 0.6
 _LEAST_BEGINNING = 2
-SYNONYMS = {"ls": "list", "rm": "delete", "cat": "echo", "show": "info"}
+SYNONYMS = {"ls": "list", "rm": "delete", "cat": "echo", "show": "info", "stack": "pkg"}
 """Words from other tools, and what they are called here."""
 
 

@@ -243,3 +243,13 @@ def test_the_workspace_that_roscd_alone_means(
     monkeypatch.setenv("ROS_WORKSPACE", str(tmp_path / "workspace"))
     assert cd() == (0, f"{tmp_path / 'workspace'}\n")
     assert cd("--help") == cd("a", "b") == (1, "roscd: usage: roscd [package[/folder]]\n")
+
+
+@pytest.mark.parametrize(("words", "code"), [(["profile"], 0), (["find", "roscpp"], 1), ([], 1)])
+def test_rosstack_says_what_to_use_l183(words: list[str], code: int, capfd: pytest.CaptureFixture[str]) -> None:
+    """READMEs have ``rospack profile && rosstack profile``, which must go on."""
+    assert entry(["pyros1", "rosstack", *words]) == code
+    out, err = capfd.readouterr()
+    assert out == "" and err == "rosstack: stacks were rosbuild's; for packages use rospack, which is pyros1 pkg\n"
+    assert entry(["pyros1", "stack", *words]) == 64
+    assert "did you mean 'pkg'?" in capfd.readouterr().err

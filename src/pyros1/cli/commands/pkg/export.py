@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from pyros1.cli.commands.pkg._graph import DEPS_ONLY, chosen, graph, must_be
+from pyros1.cli.commands.pkg._rospack import Request, pack_verb
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Option
-from pyros1.cli.shared.rospack.graph import DEPS_ONLY, chosen, graph, must_be
-from pyros1.cli.shared.rospack.tool import Request, pack_verb
 
 
 def _export(invocation: Invocation, request: Request, args: list[str]) -> None:

@@ -6,10 +6,10 @@ import os
 import shlex
 import subprocess
 
+from pyros1.cli.commands.pkg._graph import DEPS_ONLY, chosen, graph, must_be
+from pyros1.cli.commands.pkg._rospack import PkgError, Request, pack_verb
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
-from pyros1.cli.shared.rospack.graph import DEPS_ONLY, chosen, graph, must_be
-from pyros1.cli.shared.rospack.tool import PkgError, Request, pack_verb
 
 
 def _flags(invocation: Invocation, request: Request, args: list[str]) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from pyros1.cli.commands.pkg import COMMAND
+from pyros1.cli.commands.pkg._rospack import pack_verb
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.running import verb_list
-from pyros1.cli.shared.rospack.tool import pack_verb
 
 _MORE = """
   Also:

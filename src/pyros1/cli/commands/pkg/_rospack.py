@@ -1,4 +1,4 @@
-"""How ``pkg`` and ``stack`` parse and run a command line, like rospack and rosstack (L182, L183)."""
+"""How ``pkg`` parses and runs a command line, as rospack does (L182)."""
 
 from __future__ import annotations
 
@@ -40,9 +40,6 @@ class PkgError(Error):
 class Request:
     """One command line.
 
-    Args:
-        stock: ``rospack`` or ``rosstack``.
-
     Attributes:
         verb: the verb.
         words: the words after it; the package, if one was given.
@@ -51,28 +48,18 @@ class Request:
         help: whether to print help.
     """
 
-    def __init__(self, stock: str) -> None:
-        self.stock = stock
+    def __init__(self) -> None:
         self.verb = ""
         self.words: list[str] = []
         self.options: dict[str, str] = {}
         self.quiet = False
         self.help = False
 
-    @property
-    def unit(self) -> str:
-        """The unit of the command: ``package`` or ``stack``."""
-        return "package" if self.stock == "rospack" else "stack"
-
-    def package(self, error: str | None = None) -> str:
-        """Return the named package, or the one that contains the current folder.
-
-        Args:
-            error: the error's text if there is no package.
-        """
+    def package(self) -> str:
+        """Return the named package, or the one that contains the current folder."""
         name = self.words[0] if self.words else _package_here()
         if not name:
-            raise PkgError(error or f"no {self.unit} given")
+            raise PkgError("no package given")
         return name
 
     def option(self, *names: str) -> list[str]:
@@ -113,25 +100,17 @@ def pack_verb(
     )
 
 
-def run_tool(invocation: Invocation, command: str) -> int:
-    """Run rospack or rosstack. Their options may be at any position.
-
-    Args:
-        invocation: the command's invocation.
-        command: ``pkg`` or ``stack``.
-
-    Returns:
-        The exit code: 0, or 1 after an error.
-    """
-    request = Request(invocation.tool)
+def run_tool(invocation: Invocation) -> int:
+    """Run rospack, whose options may be at any position. Return the exit code: 0, or 1 after an error."""
+    request = Request()
     try:
         _parse(request, invocation.argv)
-        _act(request, invocation, command)
+        _act(request, invocation)
     except Error as error:
         sys.stdout.flush()
         if not request.quiet:
             text = f"no such package {error}" if isinstance(error, PackageNotFoundError) else str(error)
-            print(f"[{request.stock}] Error: {text}", file=sys.stderr)
+            print(f"[rospack] Error: {text}", file=sys.stderr)
         return error.code if isinstance(error, PkgError) else 1
     return 0
 
@@ -162,21 +141,21 @@ def _parse(request: Request, argv: Sequence[str]) -> None:
         request.words = [word for word in words[1:] if word]
 
 
-def _act(request: Request, invocation: Invocation, command: str) -> None:
+def _act(request: Request, invocation: Invocation) -> None:
     if not request.verb and not request.help:
         raise PkgError(f"no command given.  Try '{invocation.program} help'", 0)
-    known = {each: entry for each, entry in registry.verbs(command).items() if entry.of_tool}
-    name = registry.find_verb(command, request.verb)
+    known = {each: entry for each, entry in registry.verbs("pkg").items() if entry.of_tool}
+    name = registry.find_verb("pkg", request.verb)
     if request.help:
         if name in known and not invocation.as_stock:
-            _print_help(registry.load_verb(command, name), invocation)
+            _print_help(registry.load_verb("pkg", name), invocation)
             return
         request.words, name = [], "help"  # rospack prints its list, whatever the other words are
     if name is None or name not in known:
-        others = known if invocation.as_stock else registry.verbs(command)
+        others = known if invocation.as_stock else registry.verbs("pkg")
         hint = did_you_mean(request.verb, [each for each in others if each != "help"])
         raise PkgError(f"command {request.verb} not implemented{hint}")
-    verb = registry.load_verb(command, name)
+    verb = registry.load_verb("pkg", name)
     if request.words and not verb.arguments:
         raise PkgError("invalid option(s) given")
     request.verb = verb.name
@@ -205,21 +184,13 @@ def _package_here() -> str:
     return ""
 
 
-def known_to(stock: str) -> list[Found]:
-    """Return what a tool knows: rospack all packages except metapackages, rosstack metapackages and stacks."""
-    if stock == "rospack":
-        return [found for found in all_packages(os.environ) if not found.meta and found.manifest != "stack.xml"]
-    return [found for found in all_packages(os.environ) if found.manifest != "manifest.xml"]
+def known_packages() -> list[Found]:
+    """Return all packages that rospack knows, which are no metapackages."""
+    return [found for found in all_packages(os.environ) if not found.meta and found.manifest != "stack.xml"]
 
 
-def packages(stock: str) -> Packages:
-    """Return what a tool knows, each with its dependencies."""
+def packages() -> Packages:
+    """Return all packages with their dependencies."""
     from pyros1.finding.dependencies import Packages  # noqa: PLC0415
 
-    return Packages(known_to(stock))
-
-
-def listed(request: Request) -> dict[str, Found]:
-    """Return the first location of each package, sorted."""
-    first = {found.name: found for found in reversed(known_to(request.stock))}
-    return {name: first[name] for name in sorted(first)}
+    return Packages(known_packages())

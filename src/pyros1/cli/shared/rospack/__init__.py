@@ -1,1 +1,0 @@
-"""What the verbs of ``pkg`` and ``stack`` share, as rospack and rosstack."""
