@@ -1,18 +1,30 @@
-"""``dynparam get``."""
+"""``dynparam list``, ``get`` and ``dump``."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from pyros1.cli.commands.dynparam._arguments import TIMEOUT, check
-from pyros1.cli.commands.dynparam._server import Server
+from pyros1.cli.commands.dynparam._server import Server, known, refuse
+from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_with_negative_numbers
 from pyros1.cli.records import JSON, Argument, Verb
 from pyros1.cli.shared.printing import print_json
+from pyros1.ground.shown import one_line
+from pyros1.ground.whole_file import write_whole
 
 
-def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+def _list(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print nodes that can be configured."""
+    names = known(invocation)
+    if options.json:
+        print_json(names)
+    elif names:
+        print(*map(one_line, names), sep="\n")
+
+
+def _get(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print a node's configuration as a Python dictionary, which is also YAML."""
     check(args, "a node name")
     values = None
@@ -26,13 +38,56 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         print(values)
 
 
-VERB = Verb(
-    "get",
-    "print a node's configuration",
-    TIMEOUT,
-    JSON,
-    Argument("node", "configurable"),
-    examples=[("/camera", "all parameters of a node"), ("--json /camera", "for programs")],
-    parse=parse_with_negative_numbers,
-    run=run,
-)
+def _dump(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Write a node's configuration to a file."""
+    from pyros1.cli.commands.dynparam._files import file_text  # noqa: PLC0415 - help does without
+
+    check(args, "a node name", "an output file")
+    name, path = args
+    code = 0
+    with invocation.open_node() as node:
+        values = Server(invocation, node, name, options.timeout).configuration()
+        if values is None:
+            code = refuse(invocation, f"couldn't get parameters from node {name}")
+        else:
+            _write(path, file_text(values))
+    return code
+
+
+def _write(path: str, text: str) -> None:
+    try:
+        write_whole(path, text)
+    except OSError as error:
+        raise CommandError(f"cannot write [{path}]: {error.strerror}") from None
+
+
+VERBS = [
+    Verb(
+        "list",
+        "list nodes that can be configured",
+        JSON,
+        usage="",
+        examples=[("", "the nodes whose parameters can be changed while they run")],
+        run=_list,
+    ),
+    Verb(
+        "get",
+        "print a node's configuration",
+        TIMEOUT,
+        JSON,
+        Argument("node", "configurable"),
+        examples=[("/camera", "all parameters of a node"), ("--json /camera", "for programs")],
+        parse=parse_with_negative_numbers,
+        run=_get,
+    ),
+    Verb(
+        "dump",
+        "write a node's configuration to a file",
+        TIMEOUT,
+        Argument("node", "configurable"),
+        Argument("file", "file"),
+        examples=[("/camera outdoors.yaml", "write it to a file")],
+        parse=parse_with_negative_numbers,
+        run=_dump,
+    ),
+]

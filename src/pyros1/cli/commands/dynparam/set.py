@@ -1,20 +1,22 @@
-"""``dynparam set``."""
+"""``dynparam set``, ``load`` and ``set_from_parameters``."""
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 from pyros1.cli.commands.dynparam._arguments import TIMEOUT, check
-from pyros1.cli.commands.dynparam._server import change
-from pyros1.cli.failures import UsageError
+from pyros1.cli.commands.dynparam._server import apply, change, failed
+from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_with_negative_numbers
 from pyros1.cli.records import Argument, Verb
+from pyros1.ground.errors import ParameterNotSetError
 
 _FORM = "either a node name, parameter name and parameter value, or a node name and a YAML dictionary"
 
 
-def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+def _set(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Set one parameter of a node, or those of a YAML dictionary."""
     check(args, _FORM, _FORM, most=3)
     name, *rest = args
@@ -29,18 +31,71 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     return change(invocation, name, values, options.timeout)
 
 
-VERB = Verb(
-    "set",
-    "set parameters of a node",
-    TIMEOUT,
-    Argument("node", "configurable"),
-    Argument("parameter"),
-    Argument("value", optional=True),
-    usage="[options] node (parameter value | values)",
-    examples=[
-        ("/camera exposure 0.02", "one parameter; choices can be given by name"),
-        ('/camera "{exposure: 0.02, auto: false}"', "several at once"),
-    ],
-    parse=parse_with_negative_numbers,
-    run=run,
-)
+def _load(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Set the parameters of a node from a file."""
+    from pyros1.cli.commands.dynparam._files import read_file_text  # noqa: PLC0415 - help does without
+
+    check(args, "a node name", "an input file")
+    name, path = args
+    try:
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
+    except (OSError, UnicodeDecodeError) as error:
+        raise CommandError(f"cannot read [{path}]: {getattr(error, 'strerror', None) or error}") from None
+    return change(invocation, name, read_file_text(text, path), options.timeout)
+
+
+def _set_from_parameters(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Set the parameters of a node to the private parameters of this command's node."""
+    check(args, "a node name")
+    code = 0
+    with invocation.open_node() as node:
+        try:
+            values = node.params["~"]
+        except ParameterNotSetError:
+            values = None
+        if not isinstance(values, dict) or not values:
+            print("error updating parameters: no parameters found on parameter server", file=sys.stderr)
+            code = failed(invocation)
+        else:
+            code = apply(invocation, node, args[0], values, options.timeout)
+    return code
+
+
+VERBS = [
+    Verb(
+        "set",
+        "set parameters of a node",
+        TIMEOUT,
+        Argument("node", "configurable"),
+        Argument("parameter"),
+        Argument("value", optional=True),
+        usage="[options] node (parameter value | values)",
+        examples=[
+            ("/camera exposure 0.02", "one parameter; choices can be given by name"),
+            ('/camera "{exposure: 0.02, auto: false}"', "several at once"),
+        ],
+        parse=parse_with_negative_numbers,
+        run=_set,
+    ),
+    Verb(
+        "load",
+        "set parameters of a node from a file",
+        TIMEOUT,
+        Argument("node", "configurable"),
+        Argument("file", "file"),
+        examples=[("/camera outdoors.yaml", "a file from `dump`, or plain YAML")],
+        parse=parse_with_negative_numbers,
+        run=_load,
+    ),
+    Verb(
+        "set_from_parameters",
+        "set parameters of a node to the private parameters of this command",
+        TIMEOUT,
+        Argument("node", "configurable"),
+        usage="[options] node [_parameter:=value ...]",
+        examples=[("/camera _exposure:=0.02", "from private parameters, for launch files")],
+        parse=parse_with_negative_numbers,
+        run=_set_from_parameters,
+    ),
+]

@@ -1,17 +1,19 @@
-"""``msg list`` (L88)."""
+"""``msg list``, ``package`` and ``packages`` (L88, L89)."""
 
 from __future__ import annotations
 
+import os
 from functools import partial
 from typing import Any
 
+from pyros1.cli.failures import EX_USAGE, UsageError, did_you_mean, fail
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import Verb
-from pyros1.cli.shared.definitions import JSON_LIST, MESSAGES, Kind, library
+from pyros1.cli.records import Argument, Flag, Verb
+from pyros1.cli.shared.definitions import JSON_LIST, MESSAGES, Kind, from_stdin, library
 from pyros1.cli.shared.printing import print_json
 
 
-def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
+def _list(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print all types."""
     names = [name for package in library().packages() for name in kind.names(library(), package)]
     if options.json:
@@ -20,16 +22,63 @@ def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> N
         print(*names, sep="\n")
 
 
-def make_verb(kind: Kind) -> Verb:
-    """Return the verb for messages or services."""
-    return Verb(
-        "list",
-        f"List all {kind.word}s",
-        JSON_LIST,
-        usage="",
-        examples=[("", "all types"), ("--json", "for programs")],
-        run=partial(_run, kind),
-    )
+def _package(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the types of a package."""
+    if len(args) > 1:
+        raise UsageError(f"you may only specify one {kind.word} type")  # stock's text, although it is a package
+    name = args[0] if args else from_stdin()
+    if not library().has_package(name):
+        from pyros1.finding.packages import PackageIndex  # noqa: PLC0415 - only what fails needs it
+
+        known = PackageIndex(os.environ).paths()
+        if name not in known:
+            fail(f"Invalid package: {name}{did_you_mean(name, {*known, *library().packages()})}", EX_USAGE)
+    _print(kind.names(library(), name), options)
 
 
-VERB = make_verb(MESSAGES)
+def _packages(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print packages that have message or service types."""
+    _print([name for name in library().packages() if kind.names(library(), name)], options)
+
+
+def _print(names: list[str], options: Any) -> None:
+    if options.json:
+        print_json(names)
+    else:
+        print(*names, sep=" " if options.single_line else "\n")
+
+
+def make_verbs(kind: Kind, package: str) -> list[Verb]:
+    """Return the verbs for messages or services; ``package`` is an example of one that has them."""
+    return [
+        Verb(
+            "list",
+            f"List all {kind.word}s",
+            JSON_LIST,
+            usage="",
+            examples=[("", "all types"), ("--json", "for programs")],
+            run=partial(_list, kind),
+        ),
+        Verb(
+            "package",
+            f"List {kind.word}s in a package",
+            Flag("-s", dest="single_line", help=f"list all {kind.extension}s on a single line"),
+            JSON_LIST,
+            Argument("package", "package"),
+            usage="<package>",
+            examples=[(package, "the types of a package")],
+            run=partial(_package, kind),
+        ),
+        Verb(
+            "packages",
+            f"List packages that contain {kind.word}s",
+            Flag("-s", dest="single_line", help="list all packages on a single line"),
+            JSON_LIST,
+            usage="",
+            examples=[("", f"packages that have {kind.word}s")],
+            run=partial(_packages, kind),
+        ),
+    ]
+
+
+VERBS = make_verbs(MESSAGES, "sensor_msgs")

@@ -1,4 +1,7 @@
-"""``clean purge`` (L179). Nothing outside the log folder is touched, and no log that is being written."""
+"""``clean check`` and ``clean purge`` (L179).
+
+Nothing outside the log folders is removed, and no log that is being written.
+"""
 
 from __future__ import annotations
 
@@ -12,13 +15,24 @@ from typing import Any
 from pyros1.cli.commands.clean._folders import folders
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import leave_words
-from pyros1.cli.records import Flag, Option, Verb
-from pyros1.doctor.disk import files_in_use, folder_size
+from pyros1.cli.records import JSON, Flag, Option, Verb
+from pyros1.cli.shared.printing import print_json
+from pyros1.doctor.disk import files_in_use, folder_size, human_size
 
 _MEGABYTE = 1024 * 1024
 
 
-def run(invocation: Invocation, options: Any, args: list[str]) -> int:
+def _check(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the size of the log folders."""
+    rows = [(label, folder, folder_size(folder, on_disk=True)) for folder, label in folders()]
+    if options.json:
+        print_json([{"what": label, "folder": str(folder), "bytes": size} for label, folder, size in rows])
+        return
+    for label, _, size in rows:
+        print(f"{human_size(size)} {label}")
+
+
+def _purge(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Remove all logs, or the oldest until the rest is small enough. Return 1 if something could not be removed."""
     done = True
     for folder, label in folders():
@@ -124,16 +138,26 @@ def _holds_home(folder: Path) -> bool:
     return folder == home or folder in home.parents
 
 
-VERB = Verb(
-    "purge",
-    "Remove log files",
-    Flag("-y", dest="yes", help="remove without asking"),
-    Option("--size", type=int, help="keep the newest logs, up to this many MB in total"),
-    Flag("--running", help="also remove logs of running programs", own=True),
-    examples=[
-        ("", "remove all after asking; logs of running programs are kept"),
-        ("-y --size 500", "remove the oldest, until 500 MB are left"),
-    ],
-    parse=leave_words,  # the command parses
-    run=run,
-)
+VERBS = [
+    Verb(
+        "check",
+        "Check usage of log files",
+        JSON,
+        examples=[("", "how much space they use")],
+        parse=leave_words,  # the command parses
+        run=_check,
+    ),
+    Verb(
+        "purge",
+        "Remove log files",
+        Flag("-y", dest="yes", help="remove without asking"),
+        Option("--size", type=int, help="keep the newest logs, up to this many MB in total"),
+        Flag("--running", help="also remove logs of running programs", own=True),
+        examples=[
+            ("", "remove all after asking; logs of running programs are kept"),
+            ("-y --size 500", "remove the oldest, until 500 MB are left"),
+        ],
+        parse=leave_words,  # the command parses
+        run=_purge,
+    ),
+]

@@ -1,0 +1,89 @@
+"""``log list``, ``get`` and ``set``: loggers and their levels."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.cli.commands.log._loggers import LEVELS, call, get_loggers, no_logger
+from pyros1.cli.failures import UsageError, did_you_mean
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import JSON, Argument, Verb
+from pyros1.cli.shared.printing import print_json
+from pyros1.ground.shown import one_line
+
+
+def _list(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the loggers of a node."""
+    if not args:
+        raise UsageError("you must specify a node to list loggers")
+    if len(args) > 1:
+        raise UsageError("you may only specify one node to list")
+    with invocation.open_node() as node:
+        loggers = get_loggers(invocation, node, invocation.resolve(args[0]))
+        if options.json:
+            print_json([{"logger": name, "level": level} for name, level in loggers.items()])
+        elif loggers:
+            print(*map(one_line, loggers), sep="\n")
+
+
+def _get(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the level of a logger."""
+    if len(args) < 2:
+        raise UsageError("you must specify a node and a logger")
+    name, logger = invocation.resolve(args[0]), args[1]
+    with invocation.open_node() as node:
+        loggers = get_loggers(invocation, node, name)
+        if logger not in loggers:
+            raise no_logger(invocation, name, logger, loggers)
+        if options.json:
+            print_json(loggers[logger])
+        else:
+            print(one_line(loggers[logger]))
+
+
+def _set(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Set the level of a logger."""
+    if len(args) < 3:
+        raise UsageError("you must specify a node, a logger and a level")
+    name, logger, level = invocation.resolve(args[0]), args[1], args[2].lower()
+    if level not in LEVELS:
+        raise UsageError(f"invalid level{did_you_mean(level, LEVELS)}")
+    with invocation.open_node() as node:
+        loggers = get_loggers(invocation, node, name)
+        if logger not in loggers:
+            raise no_logger(invocation, name, logger, loggers)
+        call(invocation, node, name, "set_logger_level", {"logger": logger, "level": level})
+
+
+VERBS = [
+    Verb(
+        "list",
+        "list loggers for a node",
+        JSON,
+        Argument("node", "node"),
+        usage="<node>",
+        examples=[("/talker", "the loggers of a node")],
+        run=_list,
+    ),
+    Verb(
+        "get",
+        "display level for a logger",
+        JSON,
+        Argument("node", "node"),
+        Argument("logger"),
+        usage="<node> <logger>",
+        examples=[("/talker rosout", "the level of one logger")],
+        run=_get,
+    ),
+    Verb(
+        "set",
+        "set level for a logger",
+        JSON,
+        Argument("node", "node"),
+        Argument("logger"),
+        Argument("level"),
+        usage=f"<node> <logger> <level>\n\n <level> must be one of [{', '.join(LEVELS)}]",
+        examples=[("/talker rosout debug", "more messages from a node, until it exits")],
+        run=_set,
+    ),
+]

@@ -1,0 +1,13 @@
+"""The verbs of ``srv`` (L86-L89): those of ``msg``, for services."""
+
+from __future__ import annotations
+
+from pyros1.cli.commands.msg import list as lists
+from pyros1.cli.commands.msg import md5, show
+from pyros1.cli.shared.definitions import SERVICES
+
+VERBS = [
+    *lists.make_verbs(SERVICES, "std_srvs"),
+    md5.make_verb(SERVICES, ("std_srvs/SetBool", "the checksum that client and server must share")),
+    *show.make_verbs(SERVICES, ("std_srvs/SetBool", "request and response"), ("-r SetBool", "the original text")),
+]
