@@ -22,6 +22,7 @@ def test_nodes(launcher: Master, name: str) -> None:
     [
         "bag_tool",
         "definition_parts",
+        "field_paths",
         "graph_parts",
         "home_names",
         "prototypes",

@@ -61,6 +61,7 @@ COMMANDS = [
     "rossrv package std_srvs",
     "rossrv package -s std_srvs",
     "rosmsg-proto msg -e sensor_msgs/JointState",
+    "rosmsg-proto msg -x stamp,frame_id,x geometry_msgs/PoseStamped",
     "rosmsg-proto msg -p xx sensor_msgs/JointState",
     "rosmsg-proto msg -H sensor_msgs/JointState",
     "rosmsg-proto msg -f 0 sensor_msgs/JointState",

@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from pyros1.observe.statistics import BandwidthMeter, DelayMeter, RateMeter, rate_lines, rate_table, summarise
+from pyros1.observe.statistics import (
+    BandwidthMeter,
+    DelayMeter,
+    RateMeter,
+    rate_lines,
+    rate_table,
+    size_lines,
+    summarise,
+)
 
 
 def test_hz_lines() -> None:
@@ -42,6 +50,7 @@ def test_hz_table_has_the_stock_columns() -> None:
         "===========================================================\n"
         "/chatter   10.0   0.09711     0.1028      0.001346   10    \n"
     )
+    assert "1.234e+03   " in rate_table({"/fast": (1234.4, summary, 10)})
 
 
 def test_bw_lines_scale_by_thousands() -> None:
@@ -50,6 +59,7 @@ def test_bw_lines_scale_by_thousands() -> None:
     meter.arrived(0.0, 1_000_000)
     meter.arrived(1.0, 3_000_000)
     assert meter.lines(2.0) == "average: 2.00MB/s\n\tmean: 2.00MB min: 1.00MB max: 3.00MB window: 2"
+    assert size_lines([500, 1500], 0.5) == "average: 4.00KB/s\n\tmean: 1.00KB min: 0.50KB max: 1.50KB window: 2"
 
 
 def test_bandwidth_of_bursts_is_that_of_a_second() -> None:

@@ -15,6 +15,7 @@ msg -e sensor_msgs/LaserScan|msg sensor_msgs/CameraInfo|msg diagnostic_msgs/Diag
 msg sensor_msgs/RegionOfInterest|msg std_msgs/Float64MultiArray|msg sensor_msgs/JointState|msg std_msgs/Char
 msg geometry_msgs/PoseWithCovariance|msg sensor_msgs/PointCloud2|msg -f1 sensor_msgs/PointCloud2|msg nav_msgs/Odometry
 -f0 msg sensor_msgs/RegionOfInterest|msg actionlib_msgs/GoalStatusArray|msg visualization_msgs/Marker|msg -fx a
+msg actionlib/TestRequestAction|-e msg actionlib/TestRequestAction|msg -x header,goal actionlib/TestRequestAction
 """
 for line in WORDS.strip().replace("\n", "|").split("|"):
     try:

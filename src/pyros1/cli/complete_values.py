@@ -148,9 +148,10 @@ def _request_text(line: Line) -> list[str]:
 
 
 def _template(mode: str, name: str, one_line: bool) -> str:
-    from pyros1.cli.commands.msg_proto import template  # noqa: PLC0415
+    from pyros1.cli.commands.msg_proto import load  # noqa: PLC0415
+    from pyros1.observe.template import template  # noqa: PLC0415
 
-    return template(mode, name, 1 if one_line else None)
+    return template(load(mode, name), 1 if one_line else None)
 
 
 def _definition_kinds(_: Line) -> list[str]:

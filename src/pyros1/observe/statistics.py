@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 HZ_WINDOW = 50_000
@@ -82,7 +82,7 @@ def rate_table(figures: Mapping[str, tuple[float, Summary, int]]) -> str:
     """Return what ``hz`` prints for several topics."""
     header = ["topic", "rate", "min_delta", "max_delta", "std_dev", "window"]
     rows = [
-        [topic, *(_four_digits(x) for x in (rate, summary.least, summary.most, summary.deviation)), str(window)]
+        [topic, *(f"{x:.4}" for x in (rate, summary.least, summary.most, summary.deviation)), str(window)]
         for topic, (rate, summary, window) in figures.items()
     ]
     widths = [max(len(row[column]) for row in [header, *rows]) for column in range(len(header))]
@@ -90,10 +90,6 @@ def rate_table(figures: Mapping[str, tuple[float, Summary, int]]) -> str:
     lines.append("=" * len(lines[0]))
     lines += ["   ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
     return "\n".join(lines) + "\n"
-
-
-def _four_digits(number: float) -> str:
-    return str(float(f"{number:.4g}"))
 
 
 class BandwidthMeter:
@@ -120,20 +116,16 @@ class BandwidthMeter:
         entries = list(self._entries)
         if len(entries) < 2 or now <= entries[0][0]:
             return None
-        sizes = [size for _, size in entries]
-        total = sum(sizes)
-        rate = total / (now - entries[0][0])
-        mean, least, most = total / len(sizes), min(sizes), max(sizes)
-        return (
-            f"average: {_scaled(rate)}/s\n"
-            f"\tmean: {_scaled(mean)} min: {_scaled(least)} max: {_scaled(most)} window: {len(sizes)}"
-        )
+        return size_lines([size for _, size in entries], now - entries[0][0])
 
 
-def _scaled(count: float) -> str:
-    if count < 1000:
-        return f"{count:.2f}B"
-    return f"{count / 1000:.2f}KB" if count < 1_000_000 else f"{count / 1_000_000:.2f}MB"
+def size_lines(sizes: Sequence[int], seconds: float) -> str:
+    """Return what ``bw`` prints about messages of these sizes, in bytes, that came within a time."""
+    rate = sum(sizes) / seconds
+    unit, factor = ("B", 1) if rate < 1000 else ("KB", 1000) if rate < 1_000_000 else ("MB", 1_000_000)
+    values = (rate, sum(sizes) / len(sizes), min(sizes), max(sizes))
+    speed, mean, least, most = (f"{value / factor:.2f}{unit}" for value in values)
+    return f"average: {speed}/s\n\tmean: {mean} min: {least} max: {most} window: {len(sizes)}"
 
 
 class DelayMeter:
@@ -158,8 +150,12 @@ class DelayMeter:
         if not self._fresh:
             return None
         self._fresh = False
-        summary = summarise(delays)
-        return (
-            f"average delay: {summary.mean:.3f}\n\tmin: {summary.least:.3f}s max: {summary.most:.3f}s "
-            f"std dev: {summary.deviation:.5f}s window: {len(delays)}"
-        )
+        return delay_lines(summarise(delays), len(delays))
+
+
+def delay_lines(summary: Summary, window: int) -> str:
+    """Return what ``delay`` prints."""
+    return (
+        f"average delay: {summary.mean:.3f}\n\tmin: {summary.least:.3f}s max: {summary.most:.3f}s "
+        f"std dev: {summary.deviation:.5f}s window: {window}"
+    )

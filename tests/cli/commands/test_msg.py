@@ -156,5 +156,9 @@ def test_templates_l89(run: Any) -> None:
     assert run("msg-proto", "msg", "-H", "-x", "header,name,effort", "sensor_msgs/JointState")[1] == (
         "position:\n- 0\nvelocity:\n- 0\n"
     )
+    assert (
+        run("msg-proto", "msg", "-H", "-x", "stamp,frame_id,pose", "geometry_msgs/PoseStamped")[1]
+        == "header:\n  seq: 0\n"
+    )
     assert run("msg-proto", "msg", "-s", "nope/X") == (0, "", "")
     assert run("msg-proto", "nonsense", "x")[0] == 64

@@ -12,97 +12,11 @@ import yaml
 
 from pyros1.ground.errors import Error
 from pyros1.msgs import load_message, load_service
+from pyros1.observe.template import LONG, template
 
-MAX_DEFAULT_NON_FLOW_ITEMS = 4
-"""A message with more fields than this, or with a longer array, has its innermost parts in braces."""
+MAX_DEFAULT_NON_FLOW_ITEMS = LONG
 _USAGE, _FAILED = 64, 1
-
-
-class _Map(dict[str, Any]):
-    """A message's fields; ``flow`` tells whether it is in braces: None means if it has only plain values."""
-
-    flow: bool | None = None
-
-
-class _List(list[Any]):
-    """An array; ``flow`` as for `_Map`."""
-
-    flow: bool | None = None
-
-
-class _Dumper(yaml.SafeDumper):
-    """Writes `_Map` and `_List`."""
-
-
 _TAG = "tag:yaml.org,2002:"
-_Dumper.add_representer(_Map, lambda self, value: self.represent_mapping(f"{_TAG}map", value.items(), value.flow))
-_Dumper.add_representer(_List, lambda self, value: self.represent_sequence(f"{_TAG}seq", value, value.flow))
-
-
-def _plain(value: Any) -> bool:
-    return not isinstance(value, (_Map, _List))
-
-
-def _set_flow(value: Any, style: int | None, big: bool = False) -> None:
-    """Choose for a value, and all in it, whether it is in braces."""
-    if _plain(value):
-        return
-    inner = list(value.values()) if isinstance(value, _Map) else value
-    if isinstance(value, _Map):
-        sizes = [len(value), *(len(each) for each in inner if isinstance(each, _List))]
-        big = big or max(sizes) > MAX_DEFAULT_NON_FLOW_ITEMS
-    value.flow = style == 1 if style is not None else big and all(_plain(each) for each in inner)
-    for each in inner:
-        _set_flow(each, style, big)
-
-
-class _Maker:
-    """Makes the values of an empty message.
-
-    Args:
-        excluded: names of fields to leave out.
-        filled: whether an array of no fixed length gets an element.
-    """
-
-    def __init__(self, excluded: set[str], filled: bool) -> None:
-        self._excluded = excluded
-        self._filled = filled
-
-    def message(self, cls: Any) -> _Map:
-        """Return the fields of a message."""
-        made = _Map()
-        for name, kind, value in zip(
-            cls.__slots__, cls._slot_types, [getattr(cls(), n) for n in cls.__slots__], strict=True
-        ):
-            if name not in self._excluded:
-                made[name] = self._field(kind, value)
-        return made
-
-    def _field(self, kind: str, value: Any) -> Any:
-        base, bracket, length = kind.partition("[")
-        if not bracket:
-            return self._one(base, value)
-        if isinstance(value, (bytes, bytearray)):
-            return bytes(value)
-        if length != "]":
-            return _List(self._one(base, each) for each in value)
-        if not self._filled:
-            return _List()
-        return _List([self._element(base)])
-
-    def _element(self, base: str) -> Any:
-        if base == "string":
-            return ""
-        if base in ("time", "duration"):
-            return _Map(secs=0, nsecs=0)
-        return self.message(load_message(base)) if "/" in base else 0
-
-    def _one(self, base: str, value: Any) -> Any:
-        if base in ("time", "duration"):
-            return _Map(secs=0, nsecs=0)
-        if hasattr(value, "_slot_types"):
-            return self.message(type(value))
-        return value.item() if hasattr(value, "item") else value
 
 
 def rosmsg_cmd_prototype(args: list[str]) -> str | None:
@@ -127,9 +41,7 @@ def rosmsg_cmd_prototype(args: list[str]) -> str | None:
     except (Error, StopIteration):
         _fail(options.silent, _FAILED, f"Unknown {'message' if mode == 'msg' else 'service'} class: {name}")
         return None
-    made = _Maker(set(options.excluded.split(",")), not options.empty).message(cls)
-    _set_flow(made, options.flow)
-    text: str = yaml.dump(made, Dumper=_Dumper, sort_keys=False).rstrip("\n")
+    text = template(cls, options.flow, empty_arrays=options.empty, excluded=options.excluded.split(","))
     text = "\n".join(options.prefix + line for line in text.split("\n"))
     return text if options.bare else f'"{text}"'
 

@@ -17,7 +17,6 @@ from pyros1.drop_in.commands import run as _run
 from pyros1.drop_in.missing import missing
 from rostopic._echo import CallbackEcho
 from rostopic._fields import (
-    _get_array_index_or_slice_object,
     _isstring_type,
     _str_plot,
     _str_plot_fields,
@@ -38,7 +37,7 @@ from rostopic._publishing import (
     stdin_yaml_arg,
     wait_for_subscriber,
 )
-from rostopic._rates import ROSTopicBandwidth, ROSTopicDelay, ROSTopicHz, _get_ascii_table
+from rostopic._rates import ROSTopicBandwidth, ROSTopicDelay, ROSTopicHz
 
 __getattr__ = missing(__name__)
 

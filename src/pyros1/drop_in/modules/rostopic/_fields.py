@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -10,46 +9,7 @@ from typing import Any
 from genpy import Message, TVal
 
 from pyros1.msgs.text import format_message
-
-_STEP = re.compile(r"(?P<name>[A-Za-z_]\w*)|\[(?P<index>[^\[\]]*)\]")
-
-
-class _NoFieldError(Exception):
-    """A message has no such field."""
-
-
-def _steps(pattern: str) -> list[Any]:
-    """Return the names, numbers and slices of a path such as ``/poses[0]/position.x``."""
-    found: list[Any] = []
-    position = 0
-    while position < len(pattern):
-        if pattern[position] in "/." and position + 1 < len(pattern):
-            position += 1
-            continue
-        step = _STEP.match(pattern, position)
-        if step is None:
-            raise _NoFieldError(pattern)
-        found.append(step["name"] if step["name"] else _get_array_index_or_slice_object(step["index"]))
-        position = step.end()
-    return found
-
-
-def _get_array_index_or_slice_object(index_string: str) -> int | slice:
-    """Return the number in ``3``, or the slice in ``1:3``; raises AssertionError or ValueError as stock does."""
-    assert index_string, "empty array index"
-    parts = index_string.split(":")
-    if len(parts) == 1:
-        return int(index_string)
-    assert len(parts) <= 3, f"cannot parse slice [{index_string}]"
-    return slice(*(int(part) if part else None for part in parts))
-
-
-def _value(value: Any, steps: list[Any]) -> Any:
-    for number, step in enumerate(steps):
-        if isinstance(step, str) and isinstance(value, (list, tuple)):
-            return [_value(each, steps[number:]) for each in value]
-        value = getattr(value, step) if isinstance(step, str) else value[step]
-    return value
+from pyros1.observe.fields import FieldPath, FieldPathError
 
 
 def msgevalgen(pattern: str) -> Callable[[Any], Any] | None:
@@ -62,24 +22,20 @@ def msgevalgen(pattern: str) -> Callable[[Any], Any] | None:
         The function, which prints an error and returns None for messages without the field. None for an empty path,
         and for a wrong one, after an error was printed.
     """
-    if not pattern or pattern == "/":
-        return None
     try:
-        steps = _steps(pattern)
-    except (_NoFieldError, AssertionError, ValueError) as error:
-        print(f"field expression [{pattern}] is wrong: {error}", file=sys.stderr)
+        path = FieldPath(pattern)
+    except FieldPathError as error:
+        print(error, file=sys.stderr)
         return None
 
     def field(message: Any) -> Any:
         try:
-            return _value(message, steps)
-        except AttributeError as error:
-            print(f"no field named {error.name} in {pattern}", file=sys.stderr)
-        except (IndexError, TypeError) as error:
-            print(f"no field {pattern}: {error}", file=sys.stderr)
-        return None
+            return path.get(message)[0]
+        except FieldPathError as error:
+            print(error, file=sys.stderr)
+            return None
 
-    return field
+    return field if pattern.strip("/") else None
 
 
 def create_field_filter(echo_nostr: bool, echo_noarr: bool) -> Callable[[Any], Iterator[str]]:

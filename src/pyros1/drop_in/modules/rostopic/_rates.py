@@ -2,46 +2,25 @@
 
 from __future__ import annotations
 
-import math
 import time
 import traceback
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from threading import Lock
-from typing import Any, NamedTuple
+from typing import Any
 
 import rospy
 
-_MOST = 50000
-"""Messages that count if no window is given."""
-_COLUMNS = ("topic", "rate", "min_delta", "max_delta", "std_dev", "window")
-_GAP = "   "
-
-
-class _Summary(NamedTuple):
-    """Of numbers: their mean, the smallest and the largest, their deviation from the mean, and how many they are."""
-
-    mean: float
-    least: float
-    most: float
-    deviation: float
-    number: int
-
-    @classmethod
-    def of(cls, values: Sequence[float]) -> _Summary:
-        mean = sum(values) / len(values)
-        deviation = math.sqrt(sum((value - mean) ** 2 for value in values) / len(values))
-        return cls(mean, min(values), max(values), deviation, len(values))
-
-
-def _get_ascii_table(header: Sequence[str], cols: Mapping[str, Sequence[str]]) -> str:
-    """Return a table as text: ``header`` names the columns, ``cols`` has their cells, from top to bottom."""
-    widths = [max(map(len, [name, *cols[name]])) for name in header]
-    lines = [_GAP.join(name.center(width) for name, width in zip(header, widths, strict=True))]
-    lines.append("=" * (sum(widths) + len(_GAP) * (len(widths) - 1)))
-    for row in zip(*(cols[name] for name in header), strict=True):
-        lines.append(_GAP.join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)))
-    return "\n".join(lines)
+from pyros1.observe.statistics import (
+    BW_WINDOW,
+    HZ_WINDOW,
+    Summary,
+    delay_lines,
+    rate_lines,
+    rate_table,
+    size_lines,
+    summarise,
+)
 
 
 class ROSTopicHz:
@@ -57,7 +36,7 @@ class ROSTopicHz:
         self, window_size: int, filter_expr: Callable[[Any], object] | None = None, use_wtime: bool = False
     ) -> None:
         self.lock = Lock()
-        self.window_size = _MOST if window_size < 0 else window_size
+        self.window_size = HZ_WINDOW if window_size < 0 else window_size
         self.filter_expr = filter_expr
         self.use_wtime = use_wtime
         self._last_printed: defaultdict[str | None, float] = defaultdict(int)
@@ -156,9 +135,10 @@ class ROSTopicHz:
             if not gaps or latest == self._last_printed[topic]:
                 return None
             self._last_printed[topic] = latest
-            found = _Summary.of(gaps)
+            found = summarise(gaps)
+            number = len(gaps) + 1
         rate = 1 / found.mean if found.mean > 0 else 0
-        return rate, found.least, found.most, found.deviation, found.number + 1
+        return rate, found.least, found.most, found.deviation, number
 
     def print_hz(self, topics: Sequence[str | None] = (None,)) -> None:
         """Print what has been counted: of one topic, or a table of several."""
@@ -166,16 +146,14 @@ class ROSTopicHz:
         if not found:
             print("no new messages")
         elif len(topics) == 1:
-            rate, least, most, deviation, number = found[topics[0]]
-            print(
-                f"average rate: {rate:.3f}\n"
-                f"\tmin: {least:.3f}s max: {most:.3f}s std dev: {deviation:.5f}s window: {number}"
-            )
+            print(rate_lines(*_with_summary(found[topics[0]])))
         else:
-            cells = [
-                [str(topic), *(f"{value:.4}" for value in each[:4]), str(each[4])] for topic, each in found.items()
-            ]
-            print(_get_ascii_table(_COLUMNS, dict(zip(_COLUMNS, zip(*cells, strict=True), strict=True))) + "\n")
+            print(rate_table({str(topic): _with_summary(each) for topic, each in found.items()}))
+
+
+def _with_summary(found: tuple[float, float, float, float, int]) -> tuple[float, Summary, int]:
+    rate, least, most, deviation, number = found
+    return rate, Summary(0.0, least, most, deviation), number
 
 
 class ROSTopicBandwidth:
@@ -185,7 +163,7 @@ class ROSTopicBandwidth:
         window_size: number of messages that count.
     """
 
-    def __init__(self, window_size: int = 100) -> None:
+    def __init__(self, window_size: int = BW_WINDOW) -> None:
         self.lock = Lock()
         self.last_printed_tn = 0
         self.sizes: list[int] = []
@@ -210,16 +188,9 @@ class ROSTopicBandwidth:
             if len(self.times) < 2:
                 return
             passed = time.time() - self.times[0]
-            found = _Summary.of(self.sizes)
-        if passed <= 0:
-            return
-        rate = found.mean * found.number / passed
-        unit, factor = ("B", 1) if rate < 1000 else ("KB", 1000) if rate < 1000000 else ("MB", 1000000)
-        speed, mean, least, most = (value / factor for value in (rate, found.mean, found.least, found.most))
-        print(
-            f"average: {speed:.2f}{unit}/s\n"
-            f"\tmean: {mean:.2f}{unit} min: {least:.2f}{unit} max: {most:.2f}{unit} window: {found.number}"
-        )
+            sizes = list(self.sizes)
+        if passed > 0:
+            print(size_lines(sizes, passed))
 
 
 class ROSTopicDelay:
@@ -235,7 +206,7 @@ class ROSTopicDelay:
         self.msg_t0 = -1.0
         self.msg_tn: float = 0
         self.delays: list[float] = []
-        self.window_size = _MOST if window_size < 0 else window_size
+        self.window_size = HZ_WINDOW if window_size < 0 else window_size
 
     def callback_delay(self, msg: Any) -> None:
         """Count a message; the first one is only where the window begins."""
@@ -269,8 +240,8 @@ class ROSTopicDelay:
             if not self.delays or self.msg_tn == self.last_msg_tn:
                 return None
             self.last_msg_tn = self.msg_tn
-            found = _Summary.of(self.delays)
-        return found.mean, found.least, found.most, found.deviation, found.number + 1
+            found, number = summarise(self.delays), len(self.delays) + 1
+        return found.mean, found.least, found.most, found.deviation, number
 
     def print_delay(self) -> None:
         """Print what has been counted; nothing while there are less than two messages."""
@@ -280,8 +251,5 @@ class ROSTopicDelay:
         if found is None:
             print("no new messages")
             return
-        mean, least, most, deviation, number = found
-        print(
-            f"average delay: {mean:.3f}\n"
-            f"\tmin: {least:.3f}s max: {most:.3f}s std dev: {deviation:.5f}s window: {number}"
-        )
+        *values, number = found
+        print(delay_lines(Summary(*values), number))
