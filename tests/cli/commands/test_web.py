@@ -229,6 +229,8 @@ def test_rviz_alone_shows_its_usual_file(start: Start, tmp_path: Path) -> None:
         (["-s", "rqt_shell"], "there is no plugin 'rqt_shell'; the plugins are rqt_bag, "),
         (["--port", "70000"], "the port must be from 0 to 65535"),
         (["bag", "/nowhere/at/all.bag"], "ERROR: there is no file /nowhere/at/all.bag\n"),
+        (["bag", "/etc/passwd"], "ERROR: /etc/passwd: this is not a bag file\n"),
+        (["-s", "rqt_bag", "/dev/null"], "ERROR: /dev/null: the file is empty: nothing was recorded\n"),
         (["rqt_bag", "/usr"], "ERROR: /usr is a folder, not a bag; --bags /usr shows its bags\n"),
         (["--most-pages", "0"], "--most-pages must be from 1 to 10000"),
     ],

@@ -217,26 +217,13 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
 
 
 def _bag(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:
+    from pyros1.cli.shared.bag_files import check_bag  # noqa: PLC0415 - for this panel only
+
     for word in words:
-        _check_bag(word)
+        check_bag(word)
     options.files = [os.path.abspath(word) for word in words]
     clock = {"clock": True} if options.clock else {}
     return {"files": options.files, **clock} if words else clock
-
-
-def _check_bag(word: str) -> None:
-    if os.path.isfile(word):
-        return
-    if os.path.isdir(word):
-        raise CommandError(f"{one_line(word)} is a folder, not a bag; --bags {one_line(word)} shows its bags")
-    folder = os.path.dirname(word)
-    try:
-        others = [
-            os.path.join(folder, name) for name in os.listdir(folder or ".") if name.endswith((".bag", ".active"))
-        ]
-    except OSError:
-        others = []
-    raise CommandError(f"there is no file {one_line(word)}{did_you_mean(word, others)}")
 
 
 def _plot(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:
