@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from typing import Any
+from weakref import WeakValueDictionary
 
 from pyros1.graph import Graph
 from pyros1.ground.errors import MasterUnreachableError
@@ -19,7 +20,8 @@ class ClientServices:
     """The services, by full name. Of several clients that provide one, the last to advertise it gets the calls.
 
     So a client that comes back after its connection broke has its service again, although the server may learn only
-    seconds later that the old connection is dead. Callers notice nothing of the change.
+    seconds later that the old connection is dead. Callers notice nothing of the change. While the master is slow to
+    answer for one service, clients can provide and end others.
 
     Args:
         node: returns the server's node.
@@ -27,7 +29,8 @@ class ClientServices:
 
     def __init__(self, node: Callable[[], Node]) -> None:
         self._node = node
-        self._lock = threading.Lock()
+        self._lock = threading.Lock()  # of the table of locks
+        self._locks: WeakValueDictionary[str, threading.Lock] = WeakValueDictionary()  # of services that change
         self._services: dict[str, _Service] = {}
 
     def provide(self, name: str, cls: type[Service], answer: Answer) -> Callable[[], None]:
@@ -44,7 +47,7 @@ class ClientServices:
         Raises:
             NodeError: the server's node itself provides it.
         """
-        with self._lock:
+        with self._lock_of(name):
             service = self._services.get(name)
             if service is not None and not (service.cls._md5sum == cls._md5sum and self._is_registered(name, service)):
                 self._services.pop(name).server.shutdown()
@@ -56,6 +59,11 @@ class ClientServices:
             service.answer = answer
         return lambda: self._end(name, answer)
 
+    def _lock_of(self, name: str) -> threading.Lock:
+        """Return the lock of a service, which lasts as long as somebody has or awaits it."""
+        with self._lock:
+            return self._locks.setdefault(name, threading.Lock())
+
     def _is_registered(self, name: str, service: _Service) -> bool:
         """Return whether the master names our node; another node may provide the service meanwhile."""
         try:
@@ -64,7 +72,7 @@ class ClientServices:
             return True  # the node registers it again when the master is back
 
     def _end(self, name: str, answer: Answer) -> None:
-        with self._lock:
+        with self._lock_of(name):
             service = self._services.get(name)
             if service is not None and service.answer is answer:
                 del self._services[name]
