@@ -11,6 +11,7 @@ from pyros1.cli.main import entry
     ("words", "code", "said"),
     [
         ("rviz --nope", 2, "pyros1 web: error: no such option: --nope"),
+        ("topic echo --nostrr /x", 2, "pyros1 topic: error: no such option: --nostrr (did you mean '--nostr'?)"),
         ("rqt_plot -p nothing", 2, "pyros1 web: error: option -p: invalid floating-point value: 'nothing'"),
         ("view_frames --nope", 2, "no such option: --nope"),
         ("rvizz", 64, "unknown command 'rvizz' (did you mean 'rviz'?)"),

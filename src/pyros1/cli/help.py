@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from optparse import SUPPRESS_HELP, HelpFormatter, IndentedHelpFormatter, OptionParser
+from typing import NoReturn
 
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Verb
+
+_UNKNOWN = "no such option: "
+"""How optparse begins its error."""
 
 
 class Parser(OptionParser):
@@ -17,7 +21,7 @@ class Parser(OptionParser):
     """
 
     def __init__(self, verb: Verb, invocation: Invocation) -> None:
-        stock = invocation.as_stock
+        self._as_stock = stock = invocation.as_stock
         self._examples = verb.examples_text(invocation.program, as_stock=stock)
         usage = " ".join(filter(None, ["usage: %prog", verb.name, verb.usage]))
         super().__init__(
@@ -26,6 +30,16 @@ class Parser(OptionParser):
         for option in verb.options:
             text = SUPPRESS_HELP if option.hidden or (option.own and stock) else option.help
             self.add_option(*option.names, help=text, **option.settings)
+
+    def error(self, msg: str) -> NoReturn:
+        """Print the usage and an error, for an unknown option with the one that was probably meant, and exit with 2."""
+        if msg.startswith(_UNKNOWN) and not self._as_stock:
+            from pyros1.ground.suggest import did_you_mean  # noqa: PLC0415 - only what fails needs it
+
+            visible = [option for option in self.option_list if option.help != SUPPRESS_HELP]
+            known = [name for option in visible for name in option._long_opts]
+            msg += did_you_mean(msg.removeprefix(_UNKNOWN), known)
+        super().error(msg)
 
     def format_epilog(self, formatter: HelpFormatter) -> str:
         """Return the examples."""

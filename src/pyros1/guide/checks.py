@@ -69,9 +69,7 @@ class Looking:
     def node(self) -> Node:
         """A node of the check's own."""
         if self._node is None:
-            self._node = Node(
-                "guide", anonymous=True, argv=[], environ=self.environ, rosout=False, wait_for_master=PATIENCE
-            )
+            self._node = Node("guide", anonymous=True, argv=[], environ=self.environ, rosout=False, wait_for_master=0.0)
         return self._node
 
     def state(self) -> SystemState:

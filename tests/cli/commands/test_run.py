@@ -57,7 +57,6 @@ def test_own_nodes_run_without_executable_bit_in_this_interpreter(package: Path)
         (["some_pkg"], 0, "hello\n"),
         (["empty_pkg"], 3, "[rosrun] the package empty_pkg in "),
         (["sme_pkg"], 2, "[rosrun] (did you mean 'some_pkg'?)"),
-        (["--nope", "some_pkg"], 0, "Usage: pyros1 run"),
         (["--help"], 0, "Usage: pyros1 run"),
         (["some_pkg", "hello/"], 1, "[rosrun] Couldn't find executable named hello/"),
         (["no_such_pkg", "hello"], 2, "[rospack] Error: package 'no_such_pkg' not found"),
@@ -71,6 +70,30 @@ def test_errors_l24(package: Path, capsys: pytest.CaptureFixture[str], words: li
     assert run_command("run", words) == code
     captured = capsys.readouterr()
     assert text in captured.out + captured.err
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["--prefx", "gdb", "some_pkg", "hello"], "no such option: --prefx (did you mean '--prefix'?)"),
+        (["--prefx=gdb", "some_pkg", "hello"], "no such option: --prefx=gdb (did you mean '--prefix'?)"),
+        (["--nope", "some_pkg"], "no such option: --nope"),
+        (["-x"], "no such option: -x"),
+        (["--prefix"], "--prefix needs a value"),
+    ],
+)
+def test_unknown_options(package: Path, capsys: pytest.CaptureFixture[str], words: list[str], text: str) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        run_command("run", words)
+    assert capsys.readouterr().err.endswith(f"pyros1 run: error: {text}\n")
+
+
+def test_unknown_options_under_the_name_of_stock(
+    package: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.argv", ["/usr/bin/rosrun"])
+    assert run_command("run", ["-x"]) == 0
+    assert capsys.readouterr().out.startswith("Usage: rosrun")
 
 
 def test_words_that_only_look_like_remappings_are_passed_on_with_a_hint(package: Path) -> None:

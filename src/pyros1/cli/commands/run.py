@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.finding.packages import PackageIndex
@@ -16,27 +17,29 @@ from pyros1.ground.suggest import argument_hint, did_you_mean
 from pyros1.launch.running.command_line import executable_words, is_own, program_environment
 from pyros1.launch.running.shebang import script_trouble
 
+_VALUED = ("-p", "--prefix")
+
 
 class _Options:
-    """The parsed command line. ``usage`` asks for the usage text: an option is ``wrong``, or a word is missing."""
+    """The parsed command line. ``usage`` asks for the usage text: of an unknown option ``wrong``, or without a name."""
 
     def __init__(self, argv: list[str]) -> None:
         words = list(argv)
         self.prefix: list[str] = []
         self.debug = False
-        self.wrong = False
+        self.wrong = ""
         while words and words[0].startswith("-"):
             option = words.pop(0)
             if option in ("-d", "--debug"):
                 self.debug = True
-            elif option in ("-p", "--prefix") and words:
+            elif option in _VALUED and words:
                 self.prefix = shlex.split(words.pop(0))
             elif option.startswith("--prefix="):
                 self.prefix = shlex.split(option.partition("=")[2])
             else:
-                self.wrong = True
+                self.wrong = option
         self.words = words
-        self.usage = self.wrong or len(words) < 2
+        self.usage = bool(self.wrong) or len(words) < 2
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -45,7 +48,14 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     Returns:
         Only if nothing was run: 0 after the usage text or a list, 1 for a name ending with a slash, 2 for an unknown
         package, 3 for an unknown executable.
+
+    Raises:
+        UsageError: an option is unknown, or has no value. ``rosrun`` prints the usage text and returns 0, as stock.
     """
+    if options.wrong not in ("", "-h", "--help") and not invocation.as_stock:
+        if options.wrong in _VALUED:
+            raise UsageError(f"{options.wrong} needs a value")
+        raise UsageError(f"no such option: {options.wrong}{_similar_option(options.wrong)}")
     if options.usage:
         names_package = len(args) == 1 and not options.wrong and not invocation.as_stock
         return _list(args[0]) if names_package else _print_usage(invocation)
@@ -74,6 +84,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         if hint:
             print(f"[rosrun] {hint}; the argument is passed to the program unchanged", file=sys.stderr)
     return _execute([*options.prefix, *executable_words(executable), *arguments], executable)
+
+
+def _similar_option(word: str) -> str:
+    return did_you_mean(word.partition("=")[0], [name for option in _VERB.options for name in option.names])
 
 
 def _execute(command: list[str], executable: Path) -> int:
