@@ -8,6 +8,8 @@ from collections.abc import Mapping
 
 START = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "drop_in", "start")
 """Folder for PYTHONPATH: programs that find it there have our rospy and its siblings, if they have no real rospy."""
+MODULES = os.path.join(os.path.dirname(START), "modules")
+"""Folder of our modules."""
 SYSTEM_PYTHON = "/usr/bin/python3"
 """The Python whose modules the system's packages install."""
 _ANY_PYTHON = ([b"/usr/bin/env", b"python3"], [b"/usr/bin/env", b"python"])

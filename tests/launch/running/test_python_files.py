@@ -84,3 +84,51 @@ def test_imports_that_are_always_made() -> None:
         ("c", 1),
         ("d", 2),
     ]
+
+
+def bare(folder: Path, *offered: str) -> str:
+    """Return the first line of a program whose Python has no pyros1, but empty modules of the names offered."""
+    search = folder / "search"
+    search.mkdir()
+    for name in offered:
+        (search / f"{name}.py").touch()
+    python = folder / "python3"
+    python.write_text(f'#!/bin/sh\nexport PYTHONPATH={search}\nexec {sys.executable} -S "$@"\n')
+    python.chmod(0o755)
+    return f"#!{python}\n"
+
+
+def test_a_python_without_pyros1(folder: Path) -> None:
+    first = bare(folder)
+    found = problems(folder, first + "import rospy, nothing_a, pyros1, std_msgs.msg, minimal_nodes\n")
+    assert [line.partition(" finds no module ")[2].partition(": ")[0] for line in found] == [
+        "rospy", "nothing_a", "pyros1", "std_msgs", "minimal_nodes",
+    ]  # fmt: skip
+    activate = Path(sys.executable).with_name("activate")
+    cure = f"write #!{sys.executable} as the program's first line"
+    if activate.is_file():
+        cure = f"activate pyros1's environment first (source {activate}), or {cure}"
+    assert [line.endswith(f": {cure}") for line in found] == [True, False, True, True, True]
+
+
+def test_a_python_with_pyros1_that_lacks_a_module_needs_another_cure(folder: Path) -> None:
+    (found,) = problems(folder, bare(folder, "pyros1") + "import rospy\n")
+    assert found.endswith("finds no module rospy")
+
+
+def test_more_imports_than_fit_into_an_argument(folder: Path) -> None:
+    names = [f"nothing_{number}_{'x' * 60}" for number in range(2000)]
+    found = problems(folder, OURS + "".join(f"import {name}\n" for name in names))
+    assert len(found) == 2000 and found[-1].endswith(names[-1])
+
+
+@pytest.mark.parametrize(
+    "deep", ["-" * 100_000 + "1", "not " * 100_000 + "1", "1" + "+1" * 200_000, "a" + ".b" * 200_000]
+)
+def test_source_that_is_too_deep(folder: Path, deep: str) -> None:
+    (found,) = problems(folder, f"{OURS}import os\nx = {deep}\n")
+    assert found == "FILE: its expressions or blocks are nested too deeply for Python"
+
+
+def test_source_that_python_just_reads(folder: Path) -> None:
+    assert problems(folder, f"{OURS}if 0{'+1' * 1500}:\n    import nothing_a\n") == []

@@ -6,11 +6,15 @@ import ast
 import json
 import os
 import subprocess
+import sys
 import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from pyros1.finding.packages import PackageIndex
+from pyros1.finding.python_modules import MODULES
+from pyros1.ground.errors import PackageNotFoundError
 from pyros1.launch.running.command_line import executable_words, is_own, program_environment
 
 _MOST_BYTES = 4 << 20
@@ -24,9 +28,11 @@ _PYTHON2 = (
 )
 """How errors of syntax begin that Python 3 finds in programs for Python 2."""
 _CONVERT = "it looks like a program for Python 2: pip install fissix && fissix -w {} does most of the conversion"
+_TOO_DEEP = "its expressions or blocks are nested too deeply for Python"
+_OURS = "pyros1"
 _SEARCH = """
 import importlib.util, json, sys
-wanted, missing = json.loads(sys.argv[1]), []
+wanted, missing = json.load(sys.stdin), []
 for folder, name in wanted:
     sys.path.insert(0, folder)
     try:
@@ -82,7 +88,8 @@ def python_problems(files: Mapping[Path, Mapping[str, str]]) -> Iterator[Problem
         missing = _missing(words, group, files[next(iter(group))])
         for file, each in ((file, each) for file, all in group.items() for each in all):
             if (str(file.resolve().parent), each.module) in missing:
-                yield Problem(file, f"{file}:{each.line}: {words[-1]} finds no module {each.module}")
+                cure = _cure(each.module, files[file]) if ("", _OURS) in missing else ""
+                yield Problem(file, f"{file}:{each.line}: {words[-1]} finds no module {each.module}{cure}")
 
 
 def imports(source: bytes, name: str = "?") -> list[Import]:
@@ -103,7 +110,7 @@ def imports(source: bytes, name: str = "?") -> list[Import]:
     found: dict[str, Import] = {}
     statements = list(tree.body)
     for statement in statements:
-        if isinstance(statement, ast.If) and "__name__" in ast.dump(statement.test):
+        if isinstance(statement, ast.If) and _asks_for_name(statement.test):
             statements += statement.body
         elif isinstance(statement, ast.Import):
             for each in statement.names:
@@ -113,6 +120,10 @@ def imports(source: bytes, name: str = "?") -> list[Import]:
             module = statement.module.partition(".")[0]
             found.setdefault(module, Import(module, statement.lineno))
     return list(found.values())
+
+
+def _asks_for_name(test: ast.expr) -> bool:
+    return any(isinstance(node, ast.Name) and node.id == "__name__" for node in ast.walk(test))
 
 
 def _python_of(file: Path, environ: Mapping[str, str]) -> tuple[str, ...]:
@@ -131,9 +142,23 @@ def _python_of(file: Path, environ: Mapping[str, str]) -> tuple[str, ...]:
     return (words[0],) if len(words) > 1 else tuple(word for word in named if not word.startswith("-"))
 
 
+def _cure(module: str, environ: Mapping[str, str]) -> str:
+    """Return what to do if a Python lacks pyros1, and so a module that pyros1 offers; empty for any other module."""
+    if module != _OURS and not os.path.isdir(os.path.join(MODULES, module)):
+        try:
+            PackageIndex(environ).find(module)
+        except PackageNotFoundError:
+            return ""
+    activate = os.path.join(os.path.dirname(sys.executable), "activate")
+    first = f"activate pyros1's environment first (source {activate}), or " if os.path.isfile(activate) else ""
+    return f": {first}write #!{sys.executable} as the program's first line"
+
+
 def _syntax(file: Path, error: BaseException) -> str:
     line = f":{error.lineno}" if isinstance(error, SyntaxError) and error.lineno else ""
     text = error.msg if isinstance(error, SyntaxError) else str(error)
+    if isinstance(error, (RecursionError, MemoryError)):
+        text = _TOO_DEEP
     hint = f"; {_CONVERT.format(file)}" if text.startswith(_PYTHON2) else ""
     return f"{file}{line}: {text}{hint}"
 
@@ -144,9 +169,9 @@ def _missing(python: list[str], files: Mapping[Path, list[Import]], environ: Map
     around = {**environ, **program_environment(next(iter(files)), environ)}
     try:
         done = subprocess.run(
-            [*python, "-c", _SEARCH, json.dumps(wanted)],
+            [*python, "-c", _SEARCH],
             env=around,
-            stdin=subprocess.DEVNULL,
+            input=json.dumps([*wanted, ("", _OURS)]).encode(),  # they may be too many for an argument
             capture_output=True,
             timeout=_PATIENCE,
             check=True,
