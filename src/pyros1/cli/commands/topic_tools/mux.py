@@ -1,4 +1,4 @@
-"""``topic_tools mux`` (L190)."""
+"""``topic_tools mux`` and ``demux`` (L190, L191)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument
 
 
-def run(invocation: Invocation, options: Any, args: list[str]) -> None:
+def _mux(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Republish one of several topics, until the node ends."""
     from pyros1.topic_tools.mux import Mux  # noqa: PLC0415
 
@@ -25,18 +25,41 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         Mux(node, target, sources, initial, lazy, latch, patience).run()
 
 
-VERB = Tool(
-    "mux",
-    "republish one of several topics, selected by the service mux/select",
-    Argument("OUT_TOPIC", "topic"),
-    Argument("IN_TOPIC", "topic", many=True),
-    usage="OUT_TOPIC IN_TOPIC1 [IN_TOPIC2 [...]]",
-    parameters=[
-        LAZY,
-        "_latch:=true       latch the output",
-        "_initial_topic:=/topic (or __none) select it at the start",
-        "_wait_publisher_initialization:=true the first message waits _wait_publisher_second:=0.1 for subscribers",
-    ],
-    examples=[("/cmd_vel /joystick /planner mux:=mux_vel", "with the services mux_vel/select, mux_vel/add, ...")],
-    run=run,
-)
+def _demux(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Republish a topic on one of several topics, until the node ends."""
+    from pyros1.topic_tools.demux import Demux  # noqa: PLC0415
+
+    if len(args) < 2:
+        raise UsageError("")
+    source, *targets = args
+    with open_node_for(invocation, source, "demux") as node:
+        node.log.info("demux from %s to %s", source, ", ".join(targets))
+        Demux(node, source, targets).run()
+
+
+VERBS = [
+    Tool(
+        "mux",
+        "republish one of several topics, selected by the service mux/select",
+        Argument("OUT_TOPIC", "topic"),
+        Argument("IN_TOPIC", "topic", many=True),
+        usage="OUT_TOPIC IN_TOPIC1 [IN_TOPIC2 [...]]",
+        parameters=[
+            LAZY,
+            "_latch:=true       latch the output",
+            "_initial_topic:=/topic (or __none) select it at the start",
+            "_wait_publisher_initialization:=true the first message waits _wait_publisher_second:=0.1 for subscribers",
+        ],
+        examples=[("/cmd_vel /joystick /planner mux:=mux_vel", "with the services mux_vel/select, mux_vel/add, ...")],
+        run=_mux,
+    ),
+    Tool(
+        "demux",
+        "republish a topic on one of several topics, selected by the service demux/select",
+        Argument("IN_TOPIC", "topic"),
+        Argument("OUT_TOPIC", "topic", many=True),
+        usage="IN_TOPIC OUT_TOPIC1 [OUT_TOPIC2 [...]]",
+        examples=[("/cmd /left/cmd /right/cmd", "with the services demux/select, demux/add, ...")],
+        run=_demux,
+    ),
+]

@@ -1,0 +1,96 @@
+"""``topic type`` and ``topic find`` (L29, L30)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.cli.failures import UsageError, did_you_mean, fail
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import JSON, Argument, Option, Verb
+from pyros1.cli.shared.printing import print_json
+
+
+def _type(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the type of a topic or field."""
+    if not args:
+        raise UsageError("the following arguments are required: topic_or_field")
+    if len(args) > 1:
+        raise UsageError(f"unrecognized arguments: {' '.join(args[1:])}")
+    name = invocation.resolve(args[0])
+    graph = invocation.graph
+    found = graph.find_topic(name)
+    if found is None:
+        fail(f"unknown topic type [{name}]{did_you_mean(name, graph.topic_types())}")
+    _, topic_type, rest = found
+    if not rest:
+        print(topic_type)
+        return
+    from pyros1.ground.errors import MessageError  # noqa: PLC0415
+    from pyros1.msgs import load_message  # noqa: PLC0415
+    from pyros1.observe.fields import FieldPath, FieldPathError  # noqa: PLC0415 - needs the message classes
+
+    try:
+        field_type = FieldPath(rest).type_in(load_message(topic_type))
+    except (FieldPathError, MessageError):
+        fail(f"unknown topic type [{name}]")
+    print(topic_type, rest.lstrip("/"), field_type)
+
+
+def _find(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the topics of a type."""
+    if not args and options.like is None:
+        raise UsageError("please specify a message type")
+    if len(args) > 1:
+        raise UsageError("you may only specify one message type")
+    types = invocation.graph.topic_types()
+    names = [topic for topic, topic_type in types.items() if args and topic_type == args[0]]
+    if options.like is not None:
+        names += [name for name in _like(options.like, types) if name not in names]
+    if options.json:
+        print_json([{"topic": topic, "type": types[topic]} for topic in names])
+    else:
+        print(*names, sep="\n")
+
+
+def _like(word: str, types: dict[str, str]) -> list[str]:
+    """Return topics that a word may mean, best first: it is in the name, in the type, or similar to a part of these."""
+    from difflib import get_close_matches  # noqa: PLC0415
+
+    low = word.lower().strip("/")
+    names = sorted(types)
+    found = [name for name in names if low in name.lower()]
+    found += [name for name in names if low in types[name].lower()]
+    for name in names:
+        parts = [part.lower() for part in (*name.split("/"), *types[name].split("/")) if part]
+        if get_close_matches(low, parts, 1, 0.7):
+            found.append(name)
+    return list(dict.fromkeys(found))
+
+
+VERBS = [
+    Verb(
+        "type",
+        "print topic or field type",
+        Argument("topic_or_field", "topic"),
+        examples=[("/pose/header/stamp", "the type of a topic or field")],
+        run=_type,
+    ),
+    Verb(
+        "find",
+        "find topics by type",
+        JSON,
+        Option(
+            "--like",
+            metavar="WORD",
+            own=True,
+            help="also topics whose name or type contains the word or is similar to it",
+        ),
+        Argument("msg-type", "message"),
+        usage="msg-type",
+        examples=[
+            ("std_msgs/String", "topics of that type"),
+            ("--like scan", "topics with a similar name or type"),
+        ],
+        run=_find,
+    ),
+]
