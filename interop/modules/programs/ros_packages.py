@@ -136,6 +136,10 @@ for name in (
         t("rosdeps", lambda: sorted(rospack.get_rosdeps(name, implicit)))
 rosstack = rospkg.RosStack([ROOT + "/meta"])
 t("path", lambda: rosstack.get_path("meta"))
+t("packages_of", lambda: list(rosstack.packages_of("meta")))
+t("packages_of", lambda: list(rosstack.packages_of("no")))
+t("stack_of", lambda: rospack.stack_of("leaf"))
+t("stack_of", lambda: rospack.stack_of("no"))
 print(list(rosstack.list()), clean(rosstack.get_ros_paths()))
 for manager in (rospack, rosstack):
     t("cache", lambda: manager.get_custom_cache("k"))

@@ -37,7 +37,6 @@ REASONS = {
     "roslib.resources": "list the folder that roslib.packages.get_pkg_dir returns",
     "roslib.stack_manifest": _STACKS,
     "roslib.stacks": _STACKS,
-    "rospkg.os_detect": _ROSPKG,
     "rospkg.rosversion": "see the command `pyros1 version`",
     "rospkg.stack": _ROSPKG,
     "rosunit.pmon": "see roslaunch.pmon",

@@ -128,8 +128,6 @@ class RosPack(ManifestManager):
         super().__init__(MANIFEST_FILE, ros_paths)
         self._index = package_index(self._ros_paths if self._given else None)
 
-    __getattr__ = members("RosPack", _WHY, frozenset({"stack_of"}))
-
     def _find(self) -> dict[str, str]:
         paths = {name: str(path) for name, path in self._index.paths().items()}
         return {name: path for name, path in paths.items() if not is_metapackage(path)}
@@ -149,6 +147,10 @@ class RosPack(ManifestManager):
         names = [package, *(self.get_depends(package) if implicit else ())]
         return list(dict.fromkeys(each.name for name in names for each in self.get_manifest(name).rosdeps))
 
+    def stack_of(self, package: str) -> None:
+        """Return None: a package is in no stack, which were rosbuild's. Raises ResourceNotFound."""
+        self.get_path(package)
+
 
 class RosStack(ManifestManager):
     """The metapackages in some folders; None: all that pyros1 finds."""
@@ -156,11 +158,16 @@ class RosStack(ManifestManager):
     def __init__(self, ros_paths: Sequence[str] | None = None) -> None:
         super().__init__(STACK_FILE, ros_paths)
 
-    __getattr__ = members("RosStack", _WHY, frozenset({"packages_of", "get_stack_version"}))
+    __getattr__ = members("RosStack", _WHY, frozenset({"get_stack_version"}))
 
     def _find(self) -> dict[str, str]:
         paths = package_index(self._ros_paths if self._given else None).paths()
         return {name: str(path) for name, path in paths.items() if is_metapackage(str(path))}
+
+    def packages_of(self, stack: str) -> list[str]:
+        """Return no packages: those of a metapackage are its dependencies. Raises ResourceNotFound."""
+        self.get_path(stack)
+        return []
 
 
 def package_index(paths: Sequence[str] | None) -> PackageIndex:
