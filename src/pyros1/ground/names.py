@@ -65,11 +65,21 @@ def ns_join(ns: str, name: str) -> str:
     return ns + name if ns[-1] == SEP else ns + SEP + name
 
 
+class FullName(str):
+    """A full name that has been resolved and remapped: `resolve_name` does not remap it again.
+
+    Under ``a:=b b:=c`` the name ``a`` stands for ``/b``, however many functions it passes through. What is made of it,
+    as ``f"{name}/goal"``, is an ordinary name.
+    """
+
+    __slots__ = ()
+
+
 def resolve_name(name: str, node_name: str, remappings: dict[str, str] | None = None, strict: bool = True) -> str:
     """Return the global name that ``name`` stands for inside a node.
 
     Args:
-        name: relative, global or private (``~x``); empty means the node's namespace.
+        name: relative, global or private (``~x``); empty means the node's namespace. A `FullName` is not remapped.
         node_name: the node's full name, for example ``/robot/talker``.
         remappings: resolved name -> resolved name; looked up once, exact match.
         strict: whether names must keep to the grammar.
@@ -91,7 +101,7 @@ def resolve_name(name: str, node_name: str, remappings: dict[str, str] | None = 
     else:
         resolved = namespace(node_name) + name
     resolved = canonicalize_name(resolved)
-    if remappings and resolved in remappings:
+    if remappings and resolved in remappings and not isinstance(name, FullName):
         return remappings[resolved]
     return resolved
 

@@ -9,7 +9,8 @@ from time import monotonic
 from typing import Any
 
 from pyros1.graph import Graph
-from pyros1.ground.errors import Error, MasterError, MessageError, NodeError, ProtocolError
+from pyros1.ground.errors import Error, InvalidNameError, MasterError, MessageError, NodeError, ProtocolError
+from pyros1.ground.names import FullName
 from pyros1.msgs import AnyMsg, load_message
 from pyros1.net.master_client import MasterClient
 from pyros1.node import Node
@@ -105,9 +106,21 @@ class Robot:
             RequestError: there is no master yet, or pages may not see the topic.
         """
         self.check_running()
-        self.check_visible(topic)
-        _ = self.node
-        return self._hub.listen(topic, listener, ready)
+        try:
+            name = self.full_name(topic)
+        except InvalidNameError:  # of another node's topic; no messages come
+            name = FullName(topic)
+        self.check_visible(name)
+        return self._hub.listen(name, listener, ready)
+
+    def full_name(self, name: str) -> FullName:
+        """Return the full name of a client's name, with the server's remappings applied once.
+
+        Raises:
+            InvalidNameError: the name is not legal.
+            RequestError: there is no master yet.
+        """
+        return FullName(self.node.resolve(name))
 
     def type_of(self, topic: str, wanted: str = "") -> str:
         """Return the type of a topic; ``*`` if nobody has told it.

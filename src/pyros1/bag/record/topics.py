@@ -13,6 +13,9 @@ from pyros1.node import Node
 class TopicSearch:
     """Search of the master for topics to record.
 
+    Topics have the names that they were asked for by, or that the master has; remappings apply when they are
+    subscribed to, as in stock.
+
     Args:
         node: the recorder's node.
         selection: what to record.
@@ -24,7 +27,7 @@ class TopicSearch:
         self._selection = selection
         self._known: set[str] = set()
         self._watched = node.resolve(selection.node) if selection.node else ""
-        self._waiting = [node.resolve(name) for name in selection.named()]
+        self._waiting = [node.resolve(name, remap=False) for name in selection.named()]
 
     def new_topics(self) -> list[str]:
         """Return the topics to record that were not returned before."""

@@ -35,7 +35,7 @@ class Publishers:
             Error: the topic's name or type is wrong, or the server publishes it with another type.
         """
         node = self._robot.node
-        name = node.resolve(channel.topic)
+        name = self._robot.full_name(channel.topic)
         self._robot.check_visible(name)
         cls = payloads.message_class(channel)
         self._publishers[channel.id] = cls, node.advertise(name, cls)

@@ -55,7 +55,7 @@ class Calling:
         self._exchanges.close()
 
     def _values(self, call: CallService) -> Any:
-        name = self._robot.node.resolve(call.service)
+        name = self._robot.full_name(call.service)
         if rosapi.has(name):
             return rosapi.run(self._robot, name, call.args)
         if self._robot.access.read_only:

@@ -135,7 +135,7 @@ class Client:
             self.outbox.tell(frames.status(level, message, id))
 
     def _subscribe(self, wish: operations.Subscribe) -> None:
-        topic = self._robot.node.resolve(wish.topic)
+        topic = self._robot.full_name(wish.topic)
         self._robot.check_visible(topic)
         if wish.type:
             kind = self._robot.type_of(topic, wish.type)

@@ -43,7 +43,7 @@ class Providing:
             BridgeError: the client has too many.
             Error: no such type, or the server's node itself provides it.
         """
-        full = self._robot.node.resolve(name)
+        full = self._robot.full_name(name)
         self._robot.check_visible(full)
         cls = load_service(kind)
         if name not in self._ends and len(self._ends) >= MOST_SERVICES:

@@ -43,7 +43,7 @@ class Publishers:
             Error: no such type, the topic has another one, or too many topics.
         """
         node = self._robot.node
-        topic = node.resolve(wish.topic)
+        topic = self._robot.full_name(wish.topic)
         self._robot.check_visible(topic)
         cls = load_message(wish.type)
         known = self._robot.type_of(topic, wish.type)
@@ -95,7 +95,7 @@ class Publishers:
         """
         name = wish.topic
         if name not in self._topics:
-            topic = self._robot.node.resolve(name)
+            topic = self._robot.full_name(name)
             self._robot.check_visible(topic)
             kind = self._robot.type_of(topic)
             if kind == "*":
