@@ -160,6 +160,10 @@ def test_a_bag_of_any_folder_is_opened_by_a_server_that_runs(
             page.send(json.dumps({"open": "bag_file", "stream": number, "args": {"path": str(path)}}))
             said.append(str(page.recv(timeout=20)))
     assert "outside" not in said[0] and "outside of the folders" in said[1]
+    (lists,) = Path(environ["ROS_HOME"], "pyros1").glob("*.bags")
+    lists.chmod(0o644)
+    refused = start("rqt_bag", str(other))
+    assert f"{lists}: the list of bags may be read" in refused.communicate(timeout=30)[0] and refused.returncode == 1
     misspelt = start("bag", str(tmp_path / "aa.bag"))
     assert f"(did you mean '{bag}'?)" in misspelt.communicate(timeout=30)[0] and misspelt.returncode == 1
 

@@ -126,17 +126,3 @@ def test_files_that_the_user_names_later(bags: Path, tmp_path: Path) -> None:
     granted.clear()
     with pytest.raises(RequestError, match="outside"):
         shelf.file(str(secret))
-
-
-@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="users of Unix")
-def test_a_list_that_others_may_write_does_not_count(bags: Path, tmp_path: Path) -> None:
-    file = tmp_path / "list"
-    granted = Granted(file)
-    granted.add([str(tmp_path / "secret.bag")])
-    file.chmod(0o666)
-    with pytest.raises(RequestError, match="outside"):
-        Shelf([str(bags)], granted).file(str(tmp_path / "secret.bag"))
-    linked = tmp_path / "linked"
-    file.chmod(0o600)
-    linked.symlink_to(file)
-    assert tmp_path / "secret.bag" in granted and tmp_path / "secret.bag" not in Granted(linked)

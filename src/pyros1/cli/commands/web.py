@@ -68,9 +68,14 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         end_turn = stack.enter_context(turn(note))
         known = running_link(note)
         if joins and known:
-            end_turn()
             if options.files:
-                granted.add(options.files)
+                try:
+                    granted.add(options.files)  # in turn: others may add theirs
+                except OSError as error:
+                    raise CommandError(
+                        f"cannot let the server open the bag: {error.filename}: {error.strerror}"
+                    ) from None
+            end_turn()
             return _join(invocation, panel_link(known, panel, settings), uri)
         if not known:
             granted.clear()

@@ -7,12 +7,16 @@ opens a bag is the user's right to files of this machine, not the token, which o
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
 import os
+import stat
+import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
-_MOST_BYTES = 1 << 20
+MOST_BYTES = 1 << 20
+"""Largest size of the list in bytes; beyond that, the paths that were added first are left out."""
 _OTHERS = 0o077
 """Rights of other users."""
 
@@ -28,20 +32,30 @@ class Granted:
         self._file = file
 
     def add(self, paths: Iterable[str]) -> None:
-        """Add bags. Raises OSError if the file cannot be written."""
+        """Add bags. Programs that add at the same time are to take turns.
+
+        Raises:
+            OSError: the file cannot be written; or it is there, but is not to be trusted, since it is a link, or
+                belongs to another user, or others may read or write it.
+        """
+        added = dict.fromkeys(json.dumps(os.path.realpath(path)) for path in paths)
         self._file.parent.mkdir(parents=True, exist_ok=True)
-        flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_NOFOLLOW", 0)
-        with open(os.open(self._file, flags, 0o600), "w", encoding="ascii") as file:
-            file.writelines(f"{json.dumps(os.path.realpath(path))}\n" for path in paths)
+        try:
+            before = self._lines()
+        except FileNotFoundError:
+            before = []
+        lines = [*(line for line in dict.fromkeys(before) if line not in added), *added]
+        room, first = MOST_BYTES, len(lines)
+        while first and (room := room - len(lines[first - 1]) - 1) >= 0:
+            first -= 1
+        if len(lines) - first < len(added):
+            raise OSError(errno.EFBIG, "too many bags at once", str(self._file))
+        self._replace("".join(f"{line}\n" for line in lines[first:]))
 
     def __contains__(self, path: object) -> bool:
         """Return whether a path without links is in the list."""
         try:
-            with open(os.open(self._file, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0)), encoding="ascii") as file:
-                facts = os.fstat(file.fileno())
-                if hasattr(os, "geteuid") and (facts.st_uid != os.geteuid() or facts.st_mode & _OTHERS):
-                    return False
-                return json.dumps(str(path)) in file.read(_MOST_BYTES).splitlines()
+            return json.dumps(str(path)) in self._lines()
         except (OSError, ValueError):
             return False
 
@@ -49,3 +63,34 @@ class Granted:
         """Forget all bags."""
         with contextlib.suppress(OSError):
             self._file.unlink()
+
+    def _lines(self) -> list[str]:
+        """Return the lines of the file. Raises OSError, also if the file is not to be trusted."""
+        if self._file.is_symlink():
+            raise self._distrust("is a symbolic link")
+        flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # a pipe would block
+        with open(os.open(self._file, flags), "rb") as file:
+            facts = os.fstat(file.fileno())
+            if not stat.S_ISREG(facts.st_mode):
+                raise self._distrust("is not a file")
+            if hasattr(os, "geteuid"):
+                if facts.st_uid != os.geteuid():
+                    raise self._distrust("belongs to another user")
+                if facts.st_mode & _OTHERS:
+                    raise self._distrust(f"may be read or written by others (mode {stat.S_IMODE(facts.st_mode):o})")
+            text = file.read(MOST_BYTES).decode("ascii", errors="replace")
+        return [line for line in text.split("\n")[:-1] if line and line.isascii()]  # the last may be cut off
+
+    def _distrust(self, reason: str) -> OSError:
+        return PermissionError(errno.EPERM, f"the list of bags {reason}: remove it", str(self._file))
+
+    def _replace(self, text: str) -> None:
+        """Replace the file as a whole, since the server may read it at any time."""
+        number, made = tempfile.mkstemp(prefix=f"{self._file.name}.", dir=self._file.parent)  # for this user only
+        try:
+            with open(number, "w", encoding="ascii") as file:
+                file.write(text)
+            os.replace(made, self._file)
+        except BaseException:
+            os.unlink(made)
+            raise
