@@ -70,6 +70,29 @@ def test_both_record_the_same(launcher: Master, topic: str, kind: str, tmp_path:
     assert sorted(data.hex() or "-" for bodies in mine.values() for data in bodies) == sorted(sent)
 
 
+@pytest.mark.parametrize("more", [[], ["-e"]], ids=["named", "regex"])
+def test_both_remap_once(launcher: Master, topic: str, more: list[str], tmp_path: Path) -> None:
+    """Under a:=b b:=c, both record the messages of b, under the name a (O30)."""
+    peer = launcher.shared("bag", "roscpp")
+    names = [f"{topic}/{letter}" for letter in "abc"]
+    for name in names:
+        peer.advertise(name, TEXT)
+    words = [*more, names[0], f"{names[0]}:={names[1]}", f"{names[1]}:={names[2]}"]
+    recorders = [
+        ours(launcher, "-O", str(tmp_path / "ours"), *words),
+        stock(launcher, "-O", str(tmp_path / "stock"), *words),
+    ]
+    peer.linked(names[1], 2)
+    sent = [peer.publish(names[1], seed) for seed in range(20)]
+    active = tmp_path / "ours.bag.active"
+    until(lambda: sum(map(len, content(active).values())) == len(sent), "all is on the disk")
+    for recorder in recorders:
+        end(recorder)
+    mine, theirs = content(tmp_path / "ours.bag"), content(tmp_path / "stock.bag")
+    assert mine == theirs
+    assert {key[0] for key in mine} == {names[0]}
+
+
 def test_stock_reads_what_we_record(launcher: Master, topic: str, tmp_path: Path) -> None:
     peer = launcher.shared("bag", "roscpp")
     peer.advertise(topic, TEXT)
