@@ -16,7 +16,7 @@ from pyros1.bag.record.names import Selection
 from pyros1.bag.record.topics import TopicSearch
 from pyros1.graph import Graph
 from pyros1.msgs import AnyMsg
-from pyros1.msgs.std_srvs.srv import Empty
+from pyros1.msgs.std_srvs.srv import Empty, Trigger
 from pyros1.node import Node
 from pyros1.topic_tools.mux import Mux
 from pyros1.web.foxglove.requests import ClientChannel
@@ -111,3 +111,16 @@ def test_names_of_a_chain(node: Node, robot: Robot, name: str, use: Use, expecte
     tables = (state.publishers, state.subscribers, state.services)
     names = {each for table in tables for each, nodes in table.items() if node.name in nodes}
     assert names & {"/a", "/b", "/c"} == {expected}
+
+
+def test_clients_call_the_service_that_the_first_remapping_names(robot: Robot, make_node: Callable[..., Node]) -> None:
+    provider = make_node("provider")
+    for name in ("/a", "/b", "/c"):
+        provider.advertise_service(name, Trigger, lambda request, name=name: (True, name))
+    for name in ("a", "/a"):
+        client = Client(robot, lambda function: function(), lambda: None)
+        assert client.handle([json.dumps({"op": "call_service", "service": name, "id": "1"})])
+        told, _ = client.take(monotonic())
+        (answer,) = map(json.loads, told)
+        assert answer["values"] == {"success": True, "message": "/b"}
+        client.close()
