@@ -47,6 +47,39 @@ def test_topics(ask: Callable[..., Any]) -> None:
     assert ask("action_servers") == {"action_servers": ["/act"]}
 
 
+@pytest.mark.parametrize(
+    ("topic", "kind"),
+    [
+        ("/number/data", "std_msgs/Float64"),
+        ("/number/", "std_msgs/Float64"),
+        ("/act/goal/header/stamp", "actionlib_tutorials/FibonacciActionGoal"),
+        ("/numbers", ""),
+        ("/act/nothing", ""),
+        ("/" * 10_000, ""),
+    ],
+)
+def test_the_type_of_a_topic_for_a_field_of_it(ask: Callable[..., Any], topic: str, kind: str) -> None:
+    assert ask("topic_type", topic=topic) == {"type": kind}
+
+
+def test_fields_of_hidden_topics(make_robot: Callable[..., Robot], make_node: Callable[..., Any]) -> None:
+    make_node("one").advertise("/hidden", Float64)
+    robot = make_robot(topics=("/hidden/*",))
+    assert rosapi.run(robot, "/rosapi/topic_type", {"topic": "/hidden/data"}) == {"type": ""}
+
+
+def test_lists_of_arguments_may_be_shorter_or_longer(ask: Callable[..., Any]) -> None:
+    assert ask("get_param", "/unset") == {"value": "null"}
+    assert ask("get_param", "/unset", "5", "more") == {"value": "5"}
+    assert ask("nodes", "more") == ask("nodes")
+
+
+@pytest.mark.parametrize("args", [None, [], {}, "x", 5, True, 1.5])
+def test_other_values_count_as_no_arguments(robot: Robot, args: Any) -> None:
+    assert rosapi.run(robot, "/rosapi/topic_type", args) == {"type": ""}
+    assert rosapi.run(robot, "/rosapi/topics", args)["topics"]
+
+
 def test_services(ask: Callable[..., Any]) -> None:
     assert "/add" in ask("services")["services"]
     assert ask("service_type", service="/add") == {"type": "rospy_tutorials/AddTwoInts"}

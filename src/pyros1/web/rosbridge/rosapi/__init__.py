@@ -39,7 +39,7 @@ def run(robot: Robot, name: str, args: Any) -> dict[str, Any]:
     Args:
         robot: what is asked about.
         name: the service's full name.
-        args: an object, a list of values in order, or null.
+        args: an object, or a list of values in order.
 
     Returns:
         The values of the response.
@@ -55,13 +55,15 @@ def run(robot: Robot, name: str, args: Any) -> dict[str, Any]:
 
 
 def _texts(fields: tuple[str, ...], args: Any) -> dict[str, str]:
-    if args is None:
-        args = {}
+    """Return the arguments by name. As in rosbridge_suite, those that are left out are empty, a list may be shorter or
+    longer, and anything but a list or an object counts as no arguments.
+
+    Raises:
+        BridgeError: one is not a string.
+    """
     if isinstance(args, list):
-        if len(args) == 1 and isinstance(args[0], dict):
-            args = args[0]
-        elif len(args) in (0, len(fields)):
-            args = dict(zip(fields, args, strict=False))
-    if not isinstance(args, dict) or not all(isinstance(args.get(name, ""), str) for name in fields):
-        raise BridgeError(f"the arguments are strings: {', '.join(fields)}" if fields else "there are no arguments")
-    return {name: args.get(name, "") for name in fields}
+        args = args[0] if len(args) == 1 and isinstance(args[0], dict) else dict(zip(fields, args, strict=False))
+    found = {name: args.get(name, "") if isinstance(args, dict) else "" for name in fields}
+    if not all(isinstance(value, str) for value in found.values()):
+        raise BridgeError(f"the arguments are strings: {', '.join(fields)}")
+    return found

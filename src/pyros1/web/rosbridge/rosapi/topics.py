@@ -51,8 +51,14 @@ def _of_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
-    robot.check_visible(args["topic"])
-    return {"type": robot.type_of(args["topic"]).replace("*", "")}
+    """Return the type of a topic; of a field of a topic, such as ``/odom/pose``, that of the topic."""
+    topic = args["topic"]
+    robot.check_visible(topic)
+    kind = robot.type_of(topic)
+    if kind == "*":
+        types = {name: kind for name, kind in Graph(robot.master).topic_types().items() if topic.startswith(name + "/")}
+        kind = types.get(max(robot.access.visible(types), key=len, default=""), "")
+    return {"type": kind.replace("*", "")}
 
 
 def _publishers(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
