@@ -232,9 +232,9 @@ def _bag(invocation: Invocation, options: Any, words: list[str]) -> dict[str, An
 
 
 def _plot(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:
-    from pyros1.cli.shared.curves import curves_of  # noqa: PLC0415
+    from pyros1.cli.shared.curves import curves_of, fields_of_messages  # noqa: PLC0415
 
-    curves = [curve for word in words for curve in curves_of(invocation, word)]
+    curves = fields_of_messages(invocation, [curve for word in words for curve in curves_of(invocation, word)])
     settings: dict[str, Any] = {"curves": curves} if curves or options.empty else {}
     if options.period is not None:
         settings["period"] = options.period
