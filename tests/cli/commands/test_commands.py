@@ -373,6 +373,8 @@ def test_plot_draws_what_comes(run: Any, make_node: Callable[..., Any]) -> None:
     node = make_node("talker", rosout=False)
     publisher = node.advertise("state", JointState, latch=True)
     publisher.publish(JointState(position=[3.0, 4.0]))
+    code, out, err = run("topic", "plot", "-p", "0.3", "--once", "/state/header")
+    assert (code, err) == (0, "") and "/state/header/seq = " in out  # of a message, its numbers
     code, out, err = run("topic", "plot", "-p", "0.3", "--once", "/state/position[0],/state/position[1]")
     assert (code, err) == (0, "")
     assert "/state/position[0] = 3" in out and "/state/position[1] = 4" in out

@@ -14,7 +14,7 @@ from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.chart import draw
-from pyros1.cli.shared.curves import curves_of
+from pyros1.cli.shared.curves import curves_of, fields_of_messages
 from pyros1.cli.shared.printing import use_colour
 from pyros1.cli.shared.subscribing import find_topic, subscribe
 from pyros1.ground.errors import MessageError
@@ -35,7 +35,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError("a topic with a field must be specified")
     if not options.period > 0:
         raise UsageError("the period must be greater than zero")
-    names = [name for arg in args for name in curves_of(invocation, arg)]
+    names = fields_of_messages(invocation, [name for arg in args for name in curves_of(invocation, arg)])
     try:
         read = {name: _expression_reader(name) for name in names}
     except ExpressionError as error:
