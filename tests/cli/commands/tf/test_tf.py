@@ -270,6 +270,8 @@ def test_a_loop_is_drawn_once() -> None:
         (["1", "2", "3", "0", "0", "0", "0", "a", "b"], 1, "0 0 0 1 for no rotation"),
         (["1", "2", "3", "0", "0", "0", "a", "b", "-5"], 1, "negative"),
         (["--tf", "1", "2", "3", "0", "0", "0", "a", "b", "c"], 1, "period must be a number"),
+        (["--prd"], 2, "no such option: --prd"),
+        (["--tf2", "--x"], 2, "no such option: --x"),
         (["/nope"], 255, "Could not read TF from parameter server: /nope"),
     ],
 )

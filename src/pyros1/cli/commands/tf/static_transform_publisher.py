@@ -10,7 +10,7 @@ import math
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from pyros1.cli.commands.tf._node import open_node
-from pyros1.cli.failures import CommandError, report
+from pyros1.cli.failures import CommandError, UsageError, report
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import leave_words
 from pyros1.cli.records import Argument, Flag, Verb
@@ -43,6 +43,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         examples = VERB.examples_text(invocation.program, as_stock=False)
         print(*_usages(forms), _ABOUT, examples, sep="\n", end="")
         return 0
+    if words and words[0].startswith("--"):  # not the name of a parameter, for which it would wait
+        raise UsageError(f"no such option: {words[0]}")
     if not _form_fits(len(words), forms):
         report(f"{_NAME} exited due to not having the right number of arguments", _WRONG)
         print(*_usages(forms), sep="\n\n")
