@@ -90,7 +90,7 @@ def transport(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -
     """Run a test with links within the process, and with the connections that nodes of other processes have."""
     if request.param != "inside":
         monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
-        monkeypatch.setattr("pyros1.node.same_host.wants_local", lambda setting: request.param == "local")
+        monkeypatch.setattr("pyros1.node.same_host.is_local_enabled", lambda setting: request.param == "local")
     return str(request.param)
 
 

@@ -56,7 +56,7 @@ ALLOWED = {
     "drop_in/start/pyros1_modules.py: __import__": "the module that the program itself imports, from behind ours",
     "launch/reading/xacro_tool.py: import xml.parsers.expat": "xacro names its errors; it parses the user's own file",
     "drop_in/modules/genpy/message.py: importlib.import_module": "modules `PACKAGE.msg`, of checked names, as stock's",
-    "msgs/foreign.py: importlib.import_module": "the same, of definitions of the program's own classes",
+    "msgs/genpy_classes.py: importlib.import_module": "the same, of definitions of the program's own classes",
     "finding/importing.py: importlib.import_module": "pyros1's own modules of messages, of packages that are found",
     "cli/commands/topic_tools/_expression.py: importlib.import_module": "the same",
     "drop_in/modules/rosparam/__init__.py: yaml.Loader": "gets a constructor for angles",

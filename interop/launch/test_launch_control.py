@@ -113,16 +113,16 @@ def test_our_client_understands_both(kind: str, start: Callable[[str], str], tmp
         assert gone.state == "died" or kind == "stock"  # which tells nothing of the dead
         if kind == "ours":
             assert report.refusal == ""
-            launch.tell("start", "/again")
+            launch.request("start", "/again")
             wait_for(launch, lambda nodes: nodes["/again"].state == "running" and nodes["/again"].starts == 2)
-            launch.tell("restart", "/boss")
+            launch.request("restart", "/boss")
             wait_for(launch, lambda nodes: nodes["/boss"].state == "running" and nodes["/boss"].starts == 2)
-            launch.tell("stop", "/boss")  # required, but wanted
+            launch.request("stop", "/boss")  # required, but wanted
             wait_for(launch, lambda nodes: nodes["/boss"].state == "stopped")
         else:
             assert "stock roslaunch" in report.refusal
             with pytest.raises(Error, match="stock roslaunch"):
-                launch.tell("stop", "/boss")
+                launch.request("stop", "/boss")
 
 
 def test_both_answer_alike(start: Callable[[str], str], env: dict[str, str]) -> None:

@@ -1,4 +1,3 @@
-# ruff: noqa: E501 - a launch file and long assertions
 """Launchers and nodes of both kinds together: ours running stock nodes, stock roslaunch running ours (X83-X90)."""
 
 from __future__ import annotations
@@ -21,7 +20,8 @@ LAUNCH = """<launch>
   <rosparam>{shared: {list: [1, 2.5, text]}}</rosparam>
   <group ns="g"><remap from="unused" to="used"/>
     <node pkg="topic_tools" type="relay" name="stock" args="/in /out"><env name="MARK" value="set"/></node>
-    <node pkg="minimal_nodes" type="minimal_publisher" name="ours"><param name="rate" value="20.0"/><remap from="topic1" to="/in"/></node>
+    <node pkg="minimal_nodes" type="minimal_publisher" name="ours"><param name="rate" value="20.0"/><remap from="topic1"
+    to="/in"/></node>
   </group>
 </launch>
 """

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from harness import SOURCE, free_port, until
 
-from pyros1.finding.python_modules import START
+from pyros1.finding.python_modules import DROP_IN_START
 
 pytestmark = pytest.mark.ours_only
 
@@ -61,7 +61,7 @@ def told(who: str, folder: Path) -> dict[str, str]:
         "ROS_PACKAGE_PATH": f"{folder / 'telling'}:/usr/share",
         "PYTHONPATH": str(SOURCE),
         "TELL_TO": str(tell_to),
-        "MODULES": START,
+        "MODULES": DROP_IN_START,
     }
     with subprocess.Popen(
         [*command, "tell.launch"], cwd=folder, env=environ, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

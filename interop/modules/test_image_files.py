@@ -1,5 +1,5 @@
-"""Compressed images of every codec, depth and number of channels: read and written by cv_bridge with OpenCV, as stock has it,
-by ours with Pillow alone, and by ours with OpenCV. The files are random; a failure names their seed."""
+"""Compressed images of every codec, depth and number of channels: read and written by cv_bridge with OpenCV, as stock
+has it, by ours with Pillow alone, and by ours with OpenCV. The files are random; a failure names their seed."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""extract_images_sync of Debian's image_view, unmodified, on stock's modules and on ours. It needs OpenCV, so both run in
-the interpreter of the system, where OpenCV is; PYROS1_ROSPY prefers our modules to stock's."""
+"""extract_images_sync of Debian's image_view, unmodified, on stock's modules and on ours. It needs OpenCV, so both run
+in the interpreter of the system, where OpenCV is; PYROS1_ROSPY prefers our modules to stock's."""
 
 from __future__ import annotations
 

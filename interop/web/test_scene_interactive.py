@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 from browsing import Browser, Web
 
-from pyros1.finding.python_modules import START
+from pyros1.finding.python_modules import DROP_IN_START
 from pyros1.msgs.geometry_msgs.msg import TransformStamped
 from pyros1.msgs.visualization_msgs.msg import InteractiveMarkerFeedback
 from pyros1.tf import StaticTransformBroadcaster
@@ -102,7 +102,7 @@ def server(request: pytest.FixtureRequest, environ: dict[str, str], tmp_path: Pa
         if not Path(python).exists() or subprocess.run(probe, check=False, capture_output=True).returncode:
             pytest.skip("stock's interactive_markers is not installed")
     else:
-        python, more = sys.executable, {"PYTHONPATH": START}
+        python, more = sys.executable, {"PYTHONPATH": DROP_IN_START}
     process = subprocess.Popen(
         [python, str(file)], env={**os.environ, **environ, **more}, stdout=subprocess.DEVNULL, stdin=subprocess.DEVNULL
     )

@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     from pyros1.msgs import AnyMsg
     from pyros1.node import Node
     from pyros1.node.subscribing.deadline import Missed
-    from pyros1.node.watching.sighting import Sighting
+    from pyros1.node.watching.liveness import Sighting
 
 __version__ = "0.1.0"
 
@@ -108,13 +108,13 @@ __all__ = [
     "__version__",
 ]
 
-_HOMES = {
+_EXPORTS = {
     **dict.fromkeys(__all__, "pyros1.ground.errors"),
     "AnyMsg": "pyros1.msgs",
     "Duration": "pyros1.ground.timing",
     "Missed": "pyros1.node.subscribing.deadline",
     "Node": "pyros1.node",
-    "Sighting": "pyros1.node.watching.sighting",
+    "Sighting": "pyros1.node.watching.liveness",
     "Time": "pyros1.ground.timing",
 }
 
@@ -123,7 +123,7 @@ def __getattr__(name: str) -> Any:
     """Load and return a public name when it is first used, so that small commands start without them."""
     from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
 
-    return load(__name__, _HOMES, name)
+    return load(__name__, _EXPORTS, name)
 
 
 def __dir__() -> list[str]:

@@ -22,7 +22,7 @@ from pyros1.ground.errors import (
     UnreachableError,
 )
 from pyros1.ground.names import SEP
-from pyros1.ground.shown import foreign, one_line
+from pyros1.ground.terminal_text import one_line, untrusted
 
 UNKNOWN_TYPE = "unknown type"
 """Shown as the type of a topic if no node has told the master its type."""
@@ -113,17 +113,18 @@ class Graph:
     def state(self) -> SystemState:
         """Return the registrations of all nodes."""
         publishers, subscribers, services = (
-            {foreign(name): [*map(foreign, nodes)] for name, nodes in table} for table in self.master.get_system_state()
+            {untrusted(name): [*map(untrusted, nodes)] for name, nodes in table}
+            for table in self.master.get_system_state()
         )
         return SystemState(publishers, subscribers, services)
 
     def topic_types(self) -> dict[str, str]:
         """Return the type of every topic that ever had one (topic -> type), ``*`` included, in the master's order."""
-        return {foreign(entry[0]): foreign(entry[1]) for entry in self.master.get_topic_types()}
+        return {untrusted(entry[0]): untrusted(entry[1]) for entry in self.master.get_topic_types()}
 
     def published_types(self) -> dict[str, str]:
         """Return the type of every topic that has a publisher (topic -> type)."""
-        return {foreign(entry[0]): foreign(entry[1]) for entry in self.master.get_published_topics("")}
+        return {untrusted(entry[0]): untrusted(entry[1]) for entry in self.master.get_published_topics("")}
 
     def find_topic(self, name: str) -> tuple[str, str, str] | None:
         """Split a name such as ``/topic/field`` behind the topic that the master knows.
@@ -217,7 +218,7 @@ class NodeApi:
         entries = self._call("getSubscriptions")
         match entries:
             case list() if all(isinstance(entry, list) and len(entry) > 1 for entry in entries):
-                return {foreign(str(topic)): foreign(str(type_)) for topic, type_, *_ in entries}
+                return {untrusted(str(topic)): untrusted(str(type_)) for topic, type_, *_ in entries}
         raise ProtocolError(
             f"the node at {self.uri} answered getSubscriptions with something other than a list of pairs"
         )
@@ -243,8 +244,8 @@ def parse_bus_entry(entry: Any) -> Connection:
     connected = bool(entry[5]) if len(entry) > 5 else True
     match = _INFO.match(entry[6]) if len(entry) > 6 and isinstance(entry[6], str) else None
     port, peer, sock = match.groups() if match else (None, None, None)
-    where, way, by, topic = (foreign(str(word)) for word in (destination, direction, transport, topic))
-    return Connection(number, where, way, by, topic, connected, port, peer and foreign(peer), sock)
+    where, way, by, topic = (untrusted(str(word)) for word in (destination, direction, transport, topic))
+    return Connection(number, where, way, by, topic, connected, port, peer and untrusted(peer), sock)
 
 
 def probe_service(name: str, uri: str, caller_id: str, timeout: float = PROBE_TIMEOUT) -> dict[str, str]:
@@ -282,7 +283,7 @@ def probe_service(name: str, uri: str, caller_id: str, timeout: float = PROBE_TI
         raise ServiceUnavailableError(f"service [{name}] at {uri} does not answer: {error}") from error
     if "error" in header:
         raise ServiceUnavailableError(f"service [{name}] at {uri}: {one_line(header['error'])}")
-    return {name: foreign(value) for name, value in header.items()}
+    return {name: untrusted(value) for name, value in header.items()}
 
 
 def in_namespace(names: Iterable[str], namespace: str | None) -> list[str]:

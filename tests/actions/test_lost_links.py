@@ -56,7 +56,7 @@ def until(reached: Callable[[], Any], meanwhile: Callable[[], object] = lambda: 
 
 @pytest.fixture
 def client(make_node: Make, monkeypatch: pytest.MonkeyPatch) -> Iterator[Client]:
-    monkeypatch.setattr("pyros1.actions.progress.GONE", 0.05)
+    monkeypatch.setattr("pyros1.actions.progress.LOST_AFTER", 0.05)
     with ExitStack() as stack:
         yield stack.enter_context(Client(make_node("client"), ACTION, FibonacciAction))
 

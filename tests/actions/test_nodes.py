@@ -244,7 +244,7 @@ def test_a_server_that_was_restarted_has_lost_the_goal(make_node: Make, stack: E
 def test_a_server_that_is_gone_has_lost_the_goal(
     make_node: Make, stack: ExitStack, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.actions.client.GONE", 0.2)
+    monkeypatch.setattr("pyros1.actions.client.LOST_AFTER", 0.2)
     server = Server(make_node("server"), ACTION, FibonacciAction, lambda goal: goal.accept())
     client = stack.enter_context(Client(make_node("client"), ACTION, FibonacciAction))
     goal = client.send(FibonacciGoal(), timeout=20)
@@ -256,7 +256,7 @@ def test_a_server_that_is_gone_has_lost_the_goal(
 def test_a_lost_goal_is_told_of_though_nobody_waits_for_it(
     make_node: Make, stack: ExitStack, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.actions.client.GONE", 0.2)
+    monkeypatch.setattr("pyros1.actions.client.LOST_AFTER", 0.2)
     accepted, ended = threading.Event(), threading.Event()
     server = Server(make_node("server"), ACTION, FibonacciAction, lambda goal: (goal.accept(), accepted.set()))
     client = stack.enter_context(Client(make_node("client"), ACTION, FibonacciAction))

@@ -10,10 +10,10 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from pyros1.actions.goal_id import GoalNames, is_meant
+from pyros1.actions.goal_id import GoalNames, matches
+from pyros1.actions.goal_table import GoalTable, Tracked
 from pyros1.actions.progress import Progress
 from pyros1.actions.states import Move, Stage, Status, stages_after, status_after
-from pyros1.actions.table import GoalTable, Tracked
 from pyros1.ground.timing import Duration, Time
 
 FOLLOWING = {
@@ -149,7 +149,7 @@ def test_a_result_without_an_end_is_odd() -> None:
 
 
 @pytest.mark.parametrize(
-    ("request_id", "meant"),
+    ("request_id", "matching"),
     [
         (goal_id(), "abc"),
         (goal_id("b"), "b"),
@@ -158,9 +158,9 @@ def test_a_result_without_an_end_is_odd() -> None:
         (goal_id("x", 0), ""),
     ],
 )
-def test_which_goals_a_request_means(request_id: Any, meant: str) -> None:
+def test_which_goals_a_request_means(request_id: Any, matching: str) -> None:
     goals = [goal_id(name, number) for number, name in enumerate("abc", 1)]
-    assert "".join(goal.id for goal in goals if is_meant(request_id, goal)) == meant
+    assert "".join(goal.id for goal in goals if matches(request_id, goal)) == matching
 
 
 def test_the_table_forgets_goals_some_time_after_their_end() -> None:
@@ -181,7 +181,7 @@ def test_a_goal_that_comes_after_its_cancel_is_recalled() -> None:
     assert table.repeat("g", Time(1)) == (early, True)
     assert early.status.status == Status.RECALLED
     assert table.repeat("g", Time(1)) == (early, False)
-    assert table.meant(goal_id("", 3)) == [early]
+    assert table.matching(goal_id("", 3)) == [early]
     assert table.is_too_old(goal_id("h", 2))
     assert not table.is_too_old(goal_id("h", 4))
     assert not table.is_too_old(goal_id("h", 0))
@@ -198,7 +198,7 @@ def test_goals_are_forgotten_when_simulated_time_begins_again() -> None:
     goal = Tracked(goal_id("old", 90), 3)
     goal.ended = Time(95, 0)
     table.goals.append(goal)
-    table.meant(goal_id("", 99))
+    table.matching(goal_id("", 99))
     assert table.forget(Time(99, 0)) == []
     assert table.is_too_old(goal_id("new", 98))
     assert table.forget(Time(2, 0)) == []  # the bag is played again

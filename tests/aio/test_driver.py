@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import pyros1.aio
-from pyros1.aio.messages import MOST_WAITING
+from pyros1.aio.messages import MAX_PENDING
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.node.topic_type import topic_type
@@ -124,9 +124,9 @@ def test_a_busy_loop_loses_nothing_of_a_publisher_with_a_short_queue_in_the_proc
         async with pyros1.aio.Node("listener", argv=[], environ=environ) as node:
             stream = await node.subscribe("t", Float64)
             await connected(publisher)
-            for number in range(MOST_WAITING):
+            for number in range(MAX_PENDING):
                 publisher.publish(number)
-            assert await take(stream, MOST_WAITING) == list(range(MOST_WAITING))
+            assert await take(stream, MAX_PENDING) == list(range(MAX_PENDING))
 
     run(work)
 
@@ -283,7 +283,7 @@ def test_a_subscribe_that_is_cancelled_leaves_nothing_that_holds_publishers_back
                 assert subscribing.cancelled()
             stream = await node.subscribe("t", Float64)
             talking = asyncio.ensure_future(talk())
-            await take(stream, 10 * MOST_WAITING)
+            await take(stream, 10 * MAX_PENDING)
             talking.cancel()
 
     run(work)

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.aio.messages import MOST_WAITING, Messages
+from pyros1.aio.messages import MAX_PENDING, Messages
 
 
 class Link:
@@ -35,7 +35,7 @@ class Handle:
     def message(self, source: Any, item: Any) -> Any:
         return None if item == 13 else item
 
-    def hold_no_more(self) -> None:
+    def resume_publishers(self) -> None:
         self.released += 1
 
     def unregister(self) -> None:
@@ -74,7 +74,7 @@ def test_without_a_limit_a_publisher_with_too_many_is_held_back_until_half_are_t
     async def work() -> None:
         stream, handle = make(None)
         one, other = Link(), Link()
-        for number in range(MOST_WAITING - 1):
+        for number in range(MAX_PENDING - 1):
             stream.put(one, number + 100)
         assert not stream.full
         stream.put(other, 1)
@@ -84,7 +84,7 @@ def test_without_a_limit_a_publisher_with_too_many_is_held_back_until_half_are_t
         released = handle.released
         while handle.released == released:
             assert await stream.__anext__() is not None
-        assert stream.waiting == MOST_WAITING // 2 - 1
+        assert stream.waiting == MAX_PENDING // 2 - 1
         assert not stream.full and not stream.dropped
 
     run(work)
@@ -177,13 +177,13 @@ def test_what_another_thread_puts_wakes_the_iteration(wait_first: bool) -> None:
 def test_an_end_from_another_thread_holds_nobody_back() -> None:
     async def work() -> None:
         stream, handle = make(None)
-        for number in range(MOST_WAITING):
+        for number in range(MAX_PENDING):
             stream.put(LINK, number)
         await asyncio.to_thread(stream.end)
         assert not stream.full and handle.released
         await stream.aclose()
         assert handle.unregistered
-        assert len([1 async for _ in stream]) == MOST_WAITING - 1  # without 13
+        assert len([1 async for _ in stream]) == MAX_PENDING - 1  # without 13
 
     run(work)
 

@@ -16,10 +16,10 @@ from typing import Any
 import pytest
 
 import pyros1.aio
-from pyros1.aio.messages import MOST_WAITING
+from pyros1.aio.messages import MAX_PENDING
 from pyros1.ground.errors import NodeShutdownError, ServiceError, WaitTimeoutError
 from pyros1.msgs.std_msgs.msg import Float64
-from pyros1.node.subscribing.turns import STRIDE
+from pyros1.node.subscribing.time_slices import MAX_BATCH
 
 
 def run(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
@@ -168,7 +168,7 @@ def test_a_wait_for_a_message_in_the_body_of_a_full_iteration(
             try:
                 for _ in range(3):
                     got.append((await stream.__anext__()).data)
-                    while max(stream.waiting, other.waiting) < MOST_WAITING:
+                    while max(stream.waiting, other.waiting) < MAX_PENDING:
                         await asyncio.sleep(0.001)
                     waited = await node.wait_for_message("/t", Float64, timeout=10)
                     assert waited.data > got[-1]
@@ -211,7 +211,7 @@ def test_who_takes_messages_slowly_holds_the_publisher_back(
     environ: dict[str, str], make_node: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
-    talker, count = make_node("talker"), 100 * MOST_WAITING
+    talker, count = make_node("talker"), 100 * MAX_PENDING
     publisher = talker.advertise("topic1", Float64, queue_size=None)
 
     def publish() -> None:
@@ -223,7 +223,7 @@ def test_who_takes_messages_slowly_holds_the_publisher_back(
         async with pyros1.aio.Node("listener", argv=[], environ=environ) as node:
             stream = await node.subscribe("topic1", Float64)
             publishing = asyncio.ensure_future(asyncio.to_thread(publish))
-            while stream.waiting < MOST_WAITING:
+            while stream.waiting < MAX_PENDING:
                 await asyncio.sleep(0.001)
             most, got = 0, []
             async for message in stream:
@@ -232,7 +232,7 @@ def test_who_takes_messages_slowly_holds_the_publisher_back(
                 if len(got) == count:
                     break
             assert got == [float(number) for number in range(count)]
-            assert most < MOST_WAITING + STRIDE
+            assert most < MAX_PENDING + MAX_BATCH
             await publishing
 
     run(work)
@@ -249,9 +249,9 @@ def test_a_stream_that_nobody_reads_holds_up_no_end(
             kept = await node.subscribe("topic1", Float64)
             closed = await node.subscribe("topic1", Float64)
             await asyncio.to_thread(publisher.wait_for_subscribers, 1, 5.0)
-            for number in range(10 * MOST_WAITING):
+            for number in range(10 * MAX_PENDING):
                 publisher.publish(float(number))
-            while kept.waiting < MOST_WAITING and closed.waiting < MOST_WAITING:
+            while kept.waiting < MAX_PENDING and closed.waiting < MAX_PENDING:
                 await asyncio.sleep(0.001)
             await closed.aclose()
 

@@ -13,7 +13,7 @@ import pyros1.aio
 from pyros1.aio.watching import Sightings
 from pyros1.ground.errors import InvalidNameError, NodeShutdownError
 from pyros1.msgs.std_msgs.msg import Float64
-from pyros1.node.watching.telling import MOST_WAITING
+from pyros1.node.watching.notifiers import MAX_PENDING
 
 
 def run(work: Callable[[pyros1.aio.Node], Coroutine[Any, Any, None]], environ: dict[str, str]) -> None:
@@ -91,7 +91,7 @@ def test_of_news_that_wait_the_newest_come_in_order() -> None:
             return SimpleNamespace(close=lambda: None)
 
         sightings = Sightings(asyncio.get_running_loop(), begin)
-        news = [object() for _ in range(MOST_WAITING + 20)]
+        news = [object() for _ in range(MAX_PENDING + 20)]
         for each in news:
             told[0](each)
         sightings.close()

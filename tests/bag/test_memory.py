@@ -1,4 +1,8 @@
-"""The memory that large messages in bags take: at most three times the message, whatever is done with it."""
+"""The memory that large messages in bags take: at most three times the message, whatever is done with it.
+
+Feature: a large message in a bag takes at most three times its size in memory -- to show, export, copy, compress,
+    encrypt, reindex or play it; strings with multi-byte characters up to six times
+"""
 
 from __future__ import annotations
 
@@ -37,7 +41,8 @@ from pyros1.bag import api
 from pyros1.bag.format import encryption
 from pyros1.bag.play import source as play_source
 from pyros1.cli import help, registry
-import pyros1.bag.export.tables, pyros1.bag.export.topic_names, pyros1.cli.shared.forms, pyros1.cli.shared.pieces
+import pyros1.bag.export.tables, pyros1.bag.export.topic_names
+import pyros1.cli.shared.forms, pyros1.cli.shared.buffered_output
 from pyros1.cli.running import run_command
 
 for name in ("bag", "topic"):

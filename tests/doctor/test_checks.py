@@ -9,10 +9,10 @@ import pytest
 from pyros1.doctor.edges import Edge, actual_edges, expected_edges
 from pyros1.doctor.facts import REFUSED, TIMEOUT, Failure, LocalProcess, Machine, NodeFacts, System
 from pyros1.doctor.finding import Finding
-from pyros1.doctor.here import setting_problems
+from pyros1.doctor.local_facts import setting_problems
 from pyros1.doctor.machine_checks import check_machine
 from pyros1.doctor.reach_checks import check_reach
-from pyros1.doctor.topic_checks import check_topics, missing_edges, near_miss
+from pyros1.doctor.topic_checks import check_topics, missing_edges, similar_topic_name
 from pyros1.graph import Connection, SystemState
 
 HERE = "192.0.2.7"
@@ -120,7 +120,7 @@ def test_clocks(offset: float | None, found: bool) -> None:
     ],
 )
 def test_near_misses(topic: str, others: list[str], near: str | None) -> None:
-    assert near_miss(topic, others) == near
+    assert similar_topic_name(topic, others) == near
 
 
 def test_edges() -> None:

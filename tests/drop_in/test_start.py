@@ -10,10 +10,10 @@ from programs import SOURCE, run
 
 from pyros1.drop_in.environment import disable, enable, is_enabled
 from pyros1.drop_in.finder import MODULES, Finder
-from pyros1.finding.python_modules import START, modules_environment
+from pyros1.finding.python_modules import DROP_IN_START, modules_environment
 from pyros1.ground.errors import Error
 
-TAKEN_OVER = sorted(path.stem for path in Path(START).glob("*.py") if "take_over(" in path.read_text()[:200])
+TAKEN_OVER = sorted(path.stem for path in Path(DROP_IN_START).glob("*.py") if "take_over(" in path.read_text()[:200])
 WHERE = "import rospy; print(rospy.__file__)"
 
 
@@ -32,7 +32,7 @@ def test_rospy_imports_no_large_modules_of_python() -> None:
 def test_a_real_rospy_wins_unless_ours_is_asked_for(tmp_path: Path) -> None:
     (tmp_path / "rospy").mkdir()
     (tmp_path / "rospy" / "__init__.py").touch()
-    real = {"PYTHONPATH": f"{START}:{tmp_path}"}
+    real = {"PYTHONPATH": f"{DROP_IN_START}:{tmp_path}"}
     assert run(WHERE, real) == f"{tmp_path}/rospy/__init__.py\n"
     assert run("import genpy", real, code=1).splitlines()[-1] == "ModuleNotFoundError: No module named 'genpy'"
     assert run(WHERE, {**real, "PYROS1_ROSPY": "pyros1"}).startswith(MODULES)
@@ -45,16 +45,16 @@ def test_ours_in_front_of_everything_imports_any_module() -> None:
 
 def test_the_users_sitecustomize_runs_too(tmp_path: Path) -> None:
     (tmp_path / "sitecustomize.py").write_text("print('mine')")
-    assert run("import rospy, sitecustomize", {"PYTHONPATH": f"{START}:{tmp_path}"}) == "mine\n"
+    assert run("import rospy, sitecustomize", {"PYTHONPATH": f"{DROP_IN_START}:{tmp_path}"}) == "mine\n"
     (tmp_path / "sitecustomize.py").write_text("raise RuntimeError('an error of theirs')")
-    run("import rospy", {"PYTHONPATH": f"{START}:{tmp_path}"})
+    run("import rospy", {"PYTHONPATH": f"{DROP_IN_START}:{tmp_path}"})
 
 
 @pytest.mark.parametrize("name", TAKEN_OVER)
 def test_another_sitecustomize_before_ours(tmp_path: Path, name: str) -> None:
     """Debuggers and tools that measure bring one, and most do not run the next."""
     (tmp_path / "sitecustomize.py").write_text("print('theirs')")
-    hidden = {"PYTHONPATH": f"{tmp_path}:{START}:{SOURCE}"}
+    hidden = {"PYTHONPATH": f"{tmp_path}:{DROP_IN_START}:{SOURCE}"}
     program = f"import {name}, rospy.names; print({name}.__spec__.name, rospy.__file__)"
     theirs, found = run(program, hidden).splitlines()
     assert theirs == "theirs" and found.startswith(f"{name} {MODULES}")
@@ -64,13 +64,13 @@ def test_another_sitecustomize_hides_neither_a_real_rospy_nor_the_word_on_a_miss
     (tmp_path / "sitecustomize.py").touch()
     (tmp_path / "real" / "rospy").mkdir(parents=True)
     (tmp_path / "real" / "rospy" / "__init__.py").touch()
-    hidden = {"PYTHONPATH": f"{tmp_path}:{START}:{SOURCE}"}
+    hidden = {"PYTHONPATH": f"{tmp_path}:{DROP_IN_START}:{SOURCE}"}
     assert (
         run(WHERE, {"PYTHONPATH": f"{hidden['PYTHONPATH']}:{tmp_path / 'real'}"})
         == f"{tmp_path}/real/rospy/__init__.py\n"
     )
     assert "No module named 'rospy'" in run(WHERE, {**hidden, "PYROS1_ROSPY": "stock"}, code=1)
-    assert START not in run("import sys, std_msgs.msg; print(sys.path)", hidden)
+    assert DROP_IN_START not in run("import sys, std_msgs.msg; print(sys.path)", hidden)
 
 
 def test_threads_that_import_at_once_do_not_wait_for_each_other() -> None:
@@ -135,7 +135,7 @@ def test_all_programs_of_an_environment(tmp_path: Path) -> None:
     first, second = run(program, {"PYTHONPATH": ""}).splitlines()
     assert first == "False"
     assert second.startswith(MODULES)
-    file.write_text(file.read_text().replace(START, "/no/longer/there"))
+    file.write_text(file.read_text().replace(DROP_IN_START, "/no/longer/there"))
     assert not is_enabled(str(tmp_path))
     assert "No module named 'rospy'" in run(program, {"PYTHONPATH": ""}, code=1)
     assert disable(str(tmp_path))
@@ -145,7 +145,7 @@ def test_all_programs_of_an_environment(tmp_path: Path) -> None:
 
 def test_the_file_of_an_environment_is_plain_ascii(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        "pyros1.drop_in.environment.START", "/home/J\xf6rg/\udcff"
+        "pyros1.drop_in.environment.DROP_IN_START", "/home/J\xf6rg/\udcff"
     )  # Python reads it as the locale says
     assert enable(str(tmp_path), {})[0].read_bytes().isascii()
     assert is_enabled(str(tmp_path))
@@ -159,8 +159,8 @@ def test_a_folder_that_cannot_be_written_is_named() -> None:
 
 
 def test_the_path_that_users_set_stays_behind_ours() -> None:
-    assert modules_environment({"PYTHONPATH": "/a:/b"})["PYTHONPATH"] == f"{START}:/a:/b"
-    assert modules_environment({"PYTHONPATH": f"/a:{START}"})["PYTHONPATH"] == f"{START}:/a"
+    assert modules_environment({"PYTHONPATH": "/a:/b"})["PYTHONPATH"] == f"{DROP_IN_START}:/a:/b"
+    assert modules_environment({"PYTHONPATH": f"/a:{DROP_IN_START}"})["PYTHONPATH"] == f"{DROP_IN_START}:/a"
     assert modules_environment({"PYROS1_ROSPY": "stock"}) == {}
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.finding import crawl
-from pyros1.finding.crawl import Crawl, all_packages, find_quickly, profile
+from pyros1.finding.crawl import Crawl, all_packages, find_cached, profile
 from pyros1.finding.manifest import ManifestError, read_manifest
 from pyros1.finding.packages import PackageIndex
 
@@ -35,7 +35,7 @@ def environ(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
     package(root / "one")
     package(root / "group" / "two")
     age(root)
-    monkeypatch.setattr(crawl, "places", lambda environ: [(str(root), DEPTH)])
+    monkeypatch.setattr(crawl, "search_folders", lambda environ: [(str(root), DEPTH)])
     return {"XDG_CACHE_HOME": str(tmp_path / "cache")}
 
 
@@ -51,7 +51,7 @@ def test_a_second_crawl_reads_no_folder(environ: dict[str, str], monkeypatch: py
     first = all_packages(environ)
     monkeypatch.setattr("os.scandir", lambda *_: pytest.fail("read again"))
     assert all_packages(environ) == first
-    assert find_quickly(environ, "two") == first[0]
+    assert find_cached(environ, "two") == first[0]
 
 
 @pytest.mark.parametrize("old", [False, True])
@@ -67,7 +67,7 @@ def test_changes_are_seen_at_once(environ: dict[str, str], tmp_path: Path, old: 
                     os.utime(folder, ns=(stamp, stamp))
         found = names(environ)
         for name in found:
-            quick = find_quickly(environ, name)
+            quick = find_cached(environ, name)
             assert quick is None or quick.name == name
         return found
 
@@ -90,19 +90,19 @@ def test_changes_are_seen_at_once(environ: dict[str, str], tmp_path: Path, old: 
 
 def test_what_is_gone_is_not_found_quickly(environ: dict[str, str], tmp_path: Path) -> None:
     names(environ)
-    assert find_quickly(environ, "one") is not None
+    assert find_cached(environ, "one") is not None
     (tmp_path / "src" / "one" / "package.xml").unlink()
-    assert find_quickly(environ, "one") is None
-    assert find_quickly(environ, "nothing") is None
+    assert find_cached(environ, "one") is None
+    assert find_cached(environ, "nothing") is None
 
 
 def test_what_is_too_young_is_not_remembered(tmp_path: Path) -> None:
     package(tmp_path / "one")
     changed = (tmp_path / "one").stat().st_mtime_ns
     young = Crawl({}, changed + 10**9)
-    assert [*young.packages(str(tmp_path), DEPTH)] and not young.trusted()
+    assert [*young.packages(str(tmp_path), DEPTH)] and not young.trusted_records()
     older = Crawl({}, changed + 10**10)
-    assert [*older.packages(str(tmp_path), DEPTH)] and older.trusted()
+    assert [*older.packages(str(tmp_path), DEPTH)] and older.trusted_records()
 
 
 def test_links_are_followed_and_loops_end(tmp_path: Path) -> None:
@@ -133,7 +133,7 @@ def test_records_of_other_values_do_no_harm(environ: dict[str, str], tmp_path: P
     for file in (tmp_path / "cache").rglob("*.json"):
         version, records = json.loads(file.read_text())
         file.write_text(json.dumps([version, dict.fromkeys(records, wrong)]))
-    assert find_quickly(environ, "one") is None
+    assert find_cached(environ, "one") is None
     assert names(environ) == ["two", "one"]
 
 

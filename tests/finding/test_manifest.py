@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.doctor.here import check_packages
+from pyros1.doctor.local_facts import check_packages
 from pyros1.finding.manifest import ManifestError, read_manifest
 from pyros1.ground.errors import LaunchError
 from pyros1.launch.reading.depends import declared_depends

@@ -108,7 +108,7 @@ def test_needless_dots_and_slashes_mean_nothing(tmp_path: Path, monkeypatch: pyt
         assert packages.find("p").resolve() == tmp_path / "stock/share/p"
         assert [path.resolve() for path in packages.find_executable("p", "prog")] == [program]
         assert packages.executables("p") == ["prog"]
-        assert str(packages.places()[0][0]) == str(Path(root))
+        assert str(packages.search_folders()[0][0]) == str(Path(root))
 
 
 def test_a_package_whose_folder_is_searched_by_a_dot_has_its_name(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ def system(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder that counts as one of the system's packages; their Python is this one."""
     folder = tmp_path / "lib"
     folder.mkdir()
-    monkeypatch.setattr(python_modules, "INSTALLED", (f"{folder.resolve()}/",))
+    monkeypatch.setattr(python_modules, "SYSTEM_FOLDERS", (f"{folder.resolve()}/",))
     monkeypatch.setattr(python_modules, "SYSTEM_PYTHON", sys.executable)
     return folder
 

@@ -17,7 +17,7 @@ from pyros1.bag.export.mcap_reader import McapReader
 from pyros1.bag.format.compression import compress
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.info import info_text, summarize
-from pyros1.master.journal import frame, unframe
+from pyros1.master.journal import decode_records, encode_record
 
 from ..bag.made import damaged_bags, whole_bags, write_bag
 from .fuzzer import MEGABYTE, Fuzzer, words
@@ -59,7 +59,7 @@ def mcap_file(data: bytes) -> None:
 
 def journal(data: bytes) -> None:
     """Read the records of a journal."""
-    calls = [*unframe(data)]
+    calls = [*decode_records(data)]
     assert len(calls) <= len(data)
 
 
@@ -100,5 +100,5 @@ _BAG = words(
 FUZZERS = {
     "bag": Fuzzer(bag, (), [*_BAG, *_NUMBERS], _bags, largest=1 << 14, memory=32 * MEGABYTE),
     "mcap": Fuzzer(mcap_file, (BagError,), [*_NUMBERS, b"lz4", b"zstd", mcap.MAGIC, b"ros1msg", b"/a"], _mcap),
-    "journal": Fuzzer(journal, (), _NUMBERS, lambda: [frame(("setParam", ["/n", "/p", [1, "x"]])) * 2]),
+    "journal": Fuzzer(journal, (), _NUMBERS, lambda: [encode_record(("setParam", ["/n", "/p", [1, "x"]])) * 2]),
 }

@@ -19,10 +19,10 @@ from pyros1.web.scene.depth import colours, depth_cloud, depths
 from pyros1.web.scene.grids import Grid
 from pyros1.web.scene.interactive import InteractiveMarkers
 from pyros1.web.scene.markers import Markers
-from pyros1.web.scene.shape import GREATEST, ShapeError
+from pyros1.web.scene.shape import MAX_MAGNITUDE, ShapeError
 from pyros1.web.scene.shapes import CLOUDS, SHAPES
 from pyros1.web.server import wire
-from pyros1.web.shown.frames import Frames
+from pyros1.web.transforms.frames import Frames
 from pyros1.web.views.frames import plain
 
 from ..bodies import decode, encode
@@ -84,7 +84,7 @@ def scene(data: bytes) -> None:
     facts, blob = SHAPES[kind](message)
     assert isinstance(wire.push(1, wire.Push(facts, blob)), bytes)
     if facts["kind"] in ("path", "poses", "polygon", "cells"):
-        assert (np.abs(np.frombuffer(blob, np.float32)) <= GREATEST).all()
+        assert (np.abs(np.frombuffer(blob, np.float32)) <= MAX_MAGNITUDE).all()
     if kind in CLOUDS:
         assert np.isfinite(np.frombuffer(blob, np.float32, 3 * facts["count"])).all()
     json.dumps(facts)

@@ -27,7 +27,7 @@ def records(data: bytes) -> None:
     for piece in (data, *pieces(data)):
         with contextlib.suppress(ProtocolError):
             assert local.encode_block(*local.decode_block(piece)) == piece
-        done = [local.encode_done(number) for number in local.decode_done(piece)]
+        done = [local.encode_release(number) for number in local.decode_releases(piece)]
         assert piece.startswith(b"".join(done)) and len(piece) < 8 * (len(done) + 1)
         for body in (piece, _TOKEN + piece):
             with contextlib.suppress(ProtocolError):
@@ -48,7 +48,7 @@ def source(data: bytes) -> None:
         link = SharedSource(far, "http://talker/", _HEADER, b"", desk)
         socket.send_fds(theirs, [local.encode_block(1, _SIZE)], [block.fd])
         bodies = [_TOKEN + piece if len(piece) == _REST else piece for piece in pieces(data)]
-        if bodies and 0 < len(bodies[-1]) <= local.RECORD:
+        if bodies and 0 < len(bodies[-1]) <= local.MAX_RECORD:
             theirs.send(bodies[-1])
         near.sendall(b"".join(struct.pack("<I", len(body)) + body for body in bodies))
         near.shutdown(socket.SHUT_WR)
@@ -84,8 +84,8 @@ def _seeds() -> list[bytes]:
         *(step + _reference(*each) for each in many),
         step + _reference(0, 10, block=2) + local.encode_block(2, _SIZE),
         step + _reference(0, 10) + local.encode_block(1, 0) + _reference(0, 1 << 40),
-        b"\x05hello" + local.encode_done(7),
-        b"\x08" + local.encode_done(1) + local.encode_done(1 << 63),
+        b"\x05hello" + local.encode_release(7),
+        b"\x08" + local.encode_release(1) + local.encode_release(1 << 63),
     ]
 
 

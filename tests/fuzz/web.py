@@ -12,10 +12,10 @@ import numpy as np
 from PIL import Image
 
 from pyros1.ground.errors import MessageError
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
-from pyros1.observe import deep_png
+from pyros1.observe import png16
 from pyros1.observe.image_files import decode
 from pyros1.web.foxglove import payloads
 from pyros1.web.foxglove.machine import Machine
@@ -23,11 +23,11 @@ from pyros1.web.foxglove.offers import Channel, Offers, Service
 from pyros1.web.foxglove.requests import ClientAdvertise, FrameError
 from pyros1.web.foxglove.requests import parse as parse_foxglove
 from pyros1.web.rosbridge import frames, picture, values
-from pyros1.web.rosbridge.intake import Intake
+from pyros1.web.rosbridge.frame_decoder import FrameDecoder
 from pyros1.web.rosbridge.operations import BridgeError, CallService, Publish
 from pyros1.web.scene.rviz.file import RvizFileError, read_rviz
 from pyros1.web.server import wire
-from pyros1.web.shown.picture_size import picture_size
+from pyros1.web.transforms.picture_size import picture_size
 
 from ..bodies import encode
 from . import bombs
@@ -49,10 +49,10 @@ def _frames(data: bytes) -> list[str | bytes]:
 
 def rosbridge(data: bytes) -> None:
     """Take the frames of a client; its messages become messages."""
-    intake = Intake()
+    intake = FrameDecoder()
     for frame in _frames(data):
         with contextlib.suppress(BridgeError, MessageError):
-            taken = intake.take(frame)
+            taken = intake.decode(frame)
             match taken[1] if taken else None:
                 case Publish(message=value):
                     _answered(values.from_client(_IMU, value, _NOW))
@@ -157,7 +157,7 @@ def _foxglove() -> list[bytes]:
 
 def _pictures() -> list[bytes]:
     png = base64.b64decode(picture.pack("[1,2,3]" * 20))
-    deep = deep_png.write(np.arange(60, dtype=np.uint16).reshape(4, 5, 3))
+    deep = png16.write(np.arange(60, dtype=np.uint16).reshape(4, 5, 3))
     jpeg = b"\xff\xd8\xff\xe0\0\4ab\xff\xc0\0\x0b\x08\0\x10\0\x20\x03"
     webp = [b"RIFF\0\0\0\0WEBPVP8" + kind + bytes(20) for kind in (b" ", b"L", b"X")]
     return [png, deep, jpeg, *webp, b"GIF89a\1\0\1\0", b"BM" + bytes(30)]

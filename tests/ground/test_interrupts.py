@@ -8,20 +8,29 @@ import sys
 from pathlib import Path
 
 import pyros1
-from pyros1.ground.interrupts import DELIBERATE, Insistence, catch
+from pyros1.ground.interrupts import MIN_REPEAT_INTERVAL, InterruptCounter, install_handler
 
 
 def test_what_a_person_can_have_meant_counts() -> None:
-    times = iter([100.0, 100.001, 100.0 + 0.9 * DELIBERATE, 100.0 + DELIBERATE, 100.1 + DELIBERATE, 200.0])
-    insistence = Insistence(lambda: next(times))
-    assert [insistence.again() for _ in range(6)] == [True, False, False, True, False, True]
-    assert insistence.count == 3
+    times = iter(
+        [
+            100.0,
+            100.001,
+            100.0 + 0.9 * MIN_REPEAT_INTERVAL,
+            100.0 + MIN_REPEAT_INTERVAL,
+            100.1 + MIN_REPEAT_INTERVAL,
+            200.0,
+        ]
+    )
+    interrupts = InterruptCounter(lambda: next(times))
+    assert [interrupts.count_signal() for _ in range(6)] == [True, False, False, True, False, True]
+    assert interrupts.count == 3
 
 
 def test_a_key_held_down_counts_twice_a_second() -> None:
     times = iter([100.0 + step / 30 for step in range(31)])
-    insistence = Insistence(lambda: next(times))
-    assert sum(insistence.again() for _ in range(31)) == 1 + round(1.0 / DELIBERATE)
+    interrupts = InterruptCounter(lambda: next(times))
+    assert sum(interrupts.count_signal() for _ in range(31)) == 1 + round(1.0 / MIN_REPEAT_INTERVAL)
 
 
 def test_blocked_and_ignored_signals_come() -> None:
@@ -30,7 +39,7 @@ def test_blocked_and_ignored_signals_come() -> None:
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         came: list[int] = []
-        restore = catch(lambda number, frame: came.append(number))
+        restore = install_handler(lambda number, frame: came.append(number))
         signal.raise_signal(signal.SIGINT)
         restore()
         assert came == [signal.SIGINT]
@@ -49,8 +58,8 @@ class Last:
     def __del__(self):
         signal.raise_signal(signal.SIGINT)
 
-interrupts.die_quietly()
-with interrupts.raised():
+interrupts.exit_quietly_on_sigint()
+with interrupts.keyboard_interrupts():
     last = Last()
     try:
         del last

@@ -11,7 +11,7 @@ import pytest
 
 from pyros1.ground import lazy
 
-INTERRUPTED = """
+EXIT_INTERRUPTED = """
 import signal, sys
 from pyros1.ground import lazy
 
@@ -52,5 +52,7 @@ def test_a_missing_module() -> None:
 
 
 def test_a_signal_handler_may_import_what_the_main_thread_imports() -> None:
-    done = subprocess.run([sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-c", EXIT_INTERRUPTED], capture_output=True, text=True, check=False, timeout=60
+    )
     assert (done.returncode, done.stdout, done.stderr) == (0, "3000\n", "")

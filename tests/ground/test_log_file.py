@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.ground.log_file import AGAIN, LogFile
+from pyros1.ground.log_file import RETRY_INTERVAL, LogFile
 
 
 @pytest.fixture
@@ -44,10 +44,10 @@ def test_it_goes_on_after_a_full_disk_and_says_what_is_missing(
     full(4)
     log.write("two ä and more\n")
     log.write("three\nfour\n")  # not tried
-    now[0] += AGAIN
+    now[0] += RETRY_INTERVAL
     full(0)
     log.write("five\n")
-    now[0] += AGAIN
+    now[0] += RETRY_INTERVAL
     full(None)
     log.write("six\n")
     log.write("seven\n")
@@ -62,7 +62,7 @@ def test_it_goes_on_after_a_full_disk_and_says_what_is_missing(
 def test_a_file_that_cannot_be_opened_is_tried_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("pyros1.ground.log_file.AGAIN", 0.0)
+    monkeypatch.setattr("pyros1.ground.log_file.RETRY_INTERVAL", 0.0)
     (tmp_path / "folder").write_text("in the way")
     log = LogFile(str(tmp_path / "folder" / "n.log"), 10_000, 2)
     log.write("one\n")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.ground.suggest import argument_hint, did_you_mean, meant_option, meant_remapping
+from pyros1.ground.suggest import argument_hint, did_you_mean, similar_option, similar_remapping
 
 EN_DASH, EM_DASH, MINUS = "\u2013", "\u2014", "\u2212"
 
@@ -68,7 +68,7 @@ def test_what_names_share_makes_them_not_near(word: str, known: str, meant: str 
     ],
 )
 def test_dashes_of_printed_texts(word: str, meant: str | None) -> None:
-    assert meant_option(word) == meant
+    assert similar_option(word) == meant
     assert argument_hint(word).endswith(f"write {meant}" if meant else "")
 
 
@@ -100,5 +100,5 @@ def test_dashes_of_printed_texts(word: str, meant: str | None) -> None:
     ],
 )
 def test_remappings_that_are_none(word: str, meant: str | None) -> None:
-    assert meant_remapping(word) == meant
+    assert similar_remapping(word) == meant
     assert argument_hint(word).endswith(f"write {meant}" if meant else "")

@@ -14,7 +14,7 @@ import pytest
 import pyros1.bag
 from pyros1 import actions
 from pyros1.guide import checks
-from pyros1.guide.checks import CHECKS, Looking, check
+from pyros1.guide.checks import CHECKS, CheckContext, check
 from pyros1.guide.text import steps
 from pyros1.master.server import Master
 from pyros1.msgs.actionlib_tutorials.msg import FibonacciAction, FibonacciResult
@@ -35,7 +35,7 @@ MakeNode = Callable[..., Any]
 @pytest.fixture
 def ask(environ: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Check:
     """Return what is missing in a step's exercise."""
-    monkeypatch.setattr(checks, "PATIENCE", 0.5)
+    monkeypatch.setattr(checks, "MESSAGE_TIMEOUT", 0.5)
     return lambda number: check(number, {**os.environ, **environ, "ROS_PACKAGE_PATH": str(tmp_path)}, tmp_path)
 
 
@@ -43,7 +43,7 @@ def ask(environ: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 def measured(monkeypatch: pytest.MonkeyPatch) -> dict[str, float]:
     """The rates that are measured."""
     rates: dict[str, float] = {}
-    monkeypatch.setattr(Looking, "rate", lambda self, topic: rates[topic])
+    monkeypatch.setattr(CheckContext, "rate", lambda self, topic: rates[topic])
     return rates
 
 
@@ -89,7 +89,7 @@ def test_a_publisher(ask: Check, make_node: MakeNode, measured: dict[str, float]
 def test_a_rate_is_measured(make_node: MakeNode, environ: dict[str, str], tmp_path: Path) -> None:
     publisher = make_node("fast").advertise("/a", Float64)
     timer = make_node("clock").timer(0.01, lambda event: publisher.publish(data=1.0))
-    with Looking(environ, tmp_path) as looking:
+    with CheckContext(environ, tmp_path) as looking:
         assert looking.rate("/a", 0.5) > 2.0
         assert looking.rate("/nobody", 0.01) == 0.0
     timer.shutdown()
@@ -234,7 +234,7 @@ def test_an_action(ask: Check, make_node: MakeNode, monkeypatch: pytest.MonkeyPa
     with actions.SimpleServer(node, "drive", FibonacciAction, drive, frequency=50.0):
         assert "but they have actionlib_tutorials/FibonacciActionGoal" in ask(12)
         monkeypatch.setattr(checks, "ACTION", "actionlib_tutorials/Fibonacci")
-        monkeypatch.setattr(checks, "PATIENCE", 5.0)
+        monkeypatch.setattr(checks, "MESSAGE_TIMEOUT", 5.0)
         assert ask(12) == "a goal of -1 m should be aborted, but it succeeded"
         does.append("")
         assert "does not say why" in ask(12)
@@ -288,7 +288,7 @@ def test_a_test(ask: Check, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert [line.split() for line in said[1:]] == [["E", "assert", "1", "==", "2"]]
     path.write_text(GOOD)
     assert ask(14) == ""
-    monkeypatch.setattr(checks, "LONGEST_TEST", 0.01)
+    monkeypatch.setattr(checks, "MAX_TEST_SECONDS", 0.01)
     assert ask(14) == "the test did not finish within 0.01 s"
 
 

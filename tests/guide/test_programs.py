@@ -16,7 +16,7 @@ import pytest
 
 import pyros1
 from pyros1.cli.running import run_command
-from pyros1.finding.python_modules import START
+from pyros1.finding.python_modules import DROP_IN_START
 from pyros1.guide.text import GuidePage, pages
 from pyros1.msgs.rosgraph_msgs.msg import Log
 from pyros1.msgs.std_msgs.msg import Float64
@@ -32,7 +32,11 @@ Start = Callable[[str], "subprocess.Popen[str]"]
 def start(environ: dict[str, str], tmp_path: Path) -> Iterator[Start]:
     """Return a function that starts a program in a folder; what still runs is interrupted, and must end well."""
     children: list[subprocess.Popen[str]] = []
-    around = {"PYTHONPATH": f"{START}{os.pathsep}{SOURCE}", "ROS_HOME": str(tmp_path / "ros"), "PYROS1_ROSPY": "pyros1"}
+    around = {
+        "PYTHONPATH": f"{DROP_IN_START}{os.pathsep}{SOURCE}",
+        "ROS_HOME": str(tmp_path / "ros"),
+        "PYROS1_ROSPY": "pyros1",
+    }
 
     def run(program: str) -> subprocess.Popen[str]:
         command = [sys.executable, "-c", program]

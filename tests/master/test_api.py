@@ -162,7 +162,7 @@ def test_m57_changes_are_logged(master: Fixture) -> None:
     ]
 
 
-anything = st.recursive(
+unchecked = st.recursive(
     st.none()
     | st.booleans()
     | st.integers(-(2**40), 2**40)
@@ -173,7 +173,7 @@ anything = st.recursive(
 )
 
 
-@given(st.lists(st.tuples(st.sampled_from(sorted(METHODS)), st.lists(anything, max_size=5)), max_size=15))
+@given(st.lists(st.tuples(st.sampled_from(sorted(METHODS)), st.lists(unchecked, max_size=5)), max_size=15))
 def test_m03_any_call_gets_a_triple(calls: list[tuple[str, list[Any]]]) -> None:
     master = Fixture()
     for method, params in calls:

@@ -18,9 +18,9 @@ import pytest
 from pyros1.ground.errors import UnreachableError, XmlRpcFault
 from pyros1.master import journal as journals
 from pyros1.master.api import MasterApi
-from pyros1.master.journal import MAGIC, Found, Journal, JournalError, boot_id, frame, read
-from pyros1.master.registry import Known
-from pyros1.master.revival import Revival, any_listens, why_stale
+from pyros1.master.journal import MAGIC, Journal, JournalContents, JournalError, boot_id, encode_record, read
+from pyros1.master.recovery import Recovery, any_reachable, stale_reason
+from pyros1.master.registry import RegisteredNode
 from pyros1.master.server import Master
 from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
@@ -83,7 +83,7 @@ def test_a_journal_gives_the_state_back_wherever_it_was_cut(seed: int) -> None:
     api = make_api(lambda method, params: records.append((method, params)))
     for _ in range(chance.randrange(30)):
         api.dispatch(*random_call(chance))
-    data = b"".join(map(frame, api.snapshot()))
+    data = b"".join(map(encode_record, api.snapshot()))
     states, ends = [state(restored(data))], [len(data)]
     assert states[0] == state(api)
     records.clear()
@@ -91,19 +91,19 @@ def test_a_journal_gives_the_state_back_wherever_it_was_cut(seed: int) -> None:
         before = len(records)
         api.dispatch(*random_call(chance))
         for record in records[before:]:
-            data += frame(record)
+            data += encode_record(record)
             ends.append(len(data))
             states.append(state(restored(data)))
     assert states[-1] == state(api)
     for _ in range(10):
-        cut = chance.randrange(ends[0], len(data) + 1)
-        whole = max(index for index, end in enumerate(ends) if end <= cut)
-        assert state(restored(data[:cut])) == states[whole]
+        truncated = chance.randrange(ends[0], len(data) + 1)
+        whole = max(index for index, end in enumerate(ends) if end <= truncated)
+        assert state(restored(data[:truncated])) == states[whole]
 
 
 def restored(data: bytes) -> MasterApi:
     api = make_api()
-    api.restore(call for call in journals.unframe(data) if call is not None)
+    api.restore(call for call in journals.decode_records(data) if call is not None)
     return api
 
 
@@ -111,10 +111,10 @@ def restored(data: bytes) -> MasterApi:
 def test_spoilt_bytes_end_what_is_read(seed: int) -> None:
     chance = random.Random(seed)
     calls = [("setParam", ["/a", f"/key{number}", number]) for number in range(10)]
-    data = bytearray(b"".join(map(frame, calls)))
+    data = bytearray(b"".join(map(encode_record, calls)))
     for _ in range(chance.randrange(1, 4)):
         data[chance.randrange(len(data))] = chance.randrange(256)
-    found = list(journals.unframe(bytes(data)))
+    found = list(journals.decode_records(bytes(data)))
     good = [call for call in found if call is not None]
     assert [list(call) for call in good] == [[name, params] for name, params in calls[: len(good)]]
     make_api().restore(good)
@@ -155,7 +155,7 @@ def test_what_was_written_is_read(journal: Callable[..., Journal], tmp_path: Pat
     writer = journal()
     writer.begin([("setParam", ["/a", "/", {"x": 1}])])
     writer.add(("setParam", ["/a", "/y", [1, 2]]))
-    writer.tick()
+    writer.heartbeat()
     writer.close(remove=False)
     found = read(path)
     assert found is not None
@@ -163,11 +163,11 @@ def test_what_was_written_is_read(journal: Callable[..., Journal], tmp_path: Pat
         ["setParam", ["/a", "/", {"x": 1}]],
         ["setParam", ["/a", "/y", [1, 2]]],
     ]
-    assert (found.pid, found.boot, found.cut) == (os.getpid(), boot_id(), False)
+    assert (found.pid, found.boot, found.truncated) == (os.getpid(), boot_id(), False)
     assert path.stat().st_mode & 0o777 == 0o600
     with path.open("ab") as file:
         file.write(b"\x10\0\0\0abc")
-    assert read(path).cut  # type: ignore[union-attr]
+    assert read(path).truncated  # type: ignore[union-attr]
 
 
 def test_an_orderly_end_leaves_nothing(journal: Callable[..., Journal], tmp_path: Path) -> None:
@@ -181,12 +181,12 @@ def test_it_does_not_grow_for_ever(journal: Callable[..., Journal], tmp_path: Pa
     writer = journal()
     writer.begin([])
     added = 0
-    while not writer.is_due:
+    while not writer.needs_rewrite:
         writer.add(("setParam", ["/a", "/x", "x" * 10_000]))
         added += 1
     assert 90 < added < 120
     writer.begin([("setParam", ["/a", "/", {"x": "x" * 10_000}])])
-    assert not writer.is_due
+    assert not writer.needs_rewrite
     writer.close(remove=False)
     assert (tmp_path / "own" / "m.journal").stat().st_size < 11_000
 
@@ -226,14 +226,14 @@ def test_nothing_follows_a_change_that_was_left_out(
     journal: Callable[..., Journal], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As when a disk is too slow: the file then has an earlier state, but none that never was."""
-    monkeypatch.setattr(journals, "MOST_WAITING", 1000)
+    monkeypatch.setattr(journals, "MAX_PENDING", 1000)
     writer = journal()
     writer.begin([])
     writer.add(("setParam", ["/a", "/large", "x" * 2000]))
     writer.add(("setParam", ["/a", "/small", 1]))
-    writer.tick()
+    writer.heartbeat()
     until = time.monotonic() + 10
-    while not writer.is_due:
+    while not writer.needs_rewrite:
         assert time.monotonic() < until
     writer.close(remove=False)
     found = read(tmp_path / "own" / "m.journal")
@@ -255,7 +255,7 @@ def test_a_full_disk_is_told_once_and_asked_for_again(
         writer.begin([])
         assert came.wait(10)
         until = time.monotonic() + 10
-        while not writer.is_due:
+        while not writer.needs_rewrite:
             assert time.monotonic() < until
     writer.begin([("setParam", ["/a", "/x", 1])])
     writer.close(remove=False)
@@ -270,8 +270,8 @@ def test_a_full_disk_is_told_once_and_asked_for_again(
         (b"", "not the journal"),
         (b"hello", "not the journal"),
         (MAGIC, "which master"),
-        (MAGIC + frame(("setParam", ["/a", "/b", 1])), "which master"),
-        (MAGIC + frame(("begin", ["x", 1])), "which master"),
+        (MAGIC + encode_record(("setParam", ["/a", "/b", 1])), "which master"),
+        (MAGIC + encode_record(("begin", ["x", 1])), "which master"),
     ],
 )
 def test_what_is_no_journal(tmp_path: Path, content: bytes, why: str) -> None:
@@ -294,19 +294,19 @@ def test_a_pipe_in_its_place_is_not_waited_for(tmp_path: Path) -> None:
 
 
 def test_stale_journals() -> None:
-    found = Found((("registerPublisher", ["/a", "/t", "*", "http://h:1/"]),), 1, boot_id(), 1000.0, False)
-    assert why_stale(found, 1059.0, lambda _: False) == ""
-    assert "none of its nodes is running" in why_stale(found, 1061.0, lambda apis: list(apis) != ["http://h:1/"])
-    assert why_stale(found, 1061.0, lambda _: True) == ""
-    assert "restarted" in why_stale(Found((), 1, "other", 1000.0, False), 1001.0, lambda _: True)
+    found = JournalContents((("registerPublisher", ["/a", "/t", "*", "http://h:1/"]),), 1, boot_id(), 1000.0, False)
+    assert stale_reason(found, 1059.0, lambda _: False) == ""
+    assert "none of its nodes is running" in stale_reason(found, 1061.0, lambda apis: list(apis) != ["http://h:1/"])
+    assert stale_reason(found, 1061.0, lambda _: True) == ""
+    assert "restarted" in stale_reason(JournalContents((), 1, "other", 1000.0, False), 1001.0, lambda _: True)
 
 
 def test_who_listens() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
-        assert any_listens([f"http://127.0.0.1:{port}/", "http://127.0.0.1:1/", "nonsense"])
-    assert not any_listens([f"http://127.0.0.1:{port}/", "nonsense", "http://127.0.0.1:99999/"])
-    assert not any_listens([])
+        assert any_reachable([f"http://127.0.0.1:{port}/", "http://127.0.0.1:1/", "nonsense"])
+    assert not any_reachable([f"http://127.0.0.1:{port}/", "nonsense", "http://127.0.0.1:99999/"])
+    assert not any_reachable([])
 
 
 class Answers:
@@ -328,8 +328,8 @@ def refused() -> UnreachableError:
     return error
 
 
-PUBLISHER = Known("/n", "http://h:1/", frozenset({"/t"}), frozenset({"/s"}))
-SERVANT = Known("/n", "http://h:1/", frozenset(), frozenset())
+PUBLISHER = RegisteredNode("/n", "http://h:1/", frozenset({"/t"}), frozenset({"/s"}))
+SERVANT = RegisteredNode("/n", "http://h:1/", frozenset(), frozenset())
 
 
 @pytest.mark.parametrize(
@@ -344,12 +344,12 @@ SERVANT = Known("/n", "http://h:1/", frozenset(), frozenset())
         (SERVANT, {"getPid": refused()}, False, 1),
     ],
 )
-def test_who_is_there(node: Known, answers: dict[str, Any], there: bool, asked: int) -> None:
+def test_who_is_there(node: RegisteredNode, answers: dict[str, Any], there: bool, asked: int) -> None:
     caller: Any = Answers(answers)
-    gone: list[Known] = []
+    gone: list[RegisteredNode] = []
     counts: list[int] = []
     nobody: Any = None
-    revival = Revival(nobody, caller, [node], lambda known, why: gone.append(known), counts.append)
+    revival = Recovery(nobody, caller, [node], lambda known, why: gone.append(known), counts.append)
     revival.begin()
     assert (gone == []) is there
     assert counts == [int(there)]
@@ -363,8 +363,8 @@ def test_a_silent_node_is_asked_again() -> None:
     ended = threading.Event()
     with socket.create_server(("127.0.0.1", 0)) as server:
         api = f"http://127.0.0.1:{server.getsockname()[1]}/"
-        node = Known("/n", api, frozenset(), frozenset())
-        revival = Revival(loop, caller, [node], lambda *_: ended.set(), lambda _: ended.set())
+        node = RegisteredNode("/n", api, frozenset(), frozenset())
+        revival = Recovery(loop, caller, [node], lambda *_: ended.set(), lambda _: ended.set())
         loop.call_soon(revival.begin)
         server.settimeout(10)
         connection, _ = server.accept()
@@ -401,7 +401,7 @@ def test_a_master_goes_on_where_another_stopped(tmp_path: Path) -> None:
         assert time.monotonic() < until
     first.stop()
     assert not path.exists()
-    second = Master(port=0, bind_host="127.0.0.1", journal=Journal(path, print), found=found, on_continued=continued)
+    second = Master(port=0, bind_host="127.0.0.1", journal=Journal(path, print), found=found, on_restored=continued)
     second.start()
     assert came.wait(10)
     client = MasterClient("/b", second.uri)
@@ -428,10 +428,10 @@ def test_a_broken_journal_is_not_begun_anew_with_each_change(
         writer.begin([])
         writer.begin([("setParam", ["/a", "/", {"x": "x" * (70 << 20)}])])
         writer.add(("setParam", ["/a", "/x", 1]))
-        assert not writer.has_grown and not writer.is_due, "the writer has enough to do"
+        assert not writer.has_grown and not writer.needs_rewrite, "the writer has enough to do"
         go_on.set()
         until = time.monotonic() + 20
-        while not writer.is_due:
+        while not writer.needs_rewrite:
             assert time.monotonic() < until
         assert not writer.has_grown
 
@@ -447,11 +447,11 @@ def test_only_nodes_that_were_there_at_the_end_count_as_left() -> None:
     ]
     calls = (*ended, ("registerPublisher", ["/a", "/t", "*", "http://robot:1/"]))
     asked: list[set[str]] = []
-    why_stale(Found(calls, 1, boot_id(), 1000.0, False), 2000.0, lambda apis: not asked.append(set(apis)))
+    stale_reason(JournalContents(calls, 1, boot_id(), 1000.0, False), 2000.0, lambda apis: not asked.append(set(apis)))
     assert asked == [{"http://robot:1/"}]
 
 
 def test_an_early_year_can_be_read_again() -> None:
     call = ("setParam", ("/a", "/x", datetime.datetime(1, 2, 3, 4, 5, 6)))
-    (found,) = journals.unframe(frame(call))
+    (found,) = journals.decode_records(encode_record(call))
     assert found is not None and list(found[1]) == list(call[1])

@@ -9,7 +9,7 @@ A, B, C = "http://a:1/", "http://b:2/", "http://c:3/"
 
 def test_m14_m15_each_side_learns_the_other() -> None:
     registry = Registry()
-    assert all(notice.again for notice in registry.register_subscriber("/s", "/t", "*", B))
+    assert all(notice.is_repeat for notice in registry.register_subscriber("/s", "/t", "*", B))
     assert registry.subscriber_apis("/t") == [B]
     assert registry.register_publisher("/p", "/t", "a/b", A) == [Notice(B, "/s", "publisherUpdate", "/t", ([A],))]
     assert registry.publisher_apis("/t") == [A]
@@ -20,8 +20,8 @@ def test_m38_o04_every_change_sends_the_whole_list_even_if_empty() -> None:
     registry.register_subscriber("/s1", "/t", "*", B)
     registry.register_subscriber("/s2", "/t", "*", C)
     registry.register_publisher("/p1", "/t", "a/b", A)
-    again = registry.register_publisher("/p1", "/t", "a/b", A)
-    assert [(notice.api, notice.value) for notice in again] == [(B, ([A],)), (C, ([A],))]
+    is_repeat = registry.register_publisher("/p1", "/t", "a/b", A)
+    assert [(notice.api, notice.value) for notice in is_repeat] == [(B, ([A],)), (C, ([A],))]
     both = registry.register_publisher("/p2", "/t", "a/b", B)
     assert both[0].value == ([A, B],)
     last = registry.unregister_publisher("/p1", "/t", A)
@@ -35,8 +35,8 @@ def test_m38_o04_every_change_sends_the_whole_list_even_if_empty() -> None:
 def test_m40_a_new_subscriber_is_no_news_for_publishers() -> None:
     registry = Registry()
     registry.register_publisher("/p", "/t", "a/b", A)
-    again = Notice(B, "/s", "publisherUpdate", "/t", ([A],), again=True)  # what its answer says
-    assert registry.register_subscriber("/s", "/t", "a/b", B) == [again]
+    is_repeat = Notice(B, "/s", "publisherUpdate", "/t", ([A],), is_repeat=True)  # what its answer says
+    assert registry.register_subscriber("/s", "/t", "a/b", B) == [is_repeat]
 
 
 def test_m16_o02_unregistering_needs_the_registered_api() -> None:
@@ -123,7 +123,7 @@ def test_m34_m35_o01_a_namesake_takes_over() -> None:
     assert notices == [
         Notice(A, "/n", "shutdown", "[/n] Reason: new node registered with same name"),
         Notice(C, "/other", "publisherUpdate", "/t", ([],)),
-        Notice(B, "/n", "publisherUpdate", "/v", ([],), again=True),
+        Notice(B, "/n", "publisherUpdate", "/v", ([],), is_repeat=True),
     ]
     assert registry.node_api("/n") == B
     assert registry.system_state() == [[], [["/t", ["/other"]], ["/v", ["/n"]]], []]

@@ -36,7 +36,7 @@ from pyros1.msgs.base import nested_classes
 from pyros1.msgs.factory import MAX_EMPTY_FIXED
 from pyros1.msgs.generator import split_type
 from pyros1.msgs.json_form import from_json, to_json
-from pyros1.msgs.large import SplitBody, decode_split, layout, split_frame
+from pyros1.msgs.large_arrays import SplitBody, decode_split, layout, split_frame
 from pyros1.msgs.spec import STRUCT_CODES
 
 VIEWS = {"numpy": numpy_view(numpy), "memoryview": memoryview_view}

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import pytest
 
 from pyros1.ground.errors import UnreachableError
-from pyros1.net.acceptor import Acceptor, lacks_files
+from pyros1.net.acceptor import Acceptor, is_out_of_files
 from pyros1.net.loop import Loop
 
 
@@ -45,17 +45,17 @@ def loop() -> Iterator[Loop]:
 
 @pytest.mark.parametrize("number", [errno.EMFILE, errno.ENFILE, errno.ENOBUFS])
 def test_it_rests_makes_room_and_goes_on(loop: Loop, monkeypatch: pytest.MonkeyPatch, number: int) -> None:
-    monkeypatch.setattr("pyros1.net.acceptor.PAUSE", 0.01)
+    monkeypatch.setattr("pyros1.net.acceptor.RETRY_DELAY", 0.01)
     listener, taken = Listener([number] * 5), threading.Semaphore(0)
     said: list[str] = []
     rooms: list[int] = []
 
-    def take(sock: socket.socket) -> None:
+    def on_connection(sock: socket.socket) -> None:
         assert not sock.getblocking()
         sock.close()
         taken.release()
 
-    acceptor = Acceptor(loop, listener, take, said.append, lambda: rooms.append(listener.attempts))
+    acceptor = Acceptor(loop, listener, on_connection, said.append, lambda: rooms.append(listener.attempts))
     for _ in range(2):
         with socket.create_connection(listener.getsockname(), timeout=5):
             assert taken.acquire(timeout=10)
@@ -68,8 +68,8 @@ def test_it_rests_makes_room_and_goes_on(loop: Loop, monkeypatch: pytest.MonkeyP
 
 
 def test_trouble_is_told_again_after_a_quiet_time(loop: Loop, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.net.acceptor.PAUSE", 0.01)
-    monkeypatch.setattr("pyros1.net.acceptor.QUIET", 0.0)
+    monkeypatch.setattr("pyros1.net.acceptor.RETRY_DELAY", 0.01)
+    monkeypatch.setattr("pyros1.net.acceptor.REPORT_INTERVAL", 0.0)
     listener, taken = Listener([errno.EMFILE] * 2), threading.Semaphore(0)
     said: list[str] = []
     acceptor = Acceptor(loop, listener, lambda sock: (sock.close(), taken.release()), said.append)
@@ -89,11 +89,11 @@ def test_one_that_is_closed_at_once_never_listens(loop: Loop) -> None:
 
 def test_errors_that_say_that_no_file_can_be_opened() -> None:
     failure = UnreachableError("cannot connect")
-    assert not lacks_files(failure) and not lacks_files(None)
+    assert not is_out_of_files(failure) and not is_out_of_files(None)
     failure.__cause__ = OSError(errno.EMFILE, "Too many open files")
-    assert lacks_files(failure)
+    assert is_out_of_files(failure)
     failure.__cause__ = OSError(errno.ECONNREFUSED, "Connection refused")
-    assert not lacks_files(failure)
+    assert not is_out_of_files(failure)
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems cannot shut a port down")

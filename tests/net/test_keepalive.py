@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from pyros1.net import keepalive
-from pyros1.net.keepalive import is_gone, keep_alive
+from pyros1.net.keepalive import is_peer_dead, keep_alive
 
 
 def test_the_times_are_those_of_stock_t37() -> None:
@@ -52,7 +52,7 @@ class Silent(socket.socket):
 )
 def test_a_silent_machine_with_data_under_way(retransmits: int, probes: int, seconds: float, gone: bool) -> None:
     with Silent(retransmits, probes, seconds) as sock:
-        assert is_gone(sock) is gone
+        assert is_peer_dead(sock) is gone
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the layout is Linux's")
@@ -63,7 +63,7 @@ def test_the_system_says_when_it_has_heard_of_the_other_machine(monkeypatch: pyt
     with socket.create_server(("127.0.0.1", 0)) as listener, socket.socket() as sock:
         sock.connect(listener.getsockname())
         sock.send(b"x")
-        assert is_gone(sock)
+        assert is_peer_dead(sock)
         monkeypatch.setattr(keepalive, "IDLE", 3600)
-        assert not is_gone(sock)
-    assert not is_gone(sock)
+        assert not is_peer_dead(sock)
+    assert not is_peer_dead(sock)

@@ -245,7 +245,7 @@ def test_every_command_without(
 def test_slow_commands_with_the_least_master(
     lesser: Any, make_node: Any, line: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.cli.commands.topic.pub.HOLD", 0.1)
+    monkeypatch.setattr("pyros1.cli.commands.topic.pub.HOLD_SECONDS", 0.1)
     make_node("other")
     lesser(*set(SPARED) - {"getPublishedTopics", "getSystemState", "lookupNode"})
     assert entry(["pyros1", *line.split()]) == 0

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.net.poller import BELL, Poller
+from pyros1.net.poller import WAKE, Poller
 
 
 @pytest.fixture(params=["best", "portable"])
@@ -47,14 +47,14 @@ def test_the_end_of_a_peer_is_readable(poller: Poller, pair: Any) -> None:
 def test_each_wake_ends_one_wait(poller: Poller) -> None:
     poller.wake()
     poller.wake()
-    assert [poller.wait(), poller.wait()] == [BELL, BELL]
+    assert [poller.wait(), poller.wait()] == [WAKE, WAKE]
     assert poller.wait(0.01) is None
 
 
 def test_wakes_never_block(poller: Poller) -> None:
     for _ in range(100_000):
         poller.wake()
-    assert poller.wait() == BELL
+    assert poller.wait() == WAKE
 
 
 def test_threads_share_the_events(poller: Poller) -> None:
@@ -70,7 +70,7 @@ def test_threads_share_the_events(poller: Poller) -> None:
     poller.wake()
     for thread in threads:
         thread.join(10)
-    assert sorted(map(str, got)) == sorted(map(str, [BELL, *(near.fileno() for near, _ in pairs)]))
+    assert sorted(map(str, got)) == sorted(map(str, [WAKE, *(near.fileno() for near, _ in pairs)]))
     for near, far in pairs:
         poller.unregister(near.fileno())
         near.close()
@@ -103,7 +103,7 @@ def test_a_socket_can_be_removed_while_a_thread_waits_for_ever(poller: Poller, p
     poller.wake()
     thread.join(10)
     remover.join(10)
-    assert removed and got == [BELL]
+    assert removed and got == [WAKE]
 
 
 def test_unregistered_sockets_are_not_returned(poller: Poller, pair: Any) -> None:

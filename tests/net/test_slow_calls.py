@@ -75,25 +75,25 @@ def serve() -> Iterator[Callable[[Callable[[socket.socket], None]], str]]:
 
 
 @pytest.fixture
-def moved(monkeypatch: pytest.MonkeyPatch) -> threading.Semaphore:
+def add_bytes(monkeypatch: pytest.MonkeyPatch) -> threading.Semaphore:
     """Released whenever somebody takes note of bytes that came or went."""
-    count, take_note = threading.Semaphore(0), timeouts.Patience.moved
+    count, take_note = threading.Semaphore(0), timeouts.TransferDeadline.add_bytes
 
-    def watched(patience: timeouts.Patience, size: int) -> None:
+    def watched(patience: timeouts.TransferDeadline, size: int) -> None:
         take_note(patience, size)
         count.release()
 
-    monkeypatch.setattr(timeouts.Patience, "moved", watched)
+    monkeypatch.setattr(timeouts.TransferDeadline, "add_bytes", watched)
     return count
 
 
-def test_a_large_answer_over_a_slow_link(serve: Any, clock: Clock, moved: threading.Semaphore) -> None:
+def test_a_large_answer_over_a_slow_link(serve: Any, clock: Clock, add_bytes: threading.Semaphore) -> None:
     def behave(sock: socket.socket) -> None:
-        assert moved.acquire(timeout=10)  # the request
+        assert add_bytes.acquire(timeout=10)  # the request
         for start in range(0, len(ANSWER), 10_000):
             clock.now += 1.0
             sock.sendall(ANSWER[start : start + 10_000])
-            assert moved.acquire(timeout=10)
+            assert add_bytes.acquire(timeout=10)
 
     client = XmlRpcClient(serve(behave), timeout=5)
     assert client.call("m") == "x" * 100_000
@@ -113,18 +113,18 @@ def test_an_answer_that_stops(serve: Any) -> None:
     client.close()
 
 
-def test_an_answer_that_trickles(serve: Any, clock: Clock, moved: threading.Semaphore) -> None:
+def test_an_answer_that_trickles(serve: Any, clock: Clock, add_bytes: threading.Semaphore) -> None:
     """Byte after byte, it ends when the time is over."""
 
     def behave(sock: socket.socket) -> None:
-        assert moved.acquire(timeout=10)  # the request
+        assert add_bytes.acquire(timeout=10)  # the request
         for start in range(200):
             clock.now += 0.1
             try:
                 sock.sendall(ANSWER[start : start + 1])
             except OSError:
                 return
-            if not moved.acquire(timeout=0.2):
+            if not add_bytes.acquire(timeout=0.2):
                 return  # the client has gone
 
     client = XmlRpcClient(serve(behave), timeout=5)
@@ -165,13 +165,13 @@ def test_a_large_request_over_a_slow_link(loop: Loop, clock: Clock) -> None:
         limits=limits,
     )
     arrived = threading.Semaphore(0)
-    account = server.account
+    account_buffered = server.account_buffered
 
     def watched(connection: Any, buffered: int) -> bool:
         arrived.release()
-        return account(connection, buffered)
+        return account_buffered(connection, buffered)
 
-    server.account = watched  # type: ignore[method-assign]
+    server.account_buffered = watched  # type: ignore[method-assign]
     request = build_request("localhost", "/", dumps_call("m", ["x" * 50_000]))
     with socket.create_connection(("127.0.0.1", server.port), timeout=10) as sock:
         for start in range(0, len(request), 10_000):
@@ -195,7 +195,7 @@ def silent_name(monkeypatch: pytest.MonkeyPatch) -> Iterator[threading.Event]:
         end.wait(10)
         raise OSError("too late")
 
-    monkeypatch.setattr("pyros1.net.resolve.look_up", look_up)
+    monkeypatch.setattr("pyros1.net.resolve.resolve_host", look_up)
     yield begun
     end.set()
 

@@ -472,7 +472,7 @@ def test_names_that_cannot_be_resolved_are_errors(
     def look_up(host: str) -> list[str]:
         raise OSError("no such host")
 
-    monkeypatch.setattr("pyros1.net.resolve.look_up", look_up)
+    monkeypatch.setattr("pyros1.net.resolve.resolve_host", look_up)
     results = Results()
     for _ in range(2):
         caller.call("http://nowhere:1/", "m", [], results.done)
@@ -483,7 +483,7 @@ def test_names_that_cannot_be_resolved_are_errors(
 def test_a_name_with_several_addresses_tries_them_all(
     server: XmlRpcServer, caller: RpcCaller, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.net.resolve.look_up", lambda host: ["127.0.0.2", "127.0.0.1"])
+    monkeypatch.setattr("pyros1.net.resolve.resolve_host", lambda host: ["127.0.0.2", "127.0.0.1"])
     results = Results()
     caller.call(f"http://somewhere:{server.port}/", "echo", [3], results.done)
     results.wait(1)
@@ -508,7 +508,7 @@ class NoFiles:
 def test_a_call_waits_until_files_can_be_opened(
     server: XmlRpcServer, caller: RpcCaller, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.net.rpc_caller.PAUSE", 0.01)
+    monkeypatch.setattr("pyros1.net.rpc_caller.RETRY_DELAY", 0.01)
     results = Results()
     files = NoFiles(monkeypatch)
     asked: list[int] = []

@@ -28,13 +28,13 @@ class Simulation(Clock):
         super().__init__(stopping)
         self.use_simulated_time()
         self.waiting = threading.Semaphore(0)
-        wait = self._ticked.wait
+        wait = self._ticked.wait_for
 
         def watched(ready: Any, timeout: float | None = None) -> bool:
             self.waiting.release()
             return wait(ready, timeout)
 
-        self._ticked.wait = watched  # type: ignore[method-assign]
+        self._ticked.wait_for = watched  # type: ignore[method-assign]
 
     def go(self, seconds: float) -> None:
         """Let the time come once somebody sleeps."""
@@ -106,7 +106,7 @@ def test_sleep_follows_the_ticks_p29(clock: Simulation, in_thread: Any) -> None:
 
 
 def test_sleep_is_not_woken_by_wall_time(clock: Simulation, in_thread: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.clock.STEP", 0.001)
+    monkeypatch.setattr("pyros1.node.clock.POLL_INTERVAL", 0.001)
     clock.tick(Time(1))
     sleeping = in_thread(clock.sleep, 0.001)
     for _ in range(50):
@@ -151,14 +151,14 @@ def test_sleep_in_simulated_time_ends_with_the_node(
 def test_a_node_that_ends_waits_for_ticks_only_while_they_come(
     clock: Simulation, in_thread: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.clock.PATIENCE", 100)
+    monkeypatch.setattr("pyros1.node.clock.TICK_TIMEOUT", 100)
     clock.tick(Time(100, 0))
     clock.ending = True
     sleep = in_thread(clock.sleep, 3.0)
     for seconds in (101, 102, 103):
         clock.go(seconds)
     assert sleep.join() is True
-    monkeypatch.setattr("pyros1.node.clock.PATIENCE", 0)
+    monkeypatch.setattr("pyros1.node.clock.TICK_TIMEOUT", 0)
     assert in_thread(clock.sleep, 3.0).join() is False
 
 

@@ -308,9 +308,9 @@ def test_a_publisher_keeps_no_memory_for_nobody(linked: Any, until: Any) -> None
 def test_publishers_that_share_nothing(
     make_node: Any, collect: Any, transport: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.same_host.wants_local", lambda setting: False)
+    monkeypatch.setattr("pyros1.node.same_host.is_local_enabled", lambda setting: False)
     publisher = make_node("talker").advertise("/t", Image, queue_size=5)
-    monkeypatch.setattr("pyros1.node.same_host.wants_local", lambda setting: True)
+    monkeypatch.setattr("pyros1.node.same_host.is_local_enabled", lambda setting: True)
     got = collect()
     subscriber = make_node("listener").subscribe("/t", Image, got)
     assert publisher.wait_for_subscribers(1, PATIENCE) and subscriber.wait_for_publishers(1, PATIENCE)
@@ -394,7 +394,7 @@ def test_a_forked_process_may_publish(linked: Any) -> None:
 def test_a_publisher_that_answers_what_nobody_offered(
     make_node: Any, fake_node: Any, collect: Any, transport: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.same_host.wants_local", lambda setting: False)
+    monkeypatch.setattr("pyros1.node.same_host.is_local_enabled", lambda setting: False)
     fake, got, called = fake_node("/odd"), collect(), collect()
     monkeypatch.setattr("pyros1.node.same_host.connect", called)  # there are systems without such sockets
     fake.answers["requestTopic"] = [1, "ready", ["PYROS1-LOCAL", "pyros1-name"]]

@@ -80,8 +80,8 @@ def test_a_handler_that_refuses(make_node: Any, watch_log: Any) -> None:
 
 def test_the_masters_whole_answer(make_node: Any) -> None:
     node = make_node("a")
-    assert node.master.ask("getParam", "/nope")[::2] == [-1, 0]
-    assert node.master.ask("lookupNode", "/a")[::2] == [1, node.uri]
+    assert node.master.call_unchecked("getParam", "/nope")[::2] == [-1, 0]
+    assert node.master.call_unchecked("lookupNode", "/a")[::2] == [1, node.uri]
 
 
 @pytest.mark.parametrize("wrong", [{"log_level": "loud"}, {"master_uri": "nonsense"}, {"callbacks": "twist"}])

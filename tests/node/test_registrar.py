@@ -126,7 +126,7 @@ def test_a_master_whose_host_is_unknown_is_said_to_be_that(
 
     stderr = Output()
     monkeypatch.setattr("sys.stderr", stderr)
-    monkeypatch.setattr("pyros1.net.resolve.look_up", look_up)
+    monkeypatch.setattr("pyros1.net.resolve.resolve_host", look_up)
     environ = {**environ, "ROS_MASTER_URI": "http://nowhere.invalid:11311"}
     with pytest.raises(MasterUnreachableError, match=r"add a line .ADDRESS nowhere\.invalid. to /etc/hosts"):
         make_node("early", environ=environ, wait_for_master=0.05)
@@ -321,7 +321,7 @@ def test_shutdown_while_the_master_is_silent(
     make_node: Any, late_master: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch, free_port: int
 ) -> None:
     """A call of the master that is under way is given up, and no other is made."""
-    monkeypatch.setattr("pyros1.node.registrar.FAREWELL_TIMEOUT", 0.05)
+    monkeypatch.setattr("pyros1.node.registrar.UNREGISTER_TIMEOUT", 0.05)
     late_master()
     node = make_node("node")
     node.advertise("t", Float64)

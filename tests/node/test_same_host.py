@@ -22,13 +22,13 @@ def test_a_connection() -> None:
     with listener, same_host.connect(name) as near:
         far, _ = listener.accept()
         with far:
-            assert same_host.is_own(near) and same_host.is_own(far)
+            assert same_host.is_same_user(near) and same_host.is_same_user(far)
             far.send(b"hello")
             assert near.recv(10) == b"hello" and not near.getblocking()
 
 
 def test_a_name_that_one_wishes() -> None:
-    wish = same_host.name_beside("rosrpc://here:1", os.urandom(8).hex())
+    wish = same_host.socket_name_for("rosrpc://here:1", os.urandom(8).hex())
     first, name = same_host.listen(wish)
     assert name == wish
     with first:

@@ -58,7 +58,7 @@ def test_both_ends_of_a_link_notice_that_a_machine_is_gone_t37(
 ) -> None:
     monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
     watched = collect()
-    for place in ("publishing.linking.keep_alive", "subscribing.connector.keep_prompt"):
+    for place in ("publishing.publisher_links.keep_alive", "subscribing.connector.set_nodelay_and_keepalive"):
         monkeypatch.setattr(f"pyros1.node.{place}", watched)
     publisher = make_node("talker").advertise("t", Float64)
     make_node("listener").subscribe("t", Float64, print)
@@ -96,7 +96,7 @@ def test_silent_and_dripping_peers_are_closed_at_the_deadline(
 
 
 def test_the_oldest_unfinished_greeting_makes_room(node: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.server.MOST_GREETINGS", 3)
+    monkeypatch.setattr("pyros1.node.server.MAX_HANDSHAKES", 3)
     peers = [raw_peer(node) for _ in range(4)]
     assert peers[0].closed()
     assert peers[3].greet(**WANTED).answer()["topic"] == "/t"

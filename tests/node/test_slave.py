@@ -47,8 +47,8 @@ def test_request_topic_s11(node: Any, call_node: Any) -> None:
     unsupported = [0, "no supported protocol implementations", []]
     assert call_node(node, "requestTopic", "/me", "/t", [["UDPROS"]]) == unsupported
     assert call_node(node, "requestTopic", "/me", "/t", [[], "TCPROS", 5]) == unsupported
-    for wrong in ([], "TCPROS", 5):
-        assert call_node(node, "requestTopic", "/me", "/t", wrong)[0] == -1
+    for invalid in ([], "TCPROS", 5):
+        assert call_node(node, "requestTopic", "/me", "/t", invalid)[0] == -1
     assert call_node(node, "requestTopic", "/me", 5, [["TCPROS"]])[0] == -1
 
 
@@ -58,8 +58,8 @@ def test_publisher_update_s10(node: Any, call_node: Any) -> None:
     node.subscribe("t", Float64, print)
     assert call_node(node, "publisherUpdate", "/master", "/t", ["http://localhost:1/"]) == [1, "", 0]
     assert call_node(node, "publisherUpdate", "/master", "/t", []) == [1, "", 0], "an empty list is no error (O04)"
-    for wrong in ("http://localhost:1/", [5], ["no uri"], [""], ["rosrpc://localhost:1"], 7):
-        code, text, _ = call_node(node, "publisherUpdate", "/master", "/t", wrong)
+    for invalid in ("http://localhost:1/", [5], ["no uri"], [""], ["rosrpc://localhost:1"], 7):
+        code, text, _ = call_node(node, "publisherUpdate", "/master", "/t", invalid)
         assert code == -1 and "publishers" in text
     assert call_node(node, "publisherUpdate", "/master", 5, [])[0] == -1
 
@@ -102,9 +102,9 @@ def test_a_long_list_of_publishers_is_not_searched_for_each_of_them(node: Any) -
     subscription = subscription_of(node)
     run = context_of(node).loop.run
     run(subscription.update_publishers, List(["http://localhost:1/"]))
-    assert run(subscription.knows, "http://localhost:1/")
+    assert run(subscription.has_publisher, "http://localhost:1/")
     run(subscription.update_publishers, List())
-    assert not run(subscription.knows, "http://localhost:1/")
+    assert not run(subscription.has_publisher, "http://localhost:1/")
 
 
 def test_param_update_s09(node: Any, call_node: Any) -> None:

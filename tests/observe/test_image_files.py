@@ -21,7 +21,7 @@ pytest.importorskip("PIL", reason="the extra `images` brings it")
 
 from PIL import Image as Pictures
 
-from pyros1.observe import deep_png
+from pyros1.observe import png16
 from pyros1.observe.compressed_depth import decode_depth
 from pyros1.observe.image_files import Pixels, UnsupportedFileError, decode, encode, to_bytes
 
@@ -36,8 +36,8 @@ def a_file(picture: Pictures.Image, form: str) -> bytes:
 
 @given(SHAPES.flatmap(lambda shape: arrays(np.uint16, shape)))
 def test_sixteen_bits_per_channel(pixels: Pixels) -> None:
-    data = deep_png.write(pixels, 1)
-    assert np.array_equal(deep_png.read(data, Pictures), pixels)
+    data = png16.write(pixels, 1)
+    assert np.array_equal(png16.read(data, Pictures), pixels)
     with Pictures.open(io.BytesIO(data)) as picture:  # it reads the upper bytes of colours
         if pixels.shape[2] > 2:
             assert np.array_equal(np.asarray(picture), pixels >> 8)
@@ -71,14 +71,14 @@ def test_a_jpeg_file_that_is_cut_off_is_read_as_far_as_it_goes() -> None:
 
 
 def test_damaged_files() -> None:
-    whole = deep_png.write(np.full((5, 4, 3), 513, np.uint16))
+    whole = png16.write(np.full((5, 4, 3), 513, np.uint16))
     bomb = whole[:16] + struct.pack(">II", 60_000, 60_000) + whole[24:29]
     bomb += struct.pack(">I", zlib.crc32(bomb[12:29])) + whole[33:]
     for data in (b"", b"nothing", whole[:-13], whole[:40], whole[:45] + b"x" + whole[46:], bomb):
         with pytest.raises(MessageError):
             decode(data)
     with pytest.raises(MessageError, match="too large"):
-        decode(whole, most=79)
+        decode(whole, max_pixels=79)
     with pytest.raises(MessageError, match="too large"):  # Pillow takes the second header
         decode(bomb[:33] + whole[8:])
 
@@ -97,7 +97,7 @@ def test_our_limit_is_named_and_pillow_prints_nothing(width: int, height: int) -
         warnings.simplefilter("always")
         for _ in range(2):
             with pytest.raises(MessageError, match=r"image.* is too large: at most 100000000 pixels can be read"):
-                decode(blank(width, height), most=100_000_000)
+                decode(blank(width, height), max_pixels=100_000_000)
     assert not caught
 
 

@@ -44,7 +44,7 @@ def test_hz_window_counts_messages() -> None:
 
 def test_hz_table_has_the_stock_columns() -> None:
     summary = summarise([0.1, 0.1])
-    table = rate_table({"/chatter": (10.0, summary._replace(least=0.09711, most=0.1028, deviation=0.001346), 10)})
+    table = rate_table({"/chatter": (10.0, summary._replace(minimum=0.09711, maximum=0.1028, deviation=0.001346), 10)})
     assert table == (
         " topic     rate   min_delta   max_delta   std_dev    window\n"
         "===========================================================\n"

@@ -131,8 +131,8 @@ def stage_for(scenario: Scenario) -> Iterator[Stage]:
 
 
 def _put_stand_ins(stage: Stage, put: Callable[[Any, str, Any], None]) -> None:
-    import pyros1.net.eager
     import pyros1.net.loop
+    import pyros1.net.spin_wait
 
     class LoopThread(stage.threading.Thread):  # type: ignore[name-defined,misc]
         owner: object | None = None
@@ -157,4 +157,4 @@ def _put_stand_ins(stage: Stage, put: Callable[[Any, str, Any], None]) -> None:
             if id(value) in stand_in:
                 put(module, name, stand_in[id(value)])
     put(pyros1.net.loop, "_yield", lambda: stage.time.sleep(0))
-    put(pyros1.net.eager, "give_way", lambda: stage.time.sleep(0))
+    put(pyros1.net.spin_wait, "yield_processor", lambda: stage.time.sleep(0))

@@ -115,7 +115,7 @@ def test_publishtest_in_simulated_time(make_node: Make, robot: Node) -> None:
 
 
 def test_a_clock_that_does_not_tick(make_node: Make, robot: Node, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.test_nodes.check.CLOCK_PATIENCE", 0.1)
+    monkeypatch.setattr("pyros1.test_nodes.check.CLOCK_TIMEOUT", 0.1)
     robot.params["/use_sim_time"] = True
     (case,) = cases(publish.tests, make_node("check"), topics=[{"name": "beat"}]).values()
     assert "no message arrived on /clock" in outcome(case)

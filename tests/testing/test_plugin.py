@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 import pyros1
-from pyros1.finding.python_modules import START
+from pyros1.finding.python_modules import DROP_IN_START
 from pyros1.guide.text import pages
 from pyros1.master.server import Master
 from pyros1.testing import Heard, Program
@@ -80,7 +80,7 @@ def test_a_message_that_should_not_come(ros_node: Callable[..., Any], ros_listen
 def test_only_the_newest_are_kept(
     ros_node: Callable[..., Any], ros_listen: Listen, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.testing.heard.KEPT", 3)
+    monkeypatch.setattr("pyros1.testing.heard.MAX_MESSAGES", 3)
     heard = ros_listen("/a", FLOAT)
     publisher = ros_node("source").advertise("/a", FLOAT, queue_size=0)
     assert publisher.wait_for_subscribers(1, 10)
@@ -109,7 +109,7 @@ def test_a_launch_file(ros_launch: Callable[..., Program], ros_listen: Listen, t
 
 
 def test_output_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.testing.programs.KEPT", 1000)
+    monkeypatch.setattr("pyros1.testing.programs.MAX_OUTPUT", 1000)
     program = Program([sys.executable, "-c", "print('one'); print('two' * 1000); print('three')"], os.environ)
     assert program.wait_for("^three$", 60)
     assert program.wait(60) == 0
@@ -120,7 +120,7 @@ def test_output_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_program_that_does_not_end_is_ended_with_its_children(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.testing.programs.GRACE", (0.01, 0.01, 60.0))
+    monkeypatch.setattr("pyros1.testing.programs.STOP_TIMEOUTS", (0.01, 0.01, 60.0))
     code = """
         import os, signal, sys, time
         signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -169,7 +169,8 @@ def test_projects_that_make_warnings_errors_are_tested_with_our_modules_on_the_p
     (project / "test_it.py").write_text(
         "import rospy\n\ndef test_it(ros_master):\n    assert rospy.Duration(1).secs == 1\n"
     )
-    around = {**os.environ, "PYTHONPATH": os.pathsep.join([START, str(installed), SOURCE]), "PYROS1_ROSPY": rospy}
+    path = os.pathsep.join([DROP_IN_START, str(installed), SOURCE])
+    around = {**os.environ, "PYTHONPATH": path, "PYROS1_ROSPY": rospy}
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:hypothesispytest"]
     done = subprocess.run(command, cwd=project, env=around, capture_output=True, text=True, timeout=90, check=False)
     assert done.returncode == 0 and "1 passed" in done.stdout, done.stdout + done.stderr

@@ -262,7 +262,7 @@ def test_a_lookup_that_another_cancels(make_node: Make, actor: Actor) -> None:
 
 
 def test_goals_that_ended_are_forgotten(actor: Actor, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.tf.buffer_server.KEPT", Duration(0, 100_000_000))
+    monkeypatch.setattr("pyros1.tf.buffer_server.STATUS_RETENTION", Duration(0, 100_000_000))
     actor.send("a", "base")
     actor.await_status(("a", STATUS.SUCCEEDED))
     actor.await_status()

@@ -145,7 +145,7 @@ def test_a_mux_is_switched(node: Node, user: Node, start: Start) -> None:
 
 
 def test_a_demux_is_switched(node: Node, user: Node, start: Start, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.topic_tools.demux.PATIENCE", 0.0)
+    monkeypatch.setattr("pyros1.topic_tools.demux.CONNECT_DELAY", 0.0)
     start(Demux(node, "/in", ["/left", "/right"]).run)
     publisher: Any = user.advertise("/in", "std_msgs/String")
     assert publisher.wait_for_subscribers(1, PATIENCE)

@@ -16,7 +16,7 @@ from pyros1.topic_tools.republish import Republisher, main
 
 pytest.importorskip("PIL", reason="the extra `images` brings it")
 
-from pyros1.topic_tools.pictures import compress, decompress
+from pyros1.topic_tools.image_encoding import compress, decompress
 
 SIZES = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1, "8UC1": 1, "8UC3": 3, "bayer_rggb8": 1}
 SIZES |= {"mono16": 2, "16UC1": 2, "rgb16": 6, "bgr16": 6, "rgba16": 8, "bgra16": 8, "16UC3": 6, "bayer_gbrg16": 2}

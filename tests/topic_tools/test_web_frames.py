@@ -16,7 +16,7 @@ from pyros1.msgs.geometry_msgs.msg import TransformStamped
 from pyros1.msgs.tf2_web_republisher.msg import TFArray, TFSubscriptionAction, TFSubscriptionGoal
 from pyros1.msgs.tf2_web_republisher.srv import RepublishTFs
 from pyros1.tf import Buffer, TransformBroadcaster
-from pyros1.topic_tools.web_frames import MOST_FRAMES, Moves, Republisher
+from pyros1.topic_tools.web_frames import MAX_FRAMES, MovedFrames, Republisher
 
 MakeNode = Callable[..., Any]
 PATIENCE = 20
@@ -33,7 +33,7 @@ def frame(x: float, yaw: float = 0.0, child: str = "base", seconds: int = 1) -> 
 
 def test_only_what_moved_is_told() -> None:
     buffer = Buffer()
-    moves = Moves(buffer, "/map", ["/base", "arm", "base"], 0.1, 0.5)
+    moves = MovedFrames(buffer, "/map", ["/base", "arm", "base"], 0.1, 0.5)
     assert moves.take() == []
     steps = [(0.0, 0.0, 1), (0.4, 0.05, 0), (0.6, 0.05, 1), (0.6, 0.2, 1), (0.6, 0.2, 0), (0.6, 0.2 + math.tau, 0)]
     for seconds, (x, yaw, count) in enumerate(steps, 1):
@@ -47,7 +47,7 @@ def test_only_what_moved_is_told() -> None:
 
 def test_the_least_movements_are_seen_with_limits_of_zero() -> None:
     buffer = Buffer()
-    moves = Moves(buffer, "map", ["base"], 0.0, 0.0)
+    moves = MovedFrames(buffer, "map", ["base"], 0.0, 0.0)
     buffer.set_transform(frame(0.0, 0.0, seconds=1))
     assert len(moves.take()) == 1
     assert moves.take() == []
@@ -57,7 +57,7 @@ def test_the_least_movements_are_seen_with_limits_of_zero() -> None:
 
 def test_too_many_frames() -> None:
     with pytest.raises(ValueError, match="are too many"):
-        Moves(Buffer(), "map", ["x"] * (MOST_FRAMES + 1), 0, 0)
+        MovedFrames(Buffer(), "map", ["x"] * (MAX_FRAMES + 1), 0, 0)
 
 
 @pytest.fixture
@@ -94,7 +94,7 @@ def test_a_goal_is_fed_until_it_is_cancelled(robot: TransformBroadcaster, make_n
         with pytest.raises(GoalError) as error:
             goal.result(PATIENCE)
         assert error.value.status is Status.PREEMPTED
-        refused = client.send(TFSubscriptionGoal(source_frames=["x"] * (MOST_FRAMES + 1)))
+        refused = client.send(TFSubscriptionGoal(source_frames=["x"] * (MAX_FRAMES + 1)))
         with pytest.raises(GoalError, match="too many"):
             refused.result(PATIENCE)
 
@@ -116,4 +116,4 @@ def test_a_topic_for_a_page_ends_when_nobody_listens(robot: TransformBroadcaster
     while any(name == topic for name, _ in page.master.get_system_state()[0]):
         assert page.sleep(0.05) and monotonic() < until
     with pytest.raises(ServiceError, match="too many"):
-        service(source_frames=["x"] * (MOST_FRAMES + 1))
+        service(source_frames=["x"] * (MAX_FRAMES + 1))

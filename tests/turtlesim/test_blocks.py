@@ -6,7 +6,7 @@ import re
 
 from pyros1.turtlesim.blocks import blocks
 from pyros1.turtlesim.canvas import Canvas
-from pyros1.turtlesim.turtle import PIXELS, SIZE, Pen, Place
+from pyros1.turtlesim.turtle import PIXELS, SIZE, Pen, Position
 
 ESCAPE = re.compile("\x1b\\[[0-9;]*m")
 
@@ -25,7 +25,7 @@ def test_it_fits_and_is_not_distorted() -> None:
 
 def test_thin_lines_are_not_lost() -> None:
     canvas = Canvas((1, 2, 3))
-    canvas.line(Place(0, 3), Place(SIZE, 3), Pen(200, 100, 50, 3))
+    canvas.line(Position(0, 3), Position(SIZE, 3), Pen(200, 100, 50, 3))
     assert sum("200;100;50" in line for line in drawn(canvas, 40, 20)) in (1, 2)
     assert drawn(Canvas((1, 2, 3)), 40, 20)[0].count("\x1b") == 3, "colours are said when they change"
 

@@ -13,7 +13,7 @@ from pyros1.turtlesim.turtle import PERIOD, Turtle, normal
 def test_four_sides_lead_back() -> None:
     turtle = Turtle()
     square = Square(turtle.x, turtle.y, turtle.theta)
-    start, goals = turtle.place, [square.goal]
+    start, goals = turtle.position, [square.goal]
     for index in range(10_000):
         moving = turtle.speed > 0 or turtle.turning != 0
         speed, turning = square.next(turtle.x, turtle.y, turtle.theta, moving)
@@ -24,9 +24,9 @@ def test_four_sides_lead_back() -> None:
             break
         turtle.command(speed, 0.0, turning, now=index * PERIOD)
         turtle.step(now=index * PERIOD)
-    corners = [place for place, _ in goals[::2]]
+    corners = [position for position, _ in goals[::2]]
     assert corners[0] == (pytest.approx(start.x + SIDE), start.y)
     assert [normal(theta - index * pi / 2) for index, (_, theta) in enumerate(goals[1::2], 1)] == pytest.approx(
         [0] * 4, abs=0.1
     )
-    assert turtle.place == pytest.approx(start, abs=0.2)
+    assert turtle.position == pytest.approx(start, abs=0.2)

@@ -43,21 +43,21 @@ def test_a_circle_in_closed_form(speed: float, turning: float) -> None:
 def test_random_commands() -> None:
     chance = random.Random(7)
     turtle = Turtle()
-    place, angle = complex(turtle.x, turtle.y), turtle.theta
+    position, angle = complex(turtle.x, turtle.y), turtle.theta
     hits = 0
     for second in range(400):
         forward, sideways, turning = (chance.uniform(-3, 3) for _ in range(3))
         turtle.command(forward, sideways, turning, now=float(second))
         for _ in range(chance.randrange(1, 40)):
-            wanted = turtle.step(now=second + 0.9)
+            requested = turtle.step(now=second + 0.9)
             angle += turning * PERIOD
-            free = place + complex(forward, sideways) * PERIOD * cmath.exp(1j * angle)
-            place = complex(min(max(free.real, 0), SIZE), min(max(free.imag, 0), SIZE))
-            assert (turtle.x, turtle.y) == pytest.approx((place.real, place.imag), abs=1e-6)
+            free = position + complex(forward, sideways) * PERIOD * cmath.exp(1j * angle)
+            position = complex(min(max(free.real, 0), SIZE), min(max(free.imag, 0), SIZE))
+            assert (turtle.x, turtle.y) == pytest.approx((position.real, position.imag), abs=1e-6)
             assert cmath.exp(1j * turtle.theta) == pytest.approx(cmath.exp(1j * angle), abs=1e-6)
             assert -pi <= turtle.theta <= pi
-            assert (wanted is None) == (free == place) or abs(free - place) < NEAR
-            hits += wanted is not None
+            assert (requested is None) == (free == position) or abs(free - position) < NEAR
+            hits += requested is not None
         assert turtle.speed == pytest.approx(hypot(forward, sideways))
     assert hits > 100
 
@@ -67,22 +67,22 @@ def test_a_command_holds_for_a_second() -> None:
     turtle.command(1.0, 2.0, 3.0, now=10.0)
     turtle.step(now=11.0)
     assert (turtle.forward, turtle.sideways, turtle.turning) == (1.0, 2.0, 3.0)
-    before = turtle.place
+    before = turtle.position
     turtle.step(now=11.001)
-    assert (turtle.speed, turtle.turning, turtle.place) == (0.0, 0.0, before)
+    assert (turtle.speed, turtle.turning, turtle.position) == (0.0, 0.0, before)
 
 
 def test_walls_and_teleports() -> None:
     turtle = Turtle()
     turtle.command(100.0, 0.0, 0.0, now=0.0)
     assert [turtle.step(now=0.0) for _ in range(3)] == [None] * 3  # of 1.6 units; the wall is at three and a half
-    wanted = turtle.step(now=0.0)
-    assert wanted == (pytest.approx(SIZE / 2 + 6.4), SIZE / 2) and turtle.x == SIZE
-    turtle.put(-3.0, 99.0, 1.0)
-    assert turtle.place == (-3.0, SIZE)
-    assert turtle.step(now=9.0) == (-3.0, SIZE) and turtle.place == (0.0, SIZE)
-    turtle.put(5.0, 5.0, 1.0)
-    turtle.hop(2.0, 0.5)
+    requested = turtle.step(now=0.0)
+    assert requested == (pytest.approx(SIZE / 2 + 6.4), SIZE / 2) and turtle.x == SIZE
+    turtle.teleport_absolute(-3.0, 99.0, 1.0)
+    assert turtle.position == (-3.0, SIZE)
+    assert turtle.step(now=9.0) == (-3.0, SIZE) and turtle.position == (0.0, SIZE)
+    turtle.teleport_absolute(5.0, 5.0, 1.0)
+    turtle.teleport_relative(2.0, 0.5)
     assert (turtle.x, turtle.y, turtle.theta) == pytest.approx((5 + 2 * cos(1.5), 5 + 2 * sin(1.5), 1.5))
 
 

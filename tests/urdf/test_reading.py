@@ -6,7 +6,7 @@ import pytest
 from robots import ALL, joint, pair
 
 from pyros1.urdf.model import Limit, Mimic, UrdfError
-from pyros1.urdf.reading import MOST, read
+from pyros1.urdf.reading import MAX_LENGTH, read
 
 pytestmark = pytest.mark.once
 
@@ -28,7 +28,7 @@ def test_all_that_moves_links_is_read() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "hint"),
     [
         ("", "not readable XML"),
         ("<robot>", "not readable XML"),
@@ -56,11 +56,11 @@ def test_all_that_moves_links_is_read() -> None:
             pair(joint().replace('"two"', '"twoo"')),
             r"its child twoo is not a link of the robot \(did you mean 'two'\?\)",
         ),
-        (" " * (MOST + 1), "more than"),
+        (" " * (MAX_LENGTH + 1), "more than"),
     ],
 )
-def test_faults_are_named(text: str, told: str) -> None:
-    with pytest.raises(UrdfError, match=told):
+def test_faults_are_named(text: str, hint: str) -> None:
+    with pytest.raises(UrdfError, match=hint):
         read(text)
 
 

@@ -16,7 +16,7 @@ from pyros1.msgs.geometry_msgs.msg import PointStamped
 from pyros1.msgs.nav_msgs.msg import OccupancyGrid
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.observe.decoder import Decoder
-from pyros1.web.hub import MOST_BYTES, Arrival, Hub
+from pyros1.web.hub import MAX_BYTES, Arrival, Hub
 
 from ..bodies import encode
 
@@ -248,7 +248,7 @@ def test_who_wants_to_know_is_told_when_the_topic_is_subscribed_to(subscriptions
         subscriptions.subscribe,
         lambda: 0.0,
         jobs.append,
-        settle=lambda topic, subscriber: said.append(f"settle {topic}"),
+        wait_for_publishers=lambda topic, subscriber: said.append(f"settle {topic}"),
     )
     for name in ("first", "second"):
         hub.listen("/a", lambda arrival: None, lambda name=name: said.append(name))  # type: ignore[misc]
@@ -274,10 +274,10 @@ def test_who_wants_to_know_is_told_that_there_is_no_subscription() -> None:
 
 
 def test_a_subscription_whose_publishers_are_not_known_is_one_all_the_same(subscriptions: Subscriptions) -> None:
-    def settle(topic: str, subscriber: Any) -> None:
+    def wait_for_publishers(topic: str, subscriber: Any) -> None:
         raise MasterUnreachableError("the master went just then")
 
-    hub = Hub(subscriptions.subscribe, lambda: 0.0, at_once, settle)
+    hub = Hub(subscriptions.subscribe, lambda: 0.0, at_once, wait_for_publishers)
     seen: list[float] = []
     ends = [hub.listen("/a", numbers(seen)) for _ in range(2)]
     subscriptions.send("/a", 1.0)
@@ -291,7 +291,7 @@ def test_large_messages_wait_in_smaller_numbers(hub: Hub, subscriptions: Subscri
     hub.listen("/a", lambda arrival: None)
     subscriptions.send("/a", 1.0)
     assert subscriptions.sizes == []
-    for size in (MOST_BYTES // 8, MOST_BYTES // 16, 2 * MOST_BYTES):
+    for size in (MAX_BYTES // 8, MAX_BYTES // 16, 2 * MAX_BYTES):
         raw = AnyMsg(bytes(size))
         raw._connection_header = {"callerid": "/talker"}
         subscriptions.callbacks["/a"](raw)
@@ -301,7 +301,7 @@ def test_large_messages_wait_in_smaller_numbers(hub: Hub, subscriptions: Subscri
 def test_latched_messages_of_many_publishers_are_bounded(hub: Hub, subscriptions: Subscriptions) -> None:
     hub.listen("/a", lambda arrival: None)
     for number in range(6):
-        raw = AnyMsg(bytes(MOST_BYTES // 4))
+        raw = AnyMsg(bytes(MAX_BYTES // 4))
         raw._connection_header = {"callerid": f"/talker{number}", "latching": "1"}
         subscriptions.links.append(SimpleNamespace(header=raw._connection_header))
         subscriptions.callbacks["/a"](raw)
@@ -327,10 +327,10 @@ def test_fields_that_are_relied_on_are_there(old: str, new: str, fits: bool) -> 
     arrival = Arrival(raw, 0.0, 0.0, Decoder())
     assert type(arrival.message) is type(cls()) or arrival.message._full_text == cls._full_text
     if fits:
-        assert arrival.usual is arrival.message
+        assert arrival.checked_message is arrival.message
     else:
         with pytest.raises(MessageError, match=r"a different definition of \w+/\w+ than this machine"):
-            _ = arrival.usual
+            _ = arrival.checked_message
 
 
 @pytest.mark.parametrize("text", ["", "Header header\nPoint point", "%", "Header hea"])
@@ -340,7 +340,7 @@ def test_messages_of_other_client_libraries(text: str) -> None:
     point = PointStamped()
     point.point.x = 2.5
     arrival = Arrival(AnyMsg(encode(point) + b"\x55", header), 0.0, 0.0, Decoder())
-    for message in (arrival.message, arrival.usual, arrival.arrays):
+    for message in (arrival.message, arrival.checked_message, arrival.arrays):
         assert message.point.x == 2.5  # type: ignore[attr-defined]  # made from a definition
 
 

@@ -44,16 +44,16 @@ def test_publishers_end_some_time_after_their_last_message(node: Any, clock: Clo
     publishing.publish("/latched", FLOAT, {"data": 1.0}, latch=True)
     clock.now = IDLE - 1
     publishing.publish("/b", FLOAT, {"data": 2.0})
-    publishing.tidy()
+    publishing.clean_up()
     assert published(node) == ["/a", "/b", "/latched"]
     clock.now = IDLE + 1
-    publishing.tidy()
+    publishing.clean_up()
     assert published(node) == ["/b", "/latched"]
     clock.now = IDLE_LATCHED - 1
-    publishing.tidy()
+    publishing.clean_up()
     assert published(node) == ["/latched"]
     clock.now = IDLE_LATCHED + 1
-    publishing.tidy()
+    publishing.clean_up()
     assert published(node) == []
     publishing.publish("/a", FLOAT, {"data": 1.0})
     publishing.close()
@@ -63,7 +63,7 @@ def test_publishers_end_some_time_after_their_last_message(node: Any, clock: Clo
 def test_the_one_that_was_used_least_recently_makes_room(
     node: Any, clock: Clock, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.web.publishing.MOST", 4)
+    monkeypatch.setattr("pyros1.web.publishing.MAX_PUBLISHERS", 4)
     publishing = Publishing(lambda: node, clock=clock)
     names = [f"/t{number}" for number in range(4)]
     for name in names:

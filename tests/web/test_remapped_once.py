@@ -20,8 +20,8 @@ from pyros1.msgs.std_srvs.srv import Empty, Trigger
 from pyros1.node import Node
 from pyros1.topic_tools.mux import Mux
 from pyros1.web.foxglove.requests import ClientChannel
-from pyros1.web.foxglove.shared import Shared
-from pyros1.web.foxglove.work import Publishers
+from pyros1.web.foxglove.shared import ViewerContext
+from pyros1.web.foxglove.viewer_actions import Publishers
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.client import Client
 from pyros1.web.server.access import Access
@@ -84,7 +84,7 @@ def page_publishes(node: Node, robot: Robot, name: str) -> None:
 
 
 def viewer_publishes(node: Node, robot: Robot, name: str) -> None:
-    Publishers(Shared(robot)).announce(ClientChannel(1, name, "json", KIND, ""))
+    Publishers(ViewerContext(robot)).advertise(ClientChannel(1, name, "json", KIND, ""))
 
 
 USES: list[tuple[str, Use, str]] = [

@@ -16,7 +16,7 @@ from pyros1.web.server.access import Access
 def test_a_start_for_which_no_files_can_be_opened_is_tried_again(
     environ: dict[str, str], make_node: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.web.robot.TRY_AGAIN", 0.01)
+    monkeypatch.setattr("pyros1.web.robot.RETRY_DELAY", 0.01)
     made: list[Any] = []
     attempts: list[int] = []
 
@@ -36,6 +36,6 @@ def test_a_start_for_which_no_files_can_be_opened_is_tried_again(
     robot.start()
     try:
         assert robot.wait(10)
-        assert robot.node is made[1] and len(attempts) == 3 and not robot.trouble
+        assert robot.node is made[1] and len(attempts) == 3 and not robot.problem
     finally:
         robot.close()

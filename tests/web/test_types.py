@@ -48,7 +48,7 @@ def publisher() -> Publisher:
 
 @pytest.fixture
 def types(publisher: Publisher) -> Types:
-    return Types(publisher.listen, patience=0.01)
+    return Types(publisher.listen, timeout=0.01)
 
 
 def fields(cls: Any) -> list[str]:

@@ -82,7 +82,7 @@ def test_what_is_no_message_is_ignored_and_costs_no_other(data: bytes) -> None:
 
 def test_messages_that_are_too_large_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ValueError, match="too large for datagrams of 64"):
-        list(split(bytes(datagram.MOST_BLOCKS * 56 + 1), 7, 0, 64))
-    monkeypatch.setattr(datagram, "MOST_BYTES", 1000)
+        list(split(bytes(datagram.MAX_BLOCKS * 56 + 1), 7, 0, 64))
+    monkeypatch.setattr(datagram, "MAX_BYTES", 1000)
     assert assembled(list(split(frame(bytes(2000)), 7, 0, 300))) == ([], 0)
     assert LARGEST_SIZE == 65507

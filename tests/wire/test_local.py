@@ -13,14 +13,14 @@ from pyros1.wire.local import (
     TOKEN_SIZE,
     Reference,
     decode_block,
-    decode_done,
     decode_reference,
+    decode_releases,
     encode_block,
-    encode_done,
     encode_reference,
+    encode_release,
+    is_local_enabled,
     is_offered,
     offer,
-    wants_local,
 )
 
 TOKEN = bytes(range(TOKEN_SIZE))
@@ -60,7 +60,7 @@ def test_records_about_blocks(record: bytes) -> None:
 
 @given(st.lists(U64), st.binary(max_size=7))
 def test_numbers_that_are_given_back(numbers: list[int], more: bytes) -> None:
-    assert [*decode_done(b"".join(map(encode_done, numbers)) + more)] == numbers
+    assert [*decode_releases(b"".join(map(encode_release, numbers)) + more)] == numbers
 
 
 def test_only_who_has_the_key_shares() -> None:
@@ -71,7 +71,8 @@ def test_only_who_has_the_key_shares() -> None:
 
 
 def test_transports() -> None:
-    assert wants_local("local,tcp") and wants_local("tcp local") and wants_local("") and not wants_local("tcp")
+    assert all(map(is_local_enabled, ("local,tcp", "tcp local", "")))
+    assert not is_local_enabled("tcp")
     for setting, text in (("shm,tcp", "'shm' is none of local, tcp"), ("local", "needs tcp")):
         with pytest.raises(SettingError, match=text):
-            wants_local(setting)
+            is_local_enabled(setting)

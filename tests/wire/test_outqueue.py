@@ -41,8 +41,8 @@ def test_any_interleaving_sends_whole_frames_in_order(actions: list, limit: int 
             if not data:
                 assert not len(queue)
                 continue
-            queue.unsettled = len(data)
-            queue.settle()
+            queue.sent_bytes = len(data)
+            queue.discard_sent()
             wire += data
             count = len(data)
             while count:
@@ -55,15 +55,15 @@ def test_any_interleaving_sends_whole_frames_in_order(actions: list, limit: int 
         assert len(queue) == len(waiting) + bool(begun)
         assert queue.dropped == dropped
         assert wire == expected
-    rest = b"".join(bytes(part) for part in queue.buffers())
-    assert rest == begun + b"".join(waiting)
+    remainder = b"".join(bytes(part) for part in queue.buffers())
+    assert remainder == begun + b"".join(waiting)
 
 
 @given(frames, st.integers(0, 40))
 def test_a_begun_frame_is_finished_before_all_others(frame: object, sent: int) -> None:
     data = as_bytes(frame)
     queue = OutQueue(1)
-    queue.push_begun(frame, sent)  # type: ignore[arg-type]
+    queue.push_partial(frame, sent)  # type: ignore[arg-type]
     queue.push(b"x")
     queue.push(b"y")
     assert b"".join(bytes(part) for part in queue.buffers()) == data[sent:] + b"y"
@@ -95,22 +95,22 @@ def test_frame_size_counts_bytes_of_all_parts() -> None:
 def test_what_remains_of_a_frame_is_not_copied_with_each_send() -> None:
     frame = bytes(1000)
     queue = OutQueue(None)
-    queue.push_begun(frame, 10)
+    queue.push_partial(frame, 10)
     for _ in range(5):
-        queue.unsettled = 10
-        queue.settle()
-    [rest] = queue.buffers()
-    assert isinstance(rest, memoryview) and rest.obj is frame and len(rest) == 940
+        queue.sent_bytes = 10
+        queue.discard_sent()
+    [remainder] = queue.buffers()
+    assert isinstance(remainder, memoryview) and remainder.obj is frame and len(remainder) == 940
 
 
 def test_what_its_owner_may_change_is_copied_once() -> None:
     parts = [bytearray(b"abc"), memoryview(b"def"), memoryview(bytearray(b"ghi"))]
     queue = OutQueue(None)
-    queue.push_begun(list(parts), 1)
+    queue.push_partial(list(parts), 1)
     queue.push(list(parts))
     parts[0][0] = parts[0][1] = parts[2][0] = ord("x")  # type: ignore[index]
     assert as_bytes(queue.buffers()) == b"bcdefghiabcdefghi"
     first = queue.buffers()[0]
-    queue.unsettled = 1
-    queue.settle()
+    queue.sent_bytes = 1
+    queue.discard_sent()
     assert queue.buffers()[0] == b"c" and first == b"bc"

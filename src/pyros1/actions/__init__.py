@@ -46,7 +46,7 @@ __all__ = [
     "Status",
 ]
 
-_HOMES = {
+_EXPORTS = {
     "ActionError": "pyros1.actions.errors",
     "AsyncClient": "pyros1.actions.asyncio_client",
     "AsyncGoal": "pyros1.actions.asyncio_client",
@@ -66,7 +66,7 @@ def __getattr__(name: str) -> Any:
     """Load and return a public name when it is first used."""
     from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
 
-    return load(__name__, _HOMES, name)
+    return load(__name__, _EXPORTS, name)
 
 
 def __dir__() -> list[str]:

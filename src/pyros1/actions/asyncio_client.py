@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pyros1.actions.client_goal import ClientGoal
     from pyros1.aio import Node
 
-_STEP = 0.5
+_POLL_INTERVAL = 0.5
 """Most seconds until an end of the node, or of the server, is noticed."""
 
 
@@ -63,7 +63,7 @@ class AsyncGoal:
     async def wait(self, timeout: float | None = None) -> bool:
         """Wait until the goal has ended; see `ClientGoal.wait`."""
         check_timeout(timeout)
-        return await self._until(lambda: self._goal.done, timeout)
+        return await self._wait_until(lambda: self._goal.done, timeout)
 
     async def result(self, timeout: float | None = None) -> Any:
         """Wait for the result and return it; raises as `ClientGoal.result` does."""
@@ -76,7 +76,7 @@ class AsyncGoal:
         check_timeout(timeout)
         goal = self._goal
         while True:
-            if not await self._until(lambda: goal.has_feedback or goal.done, timeout):
+            if not await self._wait_until(lambda: goal.has_feedback or goal.done, timeout):
                 raise WaitTimeoutError(f"no feedback for goal {self.name} within {timeout} s")
             if not goal.has_feedback:
                 return
@@ -90,19 +90,19 @@ class AsyncGoal:
         """Follow the goal no more."""
         self._goal.forget()
 
-    async def _until(self, ready: Callable[[], object], timeout: float | None) -> bool:
+    async def _wait_until(self, ready: Callable[[], object], timeout: float | None) -> bool:
         loop = asyncio.get_running_loop()
-        until = None if timeout is None else loop.time() + timeout
+        deadline = None if timeout is None else loop.time() + timeout
         while True:
             self._changed.clear()  # before the look, or a change in between would be missed
             if ready():
                 return True
             self._client.watch()
-            left = _STEP if until is None else min(_STEP, until - loop.time())
-            if left <= 0:
+            remaining = _POLL_INTERVAL if deadline is None else min(_POLL_INTERVAL, deadline - loop.time())
+            if remaining <= 0:
                 return False
             with suppress(asyncio.TimeoutError):
-                await asyncio.wait_for(self._changed.wait(), left)
+                await asyncio.wait_for(self._changed.wait(), remaining)
 
 
 class AsyncClient:

@@ -54,7 +54,7 @@ class AsyncServer:
         check_callback(execute, "AsyncServer(node, name, action, execute)", "execute", action)
         self._node = node
         self._execute = execute
-        self._most = most
+        self._max_goals = most
         self._tasks: set[asyncio.Task[None]] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._make = lambda: Server(node.sync, name, action, self._take, frequency=frequency, kept=kept)
@@ -83,8 +83,8 @@ class AsyncServer:
         loop = self._loop
         assert loop is not None
         try:
-            if len(self._tasks) >= self._most:
-                goal.reject(text=f"{self._most} goals are already in progress")
+            if len(self._tasks) >= self._max_goals:
+                goal.reject(text=f"{self._max_goals} goals are already in progress")
                 return
             goal.accept()
         except ActionError:

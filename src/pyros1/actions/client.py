@@ -8,17 +8,17 @@ from contextlib import suppress
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from pyros1.actions.calls import Calls
+from pyros1.actions.callback_thread import CallbackThread
 from pyros1.actions.client_goal import ClientGoal
 from pyros1.actions.errors import ActionError
 from pyros1.actions.goal_id import GoalNames
-from pyros1.actions.parts import Action, listen, of_node
-from pyros1.actions.progress import GONE
+from pyros1.actions.messages import ActionTypes, links_of_node, subscribe_now
+from pyros1.actions.progress import LOST_AFTER
 from pyros1.actions.states import Stage
 from pyros1.ground.errors import NodeShutdownError, WaitTimeoutError
 from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
-from pyros1.net.bell import Bell
+from pyros1.net.signal_safe import Condition
 from pyros1.node.checks import check_timeout
 
 if TYPE_CHECKING:
@@ -45,31 +45,33 @@ class Client:
 
     def __init__(self, node: Node, name: str, action: Any) -> None:
         self.name = node.resolve(name)
-        self.types = Action.of(action)
+        self.types = ActionTypes.of(action)
         self.node = node
         self.lock = threading.RLock()
         self._goal_id: Any = load_message("actionlib_msgs/GoalID")
         self._names = GoalNames(node.name)
-        self._open: dict[str, ClientGoal] = {}
-        self._bell = Bell()
-        self._calls = Calls(f"pyros1-action {self.name}", node.log, self._look)
-        self._said = False  # a status has come: a server runs
+        self._open_goals: dict[str, ClientGoal] = {}
+        self._condition = Condition()
+        self._callbacks = CallbackThread(f"pyros1-action {self.name}", node.log, self._check)
+        self._got_status = False  # a status has come: a server runs
         self._server = ""  # the node that has sent it
-        self._alone_since: float | None = None
+        self._disconnected_since: float | None = None
         self._closed = False
         self._goals = node.advertise(f"{self.name}/goal", self.types.action_goal, queue_size=_QUEUE)
         self._cancels = node.advertise(f"{self.name}/cancel", self._goal_id, queue_size=_QUEUE)
-        self._results = listen(node, f"{self.name}/result", self.types.action_result, self._on_result, _INCOMING)
-        self._feedback = listen(node, f"{self.name}/feedback", self.types.action_feedback, self._on_feedback, _INCOMING)
+        self._results = subscribe_now(node, f"{self.name}/result", self.types.action_result, self._on_result, _INCOMING)
+        self._feedback = subscribe_now(
+            node, f"{self.name}/feedback", self.types.action_feedback, self._on_feedback, _INCOMING
+        )
         statuses = load_message("actionlib_msgs/GoalStatusArray")
-        self._statuses = listen(node, f"{self.name}/status", statuses, self._on_statuses, _INCOMING)
+        self._statuses = subscribe_now(node, f"{self.name}/status", statuses, self._on_statuses, _INCOMING)
         node.on_shutdown(self._wake)
 
     @property
     def is_connected(self) -> bool:
         """Whether a server is connected on all topics."""
         pairs = (self._goals, self._cancels, self._results, self._feedback, self._statuses)
-        return self._said and all(pair.num_connections for pair in pairs)
+        return self._got_status and all(pair.num_connections for pair in pairs)
 
     def wait_for_server(self, timeout: float | None = None) -> bool:
         """Wait until a server is connected.
@@ -121,10 +123,10 @@ class Client:
         message = self.types.action_goal(goal_id=self._goal_id(now, sent.name), goal=goal)
         message.header.stamp = now
         with self.lock:
-            self._open[sent.name] = sent  # before the answer can come
+            self._open_goals[sent.name] = sent  # before the answer can come
         self._goals.publish(message)
         if on_feedback or on_stage or on_done:
-            self._calls.look_after()  # nobody may wait for the goal
+            self._callbacks.keep_checking()  # nobody may wait for the goal
         return sent
 
     def cancel_all(self) -> None:
@@ -137,14 +139,14 @@ class Client:
 
     def cancel(self, name: str) -> frozenset[object]:
         """Ask the server to cancel one goal, by name; returns the links on which it is asked."""
-        links = self._asking
+        links = self._cancel_links
         self._cancels.publish(self._goal_id(Time(), name))
         return links
 
     def forget(self, name: str) -> None:
         """Follow a goal no more."""
         with self.lock:
-            self._open.pop(name, None)
+            self._open_goals.pop(name, None)
 
     def close(self) -> None:
         """Stop publishing and subscribing; goals that are open are lost for this client, but not cancelled."""
@@ -163,83 +165,83 @@ class Client:
 
     def wait(self, ready: Callable[[], object], timeout: float | None, step: float = 0.2) -> bool:
         """Wait for something about this client's goals or server; see `wait_for_server`."""
-        until = None if timeout is None else monotonic() + timeout
+        deadline = None if timeout is None else monotonic() + timeout
         while not ready():
             self.watch()
-            left = step if until is None else min(step, until - monotonic())
-            if left <= 0:
+            remaining = step if deadline is None else min(step, deadline - monotonic())
+            if remaining <= 0:
                 return False
-            self._bell.wait(ready, left)
+            self._condition.wait_for(ready, remaining)
         return True
 
     def watch(self) -> None:
-        """Look whether the server is still there: goals of one that has been gone for `GONE` seconds are lost.
+        """Look whether the server is still there: goals of one that has been gone for `LOST_AFTER` seconds are lost.
 
         Raises:
             NodeShutdownError: the node is shutting down.
         """
         if not self.node.ok():
             raise NodeShutdownError(f"the wait for action {self.name} was interrupted because the node has shut down")
-        if self._results.num_connections or not self._open:
-            self._alone_since = None
-        elif self._alone_since is None:
-            self._alone_since = monotonic()
-        elif monotonic() - self._alone_since > GONE:
+        if self._results.num_connections or not self._open_goals:
+            self._disconnected_since = None
+        elif self._disconnected_since is None:
+            self._disconnected_since = monotonic()
+        elif monotonic() - self._disconnected_since > LOST_AFTER:
             self._lose("the action server is gone")
 
-    def _look(self) -> bool:
+    def _check(self) -> bool:
         """Look for the server while goals are open; returns whether to look again."""
         with suppress(NodeShutdownError):
             self.watch()
-            return bool(self._open)
+            return bool(self._open_goals)
         return False
 
     def changed(self) -> None:
         """Wake waits, after a change of a goal."""
-        self._bell.ring()
+        self._condition.notify_all()
 
     _wake = changed
 
     def call(self, callback: Callable[[], object]) -> None:
         """Call a function of the program, after those before it, in a thread of its own: it may wait for goals."""
-        self._calls.add(callback)
+        self._callbacks.add(callback)
 
     @property
     def _links(self) -> frozenset[object]:
         """The links on which goals go to the server, and results come from it; none if there are not both."""
-        there = of_node(self._goals.links, self._server, lambda link: link.peer)
-        back = of_node(self._results.links, self._server, lambda link: link.header.get("callerid"))
-        return there | back if there and back else frozenset()
+        goal_links = links_of_node(self._goals.links, self._server, lambda link: link.peer)
+        result_links = links_of_node(self._results.links, self._server, lambda link: link.header.get("callerid"))
+        return goal_links | result_links if goal_links and result_links else frozenset()
 
     @property
-    def _asking(self) -> frozenset[object]:
+    def _cancel_links(self) -> frozenset[object]:
         """The links on which requests to cancel go to the server."""
-        return of_node(self._cancels.links, self._server, lambda link: link.peer)
+        return links_of_node(self._cancels.links, self._server, lambda link: link.peer)
 
     # What comes -------------------------------------------------------------------------------------------------------
 
     def _on_statuses(self, message: Any) -> None:
-        self._said = True
+        self._got_status = True
         self._server = (message._connection_header or {}).get("callerid", "")
         with self.lock:
-            goals = list(self._open.values())
+            goals = list(self._open_goals.values())
         if goals:
             statuses = {status.goal_id.id: status for status in message.status_list}
-            links, asking, now = self._links, self._asking, monotonic()
+            links, cancel_links, now = self._links, self._cancel_links, monotonic()
             for goal in goals:
-                goal.take_statuses(statuses, links, asking, now)
+                goal.take_statuses(statuses, links, cancel_links, now)
         self.changed()
 
     def _on_result(self, message: Any) -> None:
-        goal = self._open.get(message.status.goal_id.id)
+        goal = self._open_goals.get(message.status.goal_id.id)
         if goal is not None:  # else: a goal of another client
             goal.take(lambda progress: progress.take_result(message.status, message.result))
 
     def _on_feedback(self, message: Any) -> None:
-        goal = self._open.get(message.status.goal_id.id)
+        goal = self._open_goals.get(message.status.goal_id.id)
         if goal is not None:
             goal.take_feedback(message.feedback)
 
     def _lose(self, text: str) -> None:
-        for goal in list(self._open.values()):
+        for goal in list(self._open_goals.values()):
             goal.take(lambda progress: progress.lose(text))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from pyros1.node import Node
 
-_KEPT = 100
+_MAX_FEEDBACK = 100
 """Feedback messages that wait for an iteration; older ones are dropped."""
 
 
@@ -62,12 +62,14 @@ class ClientGoal:
         self.name = name
         self.links: frozenset[object] = frozenset()
         self._client = client
-        self._asked: frozenset[object] | None = None  # the links on which the server was asked to cancel it
+        self._cancel_requested_on: frozenset[object] | None = (
+            None  # the links on which the server was asked to cancel it
+        )
         self._progress = Progress(name, self._entered, lambda text: client.node.log.warn("%s", text))
         self._on_feedback = on_feedback
         self._on_stage = on_stage
         self._on_done = on_done
-        self._feedback: deque[Any] = deque(maxlen=_KEPT)
+        self._feedback: deque[Any] = deque(maxlen=_MAX_FEEDBACK)
         self._listeners: list[Callable[[], object]] = []
 
     @property
@@ -163,7 +165,7 @@ class ClientGoal:
 
         self.take(ask)
         if sent[0]:
-            self._asked = self._client.cancel(self.name)
+            self._cancel_requested_on = self._client.cancel(self.name)
 
     def forget(self) -> None:
         """Follow the goal no more: its callbacks are not called, and its waits end as if it were lost."""
@@ -185,7 +187,7 @@ class ClientGoal:
         if ended:
             self._client.forget(self.name)
         if ended or self._progress.stage is not before:
-            self._tell()
+            self._notify_listeners()
 
     def take_statuses(
         self, statuses: dict[str, Any], links: frozenset[object], asking: frozenset[object], now: float
@@ -197,12 +199,12 @@ class ClientGoal:
             links: those for goals and results that there are now.
             asking: those for requests to cancel.
         """
-        whole = bool(self.links) and self.links <= links
-        self.take(lambda progress: progress.take_statuses(statuses, not whole, now))
-        asked = self._asked
+        has_all_links = bool(self.links) and self.links <= links
+        self.take(lambda progress: progress.take_statuses(statuses, not has_all_links, now))
+        requested_on = self._cancel_requested_on
         waits = self.stage is Stage.WAITING_FOR_CANCEL_ACK and self.name in statuses
-        if waits and asked is not None and asking and not asked & asking:
-            self._asked = self._client.cancel(self.name)
+        if waits and requested_on is not None and asking and not requested_on & asking:
+            self._cancel_requested_on = self._client.cancel(self.name)
 
     def take_feedback(self, feedback: Any) -> None:
         """Take a feedback message."""
@@ -213,7 +215,7 @@ class ClientGoal:
             callback = self._on_feedback
             if callback is not None:
                 self._client.call(lambda: callback(feedback))
-        self._tell()
+        self._notify_listeners()
 
     def _entered(self, stage: Stage) -> None:
         on_stage, on_done = self._on_stage, self._on_done
@@ -222,7 +224,7 @@ class ClientGoal:
         if stage is Stage.DONE and on_done is not None:
             self._client.call(lambda: on_done(self))
 
-    def _tell(self) -> None:
+    def _notify_listeners(self) -> None:
         self._client.changed()
         for listener in self._listeners:
             listener()

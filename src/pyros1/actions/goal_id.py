@@ -24,7 +24,7 @@ class GoalNames:
         return f"{self._node}-{next(self._numbers)}-{now.secs}.{now.nsecs // 1_000_000:03}"
 
 
-def is_meant(request: Any, goal: Any) -> bool:
+def matches(request: Any, goal: Any) -> bool:
     """Return whether a request to cancel means a goal.
 
     Args:

@@ -7,7 +7,7 @@ from typing import Any
 
 from pyros1.actions.states import Stage, Status, stages_after
 
-GONE = 5.0
+LOST_AFTER = 5.0
 """Seconds after which a goal is lost whose server does not speak of it, or is not connected."""
 
 
@@ -23,11 +23,11 @@ class Progress:
     Args:
         name: the goal's name.
         on_stage: called at each stage, while ``stage`` has it.
-        on_oddity: called with a text about what no server should send.
+        on_violation: called with a text about what no server should send.
     """
 
     def __init__(
-        self, name: str, on_stage: Callable[[Stage], object], on_oddity: Callable[[str], object] = lambda _: None
+        self, name: str, on_stage: Callable[[Stage], object], on_violation: Callable[[str], object] = lambda _: None
     ) -> None:
         self.name = name
         self.stage = Stage.WAITING_FOR_GOAL_ACK
@@ -35,9 +35,9 @@ class Progress:
         self.text = ""
         self.result: Any = None
         self._known = False  # the server has spoken of it
-        self._unheard_since: float | None = None
+        self._silent_since: float | None = None
         self._on_stage = on_stage
-        self._on_oddity = on_oddity
+        self._on_violation = on_violation
 
     @property
     def done(self) -> bool:
@@ -48,7 +48,8 @@ class Progress:
         """Take a list of statuses.
 
         A server that does not know a goal that it knew has been restarted: the goal is lost. So it is if links have
-        broken, perhaps with the goal or its result on their way, and the server is silent of it for `GONE` seconds.
+        broken, perhaps with the goal or its result on their way, and the server is silent of it for `LOST_AFTER`
+        seconds.
 
         Args:
             statuses: actionlib_msgs/GoalStatus by name of the goal.
@@ -59,14 +60,14 @@ class Progress:
             return
         status = statuses.get(self.name)
         if status is not None:
-            self._unheard_since = None
-            self._follow(status.status, status.text)
+            self._silent_since = None
+            self._take_status(status.status, status.text)
         elif self._known and self.stage is not Stage.WAITING_FOR_RESULT:
             self.lose("the action server no longer knows the goal")
         elif broken:
-            if self._unheard_since is None:
-                self._unheard_since = now
-            elif now - self._unheard_since > GONE:
+            if self._silent_since is None:
+                self._silent_since = now
+            elif now - self._silent_since > LOST_AFTER:
                 self.lose("a connection broke, and the action server does not know the goal")
 
     def take_result(self, status: Any, result: Any) -> None:
@@ -74,9 +75,9 @@ class Progress:
         if self.done:
             return
         self.result = result
-        self._follow(status.status, status.text)
+        self._take_status(status.status, status.text)
         if not self.status.ended:
-            self._on_oddity(f"goal {self.name} got a result while its status was {self.status.name}")
+            self._on_violation(f"goal {self.name} got a result while its status was {self.status.name}")
             self.status = Status.LOST
         self._enter(Stage.DONE)
 
@@ -94,11 +95,11 @@ class Progress:
             self.status, self.text = Status.LOST, text
             self._enter(Stage.DONE)
 
-    def _follow(self, status: int, text: str) -> None:
+    def _take_status(self, status: int, text: str) -> None:
         self._known = True
         stages = stages_after(self.stage, status)
         if stages is None:
-            self._on_oddity(f"goal {self.name} was {self.stage.name}, and its server now says status {status}")
+            self._on_violation(f"goal {self.name} was {self.stage.name}, and its server now says status {status}")
             return
         self.status, self.text = Status(status), text
         for stage in stages:

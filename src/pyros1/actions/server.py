@@ -7,10 +7,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from pyros1.actions.goal_id import GoalNames
-from pyros1.actions.parts import Action, listen
+from pyros1.actions.goal_table import TOO_OLD, GoalTable, Tracked
+from pyros1.actions.messages import ActionTypes, subscribe_now
 from pyros1.actions.server_goal import ServerGoal
 from pyros1.actions.states import Move
-from pyros1.actions.table import TOO_OLD, GoalTable, Tracked
 from pyros1.ground.timing import Duration
 from pyros1.msgs import load_message
 from pyros1.node.checks import check_callback, check_positive
@@ -54,7 +54,7 @@ class Server:
         check_callback(on_goal, "Server(node, name, action, on_goal)", "on_goal", action)
         check_positive(frequency, "frequency", "Hz")
         self.name = node.resolve(name)
-        self.types = Action.of(action)
+        self.types = ActionTypes.of(action)
         self.node = node
         self.lock = threading.RLock()
         self._on_goal = on_goal
@@ -68,8 +68,10 @@ class Server:
         self._results = node.advertise(f"{self.name}/result", self.types.action_result, queue_size=_QUEUE)
         self._feedback = node.advertise(f"{self.name}/feedback", self.types.action_feedback, queue_size=_QUEUE)
         goal_id = load_message("actionlib_msgs/GoalID")
-        self._cancels = listen(node, f"{self.name}/cancel", goal_id, self._cancel_came, _INCOMING)
-        self._incoming = listen(node, f"{self.name}/goal", self.types.action_goal, self._goal_came, _INCOMING)
+        self._cancels = subscribe_now(node, f"{self.name}/cancel", goal_id, self._on_cancel_message, _INCOMING)
+        self._incoming = subscribe_now(
+            node, f"{self.name}/goal", self.types.action_goal, self._on_goal_message, _INCOMING
+        )
         self.publish_status()
         self._timer = node.timer(1.0 / frequency, lambda _: self.publish_status())
 
@@ -95,8 +97,8 @@ class Server:
             if self._closed:
                 return
             now = self.node.now()
-            for gone in self._table.forget(now):
-                self._goals.pop(gone.status.goal_id.id, None)
+            for expired in self._table.forget(now):
+                self._goals.pop(expired.status.goal_id.id, None)
             message = self._array(status_list=[tracked.status for tracked in self._table.goals])
             message.header.stamp = now
             self._statuses.publish(message)
@@ -124,7 +126,7 @@ class Server:
 
     # What clients say -------------------------------------------------------------------------------------------------
 
-    def _goal_came(self, message: Any) -> None:
+    def _on_goal_message(self, message: Any) -> None:
         with self.lock:
             now = self.node.now()
             goal_id = message.goal_id
@@ -145,22 +147,22 @@ class Server:
             self.publish_status()
         self._on_goal(goal)
 
-    def _cancel_came(self, request: Any) -> None:
-        asked = []
+    def _on_cancel_message(self, request: Any) -> None:
+        requested_at = []
         with self.lock:
-            meant = self._table.meant(request)
-            for tracked in meant:
+            matching = self._table.matching(request)
+            for tracked in matching:
                 if tracked.move(Move.ASK_TO_CANCEL):
                     goal = self._goals.get(tracked.status.goal_id.id)
                     if goal is not None:
-                        asked.append(goal)
+                        requested_at.append(goal)
             if request.id and self._table.find(request.id) is None:  # its goal may still come
                 early = Tracked(request)
                 early.move(Move.ASK_TO_CANCEL)
                 early.ended = self.node.now()
                 self._table.goals.append(early)
             self.publish_status()
-        for goal in asked:
+        for goal in requested_at:
             goal.hear_cancel()
             if self._on_cancel is not None:
                 self._on_cancel(goal)

@@ -11,8 +11,8 @@ from pyros1.actions.states import Move, Status
 if TYPE_CHECKING:
     import threading
 
-    from pyros1.actions.parts import Action
-    from pyros1.actions.table import Tracked
+    from pyros1.actions.goal_table import Tracked
+    from pyros1.actions.messages import ActionTypes
     from pyros1.node import Node
 
 
@@ -22,7 +22,7 @@ class Owner(Protocol):
     name: str
     node: Node
     lock: threading.RLock
-    types: Action
+    types: ActionTypes
 
     def publish_status(self) -> None:
         """Send the status of all goals."""
@@ -107,8 +107,8 @@ class ServerGoal:
         """Call a function, in any thread, when the goal is asked to stop; at once if it was asked already."""
         with self._server.lock:
             self._listeners.append(listener)
-            asked = self.cancel_requested
-        if asked:
+            already_requested = self.cancel_requested
+        if already_requested:
             listener()
 
     def hear_cancel(self) -> None:

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 from pyros1.actions.errors import ActionError
 from pyros1.actions.server import Server
 from pyros1.actions.server_goal import ServerGoal
-from pyros1.net.bell import Bell
+from pyros1.net.signal_safe import Condition
 from pyros1.node.checks import check_callback
 
 if TYPE_CHECKING:
     from pyros1.node import Node
 
 REPLACED = "This goal was canceled because another goal was received by the simple action server"
-_STEP = 0.5
+_POLL_INTERVAL = 0.5
 
 
 class SimpleServer:
@@ -59,11 +59,11 @@ class SimpleServer:
         self._node = node
         self._execute = execute
         self._lock = threading.RLock()
-        self._bell = Bell()
-        self._present: ServerGoal | None = None
+        self._condition = Condition()
+        self._current: ServerGoal | None = None
         self._next: ServerGoal | None = None
         self._closed = False
-        node.on_shutdown(self._bell.ring)
+        node.on_shutdown(self._condition.notify_all)
         self._server = Server(node, name, action, self._take, self._end_early, frequency=frequency, kept=kept)
         self.name = self._server.name
         self._thread = threading.Thread(target=self._run, name=f"pyros1-action {self.name}", daemon=True)
@@ -76,10 +76,10 @@ class SimpleServer:
             timeout: most seconds to wait for the present goal.
         """
         self._closed = True
-        present = self._present
-        if present is not None:
-            present.ask_to_cancel()
-        self._bell.ring()
+        current = self._current
+        if current is not None:
+            current.ask_to_cancel()
+        self._condition.notify_all()
         if threading.current_thread() is not self._thread:
             self._thread.join(timeout)
         self._server.close()
@@ -93,12 +93,12 @@ class SimpleServer:
     def _take(self, goal: ServerGoal) -> None:
         with self._lock:
             replaced, self._next = self._next, goal
-            present = self._present
+            current = self._current
         if replaced is not None:
             self._cancel(replaced, REPLACED)
-        if present is not None:
-            present.ask_to_cancel()
-        self._bell.ring()
+        if current is not None:
+            current.ask_to_cancel()
+        self._condition.notify_all()
 
     def _end_early(self, goal: ServerGoal) -> None:
         with self._lock:
@@ -115,12 +115,12 @@ class SimpleServer:
 
     def _run(self) -> None:
         while self._node.ok() and not self._closed:
-            self._bell.wait(lambda: self._next or self._closed or not self._node.ok(), _STEP)
+            self._condition.wait_for(lambda: self._next or self._closed or not self._node.ok(), _POLL_INTERVAL)
             with self._lock:
-                self._present, self._next = self._next, None
-            if self._present is not None:
-                self._work(self._present)
-                self._present = None
+                self._current, self._next = self._next, None
+            if self._current is not None:
+                self._work(self._current)
+                self._current = None
 
     def _work(self, goal: ServerGoal) -> None:
         log = self._node.log

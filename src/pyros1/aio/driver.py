@@ -20,7 +20,7 @@ class LoopDriver:
     """
 
     cooperative = True
-    someone_waits = False
+    has_waiting_thread = False
 
     def __init__(self, loop: asyncio.AbstractEventLoop, on_error: Callable[[BaseException], None]) -> None:
         self._loop = loop

@@ -7,7 +7,7 @@ import threading
 from collections.abc import AsyncIterator
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from pyros1.node.subscribing.inbox import Handover, Inbox
+from pyros1.node.subscribing.inbox import Inbox, InboxSet
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _M = TypeVar("_M")
 
-MOST_WAITING = 100
+MAX_PENDING = 100
 """Messages of a publisher that wait for an iteration without ``queue_size`` before the publisher is held back."""
 
 
@@ -42,13 +42,13 @@ class Messages(Generic[_M]):
         self._limit = limit
         self._urgent = urgent
         self._inboxes: dict[Source, Inbox[Source, Item]] = {}
-        self._queue: Handover[Source, Item] = Handover()
+        self._inbox_set: InboxSet[Source, Item] = InboxSet()
         self._ready = asyncio.Event()
-        self._told = False  # the loop will look
+        self._wake_scheduled = False  # the loop will look
         self._ended = False
         self._abandoned = False
-        self._crowded: set[Inbox[Source, Item]] = set()  # those whose publishers are held back
-        self._look_at = 1  # number of inboxes at which those of publishers that went are looked for
+        self._full_inboxes: set[Inbox[Source, Item]] = set()  # those whose publishers are held back
+        self._cleanup_at = 1  # number of inboxes at which those of publishers that went are looked for
         self._subscriber: Subscriber[_M] | None = None
 
     # For the subscription ---------------------------------------------------------------------------------------------
@@ -59,32 +59,32 @@ class Messages(Generic[_M]):
         if inbox is None:
             inbox = self._open(source)
         inbox.put(item, self._limit)
-        if not inbox.in_line:
-            self._queue.line_up(inbox)
-        if self._limit is None and inbox.full(MOST_WAITING):
-            self._crowded.add(inbox)
-            if not inbox.full(MOST_WAITING // 2):  # the loop was quicker, and may have seen that it was not there
-                self._crowded.discard(inbox)
-        if not self._told:
-            self._told = True
-            self._tell()
+        if not inbox.is_ready:
+            self._inbox_set.mark_ready(inbox)
+        if self._limit is None and inbox.full(MAX_PENDING):
+            self._full_inboxes.add(inbox)
+            if not inbox.full(MAX_PENDING // 2):  # the loop was quicker, and may have seen that it was not there
+                self._full_inboxes.discard(inbox)
+        if not self._wake_scheduled:
+            self._wake_scheduled = True
+            self._wake()
 
     def _open(self, source: Source) -> Inbox[Source, Item]:
         """Begin a queue for a publisher; forget those that went."""
-        if len(self._inboxes) >= self._look_at:
+        if len(self._inboxes) >= self._cleanup_at:
             for old, inbox in list(self._inboxes.items()):
                 if not old.connected and not len(inbox):
-                    self._queue.forget(inbox)
+                    self._inbox_set.forget(inbox)
                     del self._inboxes[old]
-            self._look_at = max(1, 2 * len(self._inboxes))
+            self._cleanup_at = max(1, 2 * len(self._inboxes))
         inbox = self._inboxes[source] = Inbox(source)
-        self._queue.open(inbox)
+        self._inbox_set.open(inbox)
         return inbox
 
     @property
     def full(self) -> bool:
         """Whether publishers are to be held back."""
-        return bool(self._crowded) and not self._ended
+        return bool(self._full_inboxes) and not self._ended
 
     @property
     def wants_newest(self) -> bool:
@@ -94,9 +94,9 @@ class Messages(Generic[_M]):
     @property
     def urgent(self) -> bool:
         """Whether it waits for a message that nobody may hold back."""
-        return self._urgent and not self._ended and not self._queue.line
+        return self._urgent and not self._ended and not self._inbox_set.ready
 
-    def _tell(self) -> None:
+    def _wake(self) -> None:
         if threading.get_ident() == self._thread:
             self._ready.set()
             return
@@ -110,7 +110,7 @@ class Messages(Generic[_M]):
         self._subscriber = subscriber
         if self._abandoned:
             subscriber.unregister()
-        self._tell()
+        self._wake()
 
     def abandon(self) -> None:
         """End the iteration and unsubscribe, now or when the handle comes, without waiting for it."""
@@ -124,32 +124,32 @@ class Messages(Generic[_M]):
     @property
     def waiting(self) -> int:
         """Messages that wait for the iteration."""
-        return len(self._queue)
+        return len(self._inbox_set)
 
     @property
     def dropped(self) -> int:
         """Messages lost because the iteration was too slow, see ``queue_size``."""
-        return self._queue.dropped
+        return self._inbox_set.dropped
 
     def end(self) -> None:
         """End the iteration, after what waits already. Any thread."""
         self._ended = True
-        self._tell()
+        self._wake()
         if self._subscriber is not None:
-            self._subscriber.hold_no_more()
+            self._subscriber.resume_publishers()
 
     def __aiter__(self) -> AsyncIterator[_M]:
         return self
 
     async def __anext__(self) -> _M:
         while True:
-            while self._queue.line:
+            while self._inbox_set.ready:
                 message = self._take()
                 if message is not None:
                     return message
-            self._told = False
+            self._wake_scheduled = False
             self._ready.clear()
-            if self._queue.line:  # put there by somebody who still believed that the loop looks
+            if self._inbox_set.ready:  # put there by somebody who still believed that the loop looks
                 continue
             if self._ended:
                 raise StopAsyncIteration
@@ -157,16 +157,16 @@ class Messages(Generic[_M]):
 
     def _take(self) -> _M | None:
         """Return the next message of the publisher whose turn it is; None if there is none, or it cannot be decoded."""
-        inbox = self._queue.line.pop(0)
+        inbox = self._inbox_set.ready.pop(0)
         item = inbox.take()
         if len(inbox):
-            self._queue.line.append(inbox)
+            self._inbox_set.ready.append(inbox)
         else:
-            self._queue.leave_line(inbox)
-        if inbox in self._crowded and not inbox.full(MOST_WAITING // 2):
-            self._crowded.discard(inbox)
-            if not self._crowded and self._subscriber is not None:
-                self._subscriber.hold_no_more()
+            self._inbox_set.mark_empty(inbox)
+        if inbox in self._full_inboxes and not inbox.full(MAX_PENDING // 2):
+            self._full_inboxes.discard(inbox)
+            if not self._full_inboxes and self._subscriber is not None:
+                self._subscriber.resume_publishers()
         if item is None or self._subscriber is None:
             return None
         return self._subscriber.message(inbox.source, item)

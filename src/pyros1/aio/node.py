@@ -16,7 +16,7 @@ from pyros1.aio.watching import Sightings
 from pyros1.ground.errors import Error, NodeShutdownError, WaitTimeoutError
 from pyros1.ground.timing import Time
 from pyros1.msgs import Service
-from pyros1.net.bell import STEP
+from pyros1.net.signal_safe import POLL_INTERVAL
 from pyros1.node import Node as SyncNode
 from pyros1.node.checks import check_callback, check_name, check_queue_size, check_timeout, message_class
 from pyros1.node.publishing.publisher import Publisher
@@ -26,7 +26,7 @@ from pyros1.node.signals import SignalHandlers
 from pyros1.node.subscribing.drivers import Driver
 from pyros1.node.subscribing.hints import Hints
 from pyros1.node.subscribing.subscriber import Subscriber
-from pyros1.node.watching.sighting import Sighting
+from pyros1.node.watching.liveness import Sighting
 from pyros1.node.watching.watch import Watch
 
 _M = TypeVar("_M")
@@ -69,16 +69,16 @@ class _Node(SyncNode):
     """The node underneath, which is known before it has found its master.
 
     Args:
-        begins: called with it when it can be ended.
+        on_created: called with it when it can be ended.
         options: as for :class:`pyros1.Node`.
     """
 
-    def __init__(self, begins: Callable[[SyncNode], None], name: str, **options: Any) -> None:
-        self._begins = begins
+    def __init__(self, on_created: Callable[[SyncNode], None], name: str, **options: Any) -> None:
+        self._on_created = on_created
         super().__init__(name, **options)
 
     def _open(self, *args: Any) -> None:
-        self._begins(self)
+        self._on_created(self)
         super()._open(*args)
 
     def subscribe_stream(
@@ -91,10 +91,10 @@ class _Node(SyncNode):
             self.resolve(topic), cls, _no_callback, queue_size, hints, stream=stream, driver=driver
         )
 
-    def begin_watch(self, name: str, period: float, limit: float, tell: Callable[[Sighting], None]) -> Watch:
+    def begin_watch(self, name: str, period: float, limit: float, notify: Callable[[Sighting], None]) -> Watch:
         """Watch a node; see :meth:`Node.watch`."""
         check_name(name, "watch(name)")
-        return self._watches.begin(self.resolve(name), period, limit, tell)
+        return self._watches.begin(self.resolve(name), period, limit, notify)
 
 
 class Node:
@@ -110,12 +110,12 @@ class Node:
     def __init__(self, name: str, *, handle_signals: bool = True, **options: Any) -> None:
         if "callbacks" in options:
             raise TypeError("pyros1.aio.Node has no callbacks=: receive messages with async for")
-        self._make: Callable[[], _Node] = lambda: _Node(self._begins, name, handle_signals=False, **options)
+        self._make: Callable[[], _Node] = lambda: _Node(self._on_created, name, handle_signals=False, **options)
         self._signals = _Signals(self._on_signal) if handle_signals else None
-        self._ends: asyncio.TimerHandle | None = None  # cancels the body
-        self._looks: asyncio.TimerHandle | None = None
+        self._cancel_timer: asyncio.TimerHandle | None = None  # cancels the body
+        self._signal_timer: asyncio.TimerHandle | None = None
         self._cancelled = False
-        self._making: SyncNode | None = None
+        self._starting_node: SyncNode | None = None
         self._node: _Node | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._streams: WeakSet[Messages[Any]] = WeakSet()
@@ -128,20 +128,20 @@ class Node:
         if self._signals is not None:
             self._signals.loop = self._loop
             self._signals.install()
-            self._look()
+            self._poll_signals()
         try:
             self._node = await asyncio.to_thread(self._make)
         except BaseException as error:
-            if self._making is not None:
+            if self._starting_node is not None:
                 self._end_soon("the program does not wait for it")  # the thread goes on after a cancellation
             if self._signals is not None:
-                self._look_no_more()
+                self._stop_polling_signals()
                 self._signals.restore()
                 if self._signals.count and isinstance(error, Error):
                     raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master's answer, or for it
             raise
         if can_drive(self._loop):
-            self._driver = LoopDriver(self._loop, self._on_trouble)
+            self._driver = LoopDriver(self._loop, self._on_error)
         self._node.on_shutdown(self._end_streams)
         if self._signals is not None and self._signals.count:  # a signal came just before
             self._set_limit()
@@ -150,9 +150,9 @@ class Node:
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> bool:
-        self._look_no_more()
-        if self._ends is not None:
-            self._ends.cancel()
+        self._stop_polling_signals()
+        if self._cancel_timer is not None:
+            self._cancel_timer.cancel()
         if self._node is not None:
             await asyncio.to_thread(self._node.shutdown)
         if self._signals is not None and not self._signals.count:  # else a second signal still ends the program
@@ -164,14 +164,14 @@ class Node:
             return uncancel is None or uncancel() == 0
         return issubclass(kind, NodeShutdownError)  # a wait ended because the node was told to stop
 
-    def _begins(self, node: SyncNode) -> None:
-        self._making = node
+    def _on_created(self, node: SyncNode) -> None:
+        self._starting_node = node
         if self._signals is not None and self._signals.count:
             self._end_soon("a signal")
 
     def _end_soon(self, reason: str) -> None:
-        if self._making is not None:
-            self._making._context.loop.call_soon(self._making._life.request, reason)
+        if self._starting_node is not None:
+            self._starting_node._context.loop.call_soon(self._starting_node._shutdown.request, reason)
 
     def _on_signal(self, number: int) -> None:
         """Begin the end; in the signal handler, so no lock may be taken."""
@@ -180,26 +180,26 @@ class Node:
             with contextlib.suppress(RuntimeError):  # the asyncio loop is closed already
                 self._loop.call_soon_threadsafe(self._set_limit)
 
-    def _look(self) -> None:
+    def _poll_signals(self) -> None:
         """Let Python run signal handlers: one that comes just before the loop begins to wait does not end that wait."""
         assert self._loop is not None
-        self._looks = self._loop.call_later(STEP, self._look)
+        self._signal_timer = self._loop.call_later(POLL_INTERVAL, self._poll_signals)
 
-    def _look_no_more(self) -> None:
-        if self._looks is not None:
-            self._looks.cancel()
+    def _stop_polling_signals(self) -> None:
+        if self._signal_timer is not None:
+            self._signal_timer.cancel()
 
     def _set_limit(self) -> None:
         assert self._loop is not None
         if self._node is not None:
-            self._ends = self._loop.call_later(GRACE, self._cancel)
+            self._cancel_timer = self._loop.call_later(GRACE, self._cancel)
 
     def _cancel(self) -> None:
         if self._task is not None:
             self._cancelled = True
             self._task.cancel()
 
-    def _on_trouble(self, error: BaseException) -> None:
+    def _on_error(self, error: BaseException) -> None:
         self.sync.log.exception("internal error in a subscription (please report it)", error=error)
 
     def _end_streams(self) -> None:
@@ -307,7 +307,7 @@ class Node:
         """Watch another node: ``async for sighting in node.watch("controller")``; see :meth:`pyros1.Node.watch`."""
         node, loop = self.sync, self._loop
         assert isinstance(node, _Node) and loop is not None
-        sightings = Sightings(loop, lambda tell: node.begin_watch(name, period, limit, tell))
+        sightings = Sightings(loop, lambda notify: node.begin_watch(name, period, limit, notify))
         self._sightings.add(sightings)
         return sightings
 

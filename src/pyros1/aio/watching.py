@@ -8,12 +8,12 @@ from collections.abc import AsyncIterator
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from pyros1.node.watching.telling import MOST_WAITING
+from pyros1.node.watching.notifiers import MAX_PENDING
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from pyros1.node.watching.sighting import Sighting, State
+    from pyros1.node.watching.liveness import Sighting, State
     from pyros1.node.watching.watch import Watch
 
 
@@ -29,12 +29,12 @@ class Sightings:
 
     def __init__(self, loop: asyncio.AbstractEventLoop, begin: Callable[[Callable[[Sighting], None]], Watch]) -> None:
         self._loop = loop
-        self._waiting: deque[Sighting] = deque(maxlen=MOST_WAITING)
+        self._waiting: deque[Sighting] = deque(maxlen=MAX_PENDING)
         self._ready = asyncio.Event()
         self._ended = False
-        self._watch = begin(self._told)
+        self._watch = begin(self._on_sighting)
 
-    def _told(self, sighting: Sighting) -> None:
+    def _on_sighting(self, sighting: Sighting) -> None:
         self._waiting.append(sighting)
         self._wake()
 

@@ -38,7 +38,7 @@ __all__ = [
     "open",
 ]
 
-_HOMES = {
+_EXPORTS = {
     "Bag": "pyros1.bag.api",
     "BagError": "pyros1.bag.errors",
     "BagMessage": "pyros1.bag.api",
@@ -56,7 +56,7 @@ def __getattr__(name: str) -> Any:
     """Load and return a public name when it is first used: a recorder needs none of them."""
     from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
 
-    return load(__name__, _HOMES, name)
+    return load(__name__, _EXPORTS, name)
 
 
 def __dir__() -> list[str]:

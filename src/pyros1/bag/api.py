@@ -157,19 +157,19 @@ class Bag:
             time: as for :meth:`messages`.
             topics: one topic or several; None means all.
         """
-        wanted = self._ids(topics)
-        missing = set(self.reader.connections) if wanted is None else set(wanted)
+        topic_ids = self._ids(topics)
+        missing_ids = set(self.reader.connections) if topic_ids is None else set(topic_ids)
         limit = self._nanoseconds(time)
         best: dict[str, RawMessage] = {}
         for chunk in sorted(self.reader.chunks, key=lambda chunk: chunk.end, reverse=True):
-            names = {self.reader.connections[conn].topic for conn in chunk.counts if conn in missing}
+            names = {self.reader.connections[conn].topic for conn in chunk.counts if conn in missing_ids}
             if (limit is not None and chunk.start > limit) or not names:
                 continue
             if all(name in best and best[name].time >= chunk.end for name in names):
                 continue
             content, found = self.reader.content(chunk)
             for place in found:
-                if place.conn not in missing or (limit is not None and place.time > limit):
+                if place.conn not in missing_ids or (limit is not None and place.time > limit):
                     continue
                 connection = self.reader.connections[place.conn]
                 if connection.topic not in best or best[connection.topic].time <= place.time:

@@ -12,9 +12,9 @@ from typing import Any
 
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import NS
-from pyros1.ground.shown import foreign
+from pyros1.ground.terminal_text import untrusted
 
-_MOST_STAMPS = 10_000_000
+_MAX_STAMPS = 10_000_000
 """Number of messages, the first ones, from which frequencies are computed: a small file may hold any number."""
 
 
@@ -115,7 +115,7 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
     by_topic: dict[str, list[int]] = {}
     for number, connection in connections.items():
         types.setdefault(connection.type, connection.md5sum)
-        by_topic.setdefault(foreign(connection.topic), []).append(number)
+        by_topic.setdefault(untrusted(connection.topic), []).append(number)
     old = bag.file.version == 102
     topics = summarize_topics(bag, by_topic, frequencies=frequencies or old)  # stock shows them for old bags unasked
     version = "1.2" if old else "2.0"
@@ -130,11 +130,11 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
         end=end / NS,
         messages=bag.count(),
         storage={} if old else _storage(bag),
-        types={foreign(name): foreign(md5sum) for name, md5sum in sorted(types.items())},
+        types={untrusted(name): untrusted(md5sum) for name, md5sum in sorted(types.items())},
         topics=topics,
         empty=not bag.chunks and not bag.connections,
-        encryption=foreign(bag.file.encrypted),
-        gpg_user=foreign(bag.file.header.get("gpg_user", b"").decode("utf-8", "replace")),
+        encryption=untrusted(bag.file.encrypted),
+        gpg_user=untrusted(bag.file.header.get("gpg_user", b"").decode("utf-8", "replace")),
     )
 
 
@@ -154,7 +154,7 @@ def summarize_topics(bag: BagReader, groups: Mapping[str, list[int]], *, frequen
     return [
         Topic(
             name,
-            foreign(bag.connections[ids[0]].type),
+            untrusted(bag.connections[ids[0]].type),
             sum(counts.get(number, 0) for number in ids),
             len(ids),
             rates.get(name),
@@ -175,7 +175,7 @@ def _frequencies(bag: BagReader, groups: Mapping[str, list[int]]) -> dict[str, f
     from statistics import median  # noqa: PLC0415 - it loads much, and few ask for frequencies
 
     times: dict[int, array[float]] = {number: array("d") for ids in groups.values() for number in ids}
-    for number, stamp in islice(bag.times(), _MOST_STAMPS):
+    for number, stamp in islice(bag.times(), _MAX_STAMPS):
         if number in times:
             times[number].append(stamp / NS)
     rates = {}
@@ -308,8 +308,8 @@ def info_values(summary: Summary) -> dict[str, Any]:
     stamps = {"duration": summary.duration, "start": summary.start, "end": summary.end}
     values |= {name: f"{stamp:.6f}" for name, stamp in stamps.items()}
     values |= {"size": summary.size, "messages": summary.messages, "indexed": "unindexed" not in summary.version}
-    most = max(summary.storage.items(), key=lambda item: (item[1].chunks, item[0]), default=("none", None))
-    values["compression"] = most[0]
+    commonest = max(summary.storage.items(), key=lambda item: (item[1].chunks, item[0]), default=("none", None))
+    values["compression"] = commonest[0]
     if summary.compressed:
         values["uncompressed"], values["compressed"] = summary.sizes
     if summary.encryption:

@@ -18,7 +18,7 @@ from pyros1.ground.errors import Error
 CHUNK_LIMIT = 256 << 20
 """Default limit of a chunk's content, in bytes."""
 
-_MOST_MIB = 4096
+_MAX_MIB = 4096
 
 LIMIT_VARIABLE = "PYROS1_BAG_CHUNK_LIMIT"
 """Name of the environment variable with another limit, in MiB."""
@@ -44,6 +44,6 @@ def parse_limit(text: str, name: str) -> int:
     Raises:
         Error: it is not a number, or larger than chunks can be.
     """
-    if not re.fullmatch("[0-9]{1,4}", text) or not 0 < int(text) < _MOST_MIB:
-        raise Error(f"{name}: {text[:20]!r} is not a number of MiB from 1 to {_MOST_MIB - 1}")
+    if not re.fullmatch("[0-9]{1,4}", text) or not 0 < int(text) < _MAX_MIB:
+        raise Error(f"{name}: {text[:20]!r} is not a number of MiB from 1 to {_MAX_MIB - 1}")
     return int(text) << 20

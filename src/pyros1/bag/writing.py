@@ -12,7 +12,7 @@ from pyros1.bag.errors import BagError
 from pyros1.bag.format.appending import append
 from pyros1.bag.format.records import NS
 from pyros1.bag.format.writer import CHUNK_THRESHOLD, BagWriter
-from pyros1.bag.turns import Turns
+from pyros1.bag.serialized import Serialized
 from pyros1.ground.timing import Time
 from pyros1.msgs import AnyMsg, Message
 
@@ -49,7 +49,7 @@ class BagOutput:
         new = not more or (isinstance(target, (str, os.PathLike)) and not os.path.exists(target))
         self.writer = (BagWriter if new else append)(target, compression, chunk_threshold)
         self._conns: dict[Any, int] = {}
-        self._turns = Turns()
+        self._serialized = Serialized()
 
     @property
     def path(self) -> str:
@@ -108,7 +108,7 @@ class BagOutput:
         self._put((topic, *sorted(header.items())), topic, data, stamp, header)
 
     def _put(self, key: Any, topic: str, data: bytes | memoryview, stamp: Time | float | None, source: Any) -> None:
-        self._turns.do(self._write, key, topic, data, _nanoseconds(stamp), source)
+        self._serialized.do(self._write, key, topic, data, _nanoseconds(stamp), source)
 
     def _write(self, key: Any, topic: str, data: bytes | memoryview, nanoseconds: int, source: Any) -> None:
         conn = self._conns.get(key)
@@ -132,7 +132,7 @@ class BagOutput:
 
     def flush(self) -> None:
         """Hand all that was written to the system: it survives a crash of this process."""
-        self._turns.do(self.writer.flush)
+        self._serialized.do(self.writer.flush)
 
     def close(self) -> None:
         """Write the rest and the index, and close the file. A second call does nothing.
@@ -140,7 +140,7 @@ class BagOutput:
         Raises:
             OSError: the file cannot be written; it is closed anyway, and can be reindexed.
         """
-        self._turns.do(self.writer.close)
+        self._serialized.do(self.writer.close)
 
     def __enter__(self) -> BagOutput:
         return self

@@ -1,7 +1,7 @@
 """Output streams that remove control characters from what a command prints.
 
-Names and texts from other programs are cleaned where they are printed, see `pyros1.ground.shown`. This is a second line
-of defence. Escape sequences of the command itself, such as colours, pass if the output is a terminal.
+Names and texts from other programs are cleaned where they are printed, see `pyros1.ground.terminal_text`. This is a
+second line of defence. Escape sequences of the command itself, such as colours, pass if the output is a terminal.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Any, TextIO
 
-from pyros1.ground import shown
+from pyros1.ground import terminal_text
 
 _OWN = "(\x1b\\[(?:[0-9;]*m|[0-9;]*H|[0-2]?J|K|\\?(?:25|1049)[hl])|\r)"
 
 
-_clean = partial(shown.lines, keep_bytes=True)
+_clean = partial(terminal_text.lines, keep_bytes=True)
 
 
 class CleanStream:
@@ -33,12 +33,12 @@ class CleanStream:
 
     def __init__(self, stream: TextIO) -> None:
         self.under = stream
-        self._steers = stream.isatty()
+        self._passes_controls = stream.isatty()
 
     def write(self, text: str) -> int:
         """Write a text, cleaned."""
         if not text.isprintable():
-            if self._steers and ("\x1b" in text or "\r" in text):
+            if self._passes_controls and ("\x1b" in text or "\r" in text):
                 parts = enumerate(re.split(_OWN, text))
                 text = "".join(part if number % 2 else _clean(part) for number, part in parts)
             else:
@@ -53,7 +53,7 @@ class CleanStream:
     @property
     def exact(self) -> TextIO:
         """Return the stream for data: the other stream, unless it is a terminal."""
-        return self.under if not self._steers else self  # type: ignore[return-value]
+        return self.under if not self._passes_controls else self  # type: ignore[return-value]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.under)
@@ -66,14 +66,14 @@ class CleanStream:
 def clean_output() -> Iterator[None]:
     """Replace stdout and stderr by such streams in a ``with`` statement."""
     out, err = sys.stdout, sys.stderr
-    ours: tuple[Any, Any] = (CleanStream(out), CleanStream(err))
-    sys.stdout, sys.stderr = ours
+    streams: tuple[Any, Any] = (CleanStream(out), CleanStream(err))
+    sys.stdout, sys.stderr = streams
     try:
         yield
     finally:
-        if sys.stdout is ours[0]:
+        if sys.stdout is streams[0]:
             sys.stdout = out
-        if sys.stderr is ours[1]:
+        if sys.stderr is streams[1]:
             sys.stderr = err
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pyros1.cli import registry
 from pyros1.cli.clean_output import data_stream
 from pyros1.cli.complete_line import Line
-from pyros1.ground.shown import lines
+from pyros1.ground.terminal_text import lines
 
 _SAFE = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./:=@%,~")
 
@@ -31,7 +31,7 @@ def candidates(line: Line) -> list[str]:
         return [] if line.words else line.verbs
     option = line.option
     if option is None:
-        kind = registry.completes(line.command, line.verb, len(line.given))
+        kind = registry.completes(line.command, line.verb, len(line.given_arguments))
     elif "choices" in option.settings:
         return [str(choice) for choice in option.settings["choices"]]
     elif option.dest in _KINDS:
@@ -91,12 +91,12 @@ def join_parts(words: list[str]) -> list[str]:
     result: list[str] = []
     glue = False
     for word in words:
-        parted = bool(word) and not word.strip(":=")
-        if result and (parted or glue) and len(result) > 1:
+        word_parts = bool(word) and not word.strip(":=")
+        if result and (word_parts or glue) and len(result) > 1:
             result[-1] += word
         else:
             result.append(word)
-        glue = parted
+        glue = word_parts
     return result
 
 

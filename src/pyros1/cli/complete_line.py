@@ -10,7 +10,7 @@ from pyros1.cli import registry
 if TYPE_CHECKING:
     from pyros1.cli.records import Option
 
-PATIENCE = 0.7
+TIMEOUT = 0.7
 """Timeout of completion in seconds."""
 
 
@@ -24,20 +24,20 @@ class Line:
 
     def __init__(self, words: list[str], one_line: bool = False) -> None:
         self.one_line = one_line
-        called, *rest = words
-        self.token = rest[-1] if rest else ""
-        before = rest[:-1]
+        called, *remaining = words
+        self.token = remaining[-1] if remaining else ""
+        words_before = remaining[:-1]
         name = os.path.basename(called)
         if name in registry.SHELL_FUNCTIONS:
-            before = ["pkg", "cd", *before]
+            words_before = ["pkg", "cd", *words_before]
         elif name != "pyros1":
-            before = [*registry.stock_names().get(name, ()), *before]
-        elif before and before[0] in (stock_names := registry.stock_names()):
-            before = [*stock_names[before[0]], *before[1:]]
-        self.command = (registry.command_name(before[0]) or before[0]) if before else ""
+            words_before = [*registry.stock_names().get(name, ()), *words_before]
+        elif words_before and words_before[0] in (stock_names := registry.stock_names()):
+            words_before = [*stock_names[words_before[0]], *words_before[1:]]
+        self.command = (registry.command_name(words_before[0]) or words_before[0]) if words_before else ""
         self.verbs = [*registry.verbs(self.command)]
-        self.words = [word for word in before[1:] if not word.startswith("-") and ":=" not in word]
-        self._typed = before[1:]
+        self.words = [word for word in words_before[1:] if not word.startswith("-") and ":=" not in word]
+        self._typed = words_before[1:]
 
     @property
     def verb(self) -> str:
@@ -45,9 +45,9 @@ class Line:
         return registry.find_verb(self.command, self.words[0]) or "" if self.words and self.verbs else ""
 
     @property
-    def given(self) -> list[str]:
+    def given_arguments(self) -> list[str]:
         """The arguments after the command and its verb, without options and their values."""
-        words, valued, value = [], self._valued(), False
+        words, valued, value = [], self._options_with_values(), False
         for word in self._typed:
             if value or word.startswith("-") or ":=" in word:
                 value = not value and word in valued
@@ -58,9 +58,9 @@ class Line:
     @property
     def option(self) -> Option | None:
         """The option whose value is at the cursor."""
-        return self._valued().get(self._typed[-1]) if self._typed else None
+        return self._options_with_values().get(self._typed[-1]) if self._typed else None
 
-    def _valued(self) -> dict[str, Option]:
+    def _options_with_values(self) -> dict[str, Option]:
         """Return the options that take a value, by each of their names."""
         if not any(word.startswith("-") for word in self._typed):
             return {}  # nothing is loaded in vain

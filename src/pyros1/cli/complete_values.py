@@ -12,21 +12,21 @@ if TYPE_CHECKING:
     from pyros1.cli.complete_line import Line
     from pyros1.net.master_client import MasterClient
 
-_LISTEN = 0.25
+_LISTEN_SECONDS = 0.25
 """Seconds to listen for frames."""
 
 
 @contextmanager
 def _master() -> Iterator[MasterClient]:
     """Return the master if it answers soon. Name lookups have no timeout, so the process ends after a while."""
-    from pyros1.cli.complete_line import PATIENCE  # noqa: PLC0415
+    from pyros1.cli.complete_line import TIMEOUT  # noqa: PLC0415
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
     from pyros1.net.master_client import MasterClient  # noqa: PLC0415
 
-    alarm = threading.Timer(PATIENCE, os._exit, [0])
+    alarm = threading.Timer(TIMEOUT, os._exit, [0])
     alarm.daemon = True
     alarm.start()
-    client = MasterClient("/complete", master_uri(os.environ, {}), timeout=PATIENCE)
+    client = MasterClient("/complete", master_uri(os.environ, {}), timeout=TIMEOUT)
     try:
         yield client
     finally:
@@ -84,7 +84,7 @@ def _topic_type(line: Line) -> list[str]:
             known = {topic: kind for topic, kind in master.get_topic_types()}  # noqa: C416 - of lists
     except Error:
         known = {}
-    name = line.given[0]
+    name = line.given_arguments[0]
     known_type = known.get(name if name.startswith("/") else "/" + name)
     return [known_type] if known_type and known_type != "*" else _types(line, "msg")
 
@@ -103,7 +103,7 @@ def _frames(_: Line) -> list[str]:
         buffer = Buffer()
         with Node("complete", anonymous=True, rosout=False, handle_signals=False, log_level="fatal") as node:
             TransformListener(node, buffer)
-            sleep(_LISTEN)
+            sleep(_LISTEN_SECONDS)
         return sorted(buffer.frames())
 
 
@@ -135,13 +135,13 @@ def _service_types(line: Line) -> list[str]:
 
 
 def _message_text(line: Line) -> list[str]:
-    return [_template("msg", line.given[1], line.one_line)]
+    return [_template("msg", line.given_arguments[1], line.one_line)]
 
 
 def _request_text(line: Line) -> list[str]:
     from pyros1.graph import probe_service  # noqa: PLC0415
 
-    name = line.given[0] if line.given[0].startswith("/") else "/" + line.given[0]
+    name = line.given_arguments[0] if line.given_arguments[0].startswith("/") else "/" + line.given_arguments[0]
     with _master() as master:
         kind = probe_service(name, master.lookup_service(name), "/complete", timeout=0.5)["type"]
     return [_template("srv", kind, line.one_line)]
@@ -159,7 +159,7 @@ def _definition_kinds(_: Line) -> list[str]:
 
 
 def _definitions(line: Line) -> list[str]:
-    return _types(line, line.given[0])
+    return _types(line, line.given_arguments[0])
 
 
 def _examples(_: Line) -> list[str]:
@@ -182,7 +182,7 @@ def _packages(_: Line) -> list[str]:
     return sorted({found.name for found in all_packages(os.environ)})
 
 
-def _places(line: Line) -> list[str]:
+def _package_places(line: Line) -> list[str]:
     """Return folders in a package, and special names of folders."""
     from pyros1.cli.commands.pkg._files import folder_of, special_places  # noqa: PLC0415
     from pyros1.finding.packages import is_folder  # noqa: PLC0415
@@ -198,13 +198,13 @@ def _package_files(line: Line) -> list[str]:
     from pyros1.cli.commands.pkg._files import folder_of  # noqa: PLC0415
     from pyros1.finding.packages import files_below  # noqa: PLC0415
 
-    return sorted({name for _, files in files_below(folder_of(line.given[0])) for name in files})
+    return sorted({name for _, files in files_below(folder_of(line.given_arguments[0])) for name in files})
 
 
 def _executables(line: Line) -> list[str]:
     from pyros1.finding.packages import PackageIndex  # noqa: PLC0415
 
-    return PackageIndex(os.environ).executables(line.given[0])
+    return PackageIndex(os.environ).executables(line.given_arguments[0])
 
 
 # Files ----------------------------------------------------------------------------------------------------------------
@@ -235,7 +235,7 @@ def _launch_files(line: Line) -> list[str]:
 
 
 def _package_launch_files(line: Line) -> list[str]:
-    if os.path.isfile(line.given[0]):
+    if os.path.isfile(line.given_arguments[0]):
         return []
     return [name for name in _package_files(line) if name.endswith((".launch", ".test"))]
 
@@ -246,10 +246,10 @@ def _launch_args(line: Line) -> list[str]:
     from pyros1.launch.reading.words import find_files  # noqa: PLC0415
     from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
 
-    if not os.path.isfile(line.given[0]) and len(line.given) < 2:
+    if not os.path.isfile(line.given_arguments[0]) and len(line.given_arguments) < 2:
         return []
     resources = make_resources()
-    plan = load_plan(find_files(line.given, resources)[:1], {}, resources, only_args=True)
+    plan = load_plan(find_files(line.given_arguments, resources)[:1], {}, resources, only_args=True)
     return sorted(f"{name}:=" for name in plan.args)
 
 
@@ -268,7 +268,7 @@ def _panel_arguments(line: Line) -> list[str]:
     """Return what a panel of the page can show."""
     from pyros1.cli.shared.windows import PROGRAMS  # noqa: PLC0415
 
-    panel = line.given[0]
+    panel = line.given_arguments[0]
     panel = PROGRAMS[panel].words[0] if panel in PROGRAMS else panel
     makers = {
         "bag": _bags, "image": _topics, "launches": _nodes, "nodes": _nodes, "plot": _topics, "publisher": _topics,
@@ -300,7 +300,7 @@ KINDS: dict[str, Callable[[Line], list[str]]] = {
     "panel": _panels,
     "panel_argument": _panel_arguments,
     "param": _params,
-    "place": _places,
+    "place": _package_places,
     "request_text": _request_text,
     "service": _services,
     "service_type": _service_types,

@@ -11,7 +11,7 @@ from pyros1.ground.errors import Error, MasterUnreachableError
 
 EX_USAGE = 64
 """Exit code for a missing or unknown verb (sysexits.h), as in the stock tools."""
-_MOST_HOMES = 3
+_MAX_COMMANDS_SHOWN = 3
 
 
 class CommandError(Error):
@@ -71,10 +71,14 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     return hint(word, known)
 
 
-def elsewhere(verb: str) -> str:
+def other_commands_hint(verb: str) -> str:
     """Return a hint at other commands that have this verb, for example a tool of topic_tools typed after ``topic``."""
     from pyros1.cli import registry  # noqa: PLC0415 - only what fails needs it
     from pyros1.ground.suggest import SYNONYMS  # noqa: PLC0415
 
-    homes = [f"'pyros1 {name} {verb}'" for name in registry.commands() if verb in registry.verbs(name)]
-    return f" (did you mean {' or '.join(homes)}?)" if 1 <= len(homes) <= _MOST_HOMES and verb not in SYNONYMS else ""
+    commands_with_verb = [f"'pyros1 {name} {verb}'" for name in registry.commands() if verb in registry.verbs(name)]
+    return (
+        f" (did you mean {' or '.join(commands_with_verb)}?)"
+        if 1 <= len(commands_with_verb) <= _MAX_COMMANDS_SHOWN and verb not in SYNONYMS
+        else ""
+    )

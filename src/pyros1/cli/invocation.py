@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from pyros1.ground import names, shown
+from pyros1.ground import names, terminal_text
 
 if TYPE_CHECKING:
     from pyros1.graph import Graph
@@ -72,8 +72,8 @@ class Invocation:
     def resolve(self, name: str) -> str:
         """Return the full name of a name on the command line. The master checks whether it is legal."""
         if names.is_private(name):
-            return shown.foreign(names.canonicalize_name(f"{self._namespace}/{self.tool}/{name[1:]}"))
-        return shown.foreign(names.canonicalize_name(names.ns_join(self._namespace, name)))
+            return terminal_text.untrusted(names.canonicalize_name(f"{self._namespace}/{self.tool}/{name[1:]}"))
+        return terminal_text.untrusted(names.canonicalize_name(names.ns_join(self._namespace, name)))
 
     @property
     def namespace(self) -> str:

@@ -12,13 +12,13 @@ from pyros1.cli.records import GROUPS
 from pyros1.ground import interrupts
 from pyros1.ground.errors import Error
 
-_SPEAK_FOR_THEMSELVES = frozenset({"run", "launch"})
+_PRINT_OWN_HINTS = frozenset({"run", "launch"})
 """Commands that print hints at misspelt words themselves."""
-_TAKE_VALUES = frozenset({"pub", "call", "set", "publish"})
+_OPTIONS_WITH_VALUES = frozenset({"pub", "call", "set", "publish"})
 """Verbs whose words are YAML values, in which ``a:1`` and ``a=1`` have a meaning."""
 
 
-_MOST_VERBS = 12
+_MAX_VERBS = 12
 """Verbs that the list of commands shows."""
 
 
@@ -36,9 +36,9 @@ def usage() -> str:
 
 def _about(name: str, entry: registry.CommandEntry) -> str:
     verbs = registry.verbs(name) if entry.verbs else {}
-    named = " ".join([*verbs][:_MOST_VERBS])
+    named = " ".join([*verbs][:_MAX_VERBS])
     also = f" (also: {', '.join(entry.aliases)})" * bool(entry.aliases)
-    return entry.about + also + f": {named}" * bool(named) + " ..." * (len(verbs) > _MOST_VERBS)
+    return entry.about + also + f": {named}" * bool(named) + " ..." * (len(verbs) > _MAX_VERBS)
 
 
 def entry(argv: list[str] | None = None, *, alone: bool | None = None) -> int:
@@ -58,7 +58,7 @@ def entry(argv: list[str] | None = None, *, alone: bool | None = None) -> int:
     if alone is None:
         alone = argv is None
     if alone:
-        interrupts.die_quietly()  # a traceback of imports helps nobody
+        interrupts.exit_quietly_on_sigint()  # a traceback of imports helps nobody
         output.prepare()
     try:
         try:
@@ -68,8 +68,8 @@ def entry(argv: list[str] | None = None, *, alone: bool | None = None) -> int:
             sys.stdout.flush()  # here, since errors of Python's own flush at the end cannot be caught
     except KeyboardInterrupt:
         if alone:
-            interrupts.die()
-        return interrupts.INTERRUPTED
+            interrupts.die_by_signal()
+        return interrupts.EXIT_INTERRUPTED
     except BrokenPipeError:
         output.abandon()  # the reader has gone
         return 0
@@ -109,9 +109,9 @@ def _entry(words: list[str]) -> int:
         name, *more = stock[word]
         words[2:2] = more
     if name is None:
-        from pyros1.cli.failures import did_you_mean, elsewhere  # noqa: PLC0415 - only what fails needs it
+        from pyros1.cli.failures import did_you_mean, other_commands_hint  # noqa: PLC0415 - only what fails needs it
 
-        hint = elsewhere(word) or did_you_mean(word, [*registry.commands(), *registry.stock_names()])
+        hint = other_commands_hint(word) or did_you_mean(word, [*registry.commands(), *registry.stock_names()])
         print(f"pyros1: unknown command {word!r}{hint}; see: pyros1 help", file=sys.stderr)
         return 64
     return _run(name, words[2:])
@@ -122,14 +122,14 @@ def _run(command: str, arguments: list[str]) -> int:
         add_packages_here(os.environ)
         from pyros1.cli.running import run_command  # noqa: PLC0415 - help and completion run nothing
 
-        with interrupts.raised():
+        with interrupts.keyboard_interrupts():
             code = run_command(command, arguments)
         if code:
-            _say_what_was_meant(command, arguments)
+            _print_suggestion(command, arguments)
         return code
     except SystemExit as end:
         if end.code:  # a wrong command line
-            _say_what_was_meant(command, arguments)
+            _print_suggestion(command, arguments)
         raise
     except Error as error:
         print(f"ERROR: {error}", file=sys.stderr)
@@ -148,15 +148,15 @@ def _run(command: str, arguments: list[str]) -> int:
         return 1
 
 
-def _say_what_was_meant(command: str, arguments: list[str]) -> None:
+def _print_suggestion(command: str, arguments: list[str]) -> None:
     """After a failure, print hints at words that look like misspelt options and remappings, except messages' values."""
-    if command in _SPEAK_FOR_THEMSELVES:
+    if command in _PRINT_OWN_HINTS:
         return
-    from pyros1.ground.suggest import argument_hint, meant_option  # noqa: PLC0415 - only what fails needs it
+    from pyros1.ground.suggest import argument_hint, similar_option  # noqa: PLC0415 - only what fails needs it
 
-    values = any(verb in arguments for verb in _TAKE_VALUES)
+    values = any(verb in arguments for verb in _OPTIONS_WITH_VALUES)
     for word in arguments:
         may_be_a_value = (values and word[:1] != "_") or os.path.exists(word)
-        hint = argument_hint(word) if meant_option(word) or not may_be_a_value else ""
+        hint = argument_hint(word) if similar_option(word) or not may_be_a_value else ""
         if hint:
             print(hint, file=sys.stderr)

@@ -34,12 +34,12 @@ INDEX: dict[str, tuple[Any, ...]] = {
 def text() -> str:
     """Return the text of `index`, made from the records."""
     lines = [_HEAD]
-    for name, told in sorted(registry.describe(module) for module in registry.modules()):
+    for name, facts in sorted(registry.describe(module) for module in registry.modules()):
         lines.append(f"    {name!r}: (\n")
-        lines += [f"        {each!r},\n" for each in told[:-1]]
+        lines += [f"        {each!r},\n" for each in facts[:-1]]
         lines.append("        {\n")
         verbs: dict[str, tuple[Any, ...]] = {}
-        for module in registry.modules(told[0]):
+        for module in registry.modules(facts[0]):
             verbs.update(registry.describe_verbs(module))
         for verb in registry.load_command(name).sorted(verbs):
             lines.append(f"            {verb!r}: {verbs[verb]!r},\n")
@@ -61,10 +61,10 @@ def page_table(_: str = "") -> str:
     lines = ["| `pyros1 ...` | stock ROS 1 | what it does | verbs; those that stock lacks |\n", "|---|---|---|---|\n"]
     for name, entry in registry.commands().items():
         known = registry.verbs(name)
-        programs = [entry.stock, *entry.also, *(told.program for told in known.values())]
+        programs = [entry.stock, *entry.also, *(facts.program for facts in known.values())]
         stock = ", ".join(f"`{each}`" for each in dict.fromkeys(filter(None, programs)))
-        as_stock = " ".join(verb for verb, told in known.items() if told.stock != "")
-        more = " ".join(verb for verb, told in known.items() if told.stock == "")
+        as_stock = " ".join(verb for verb, facts in known.items() if facts.stock != "")
+        more = " ".join(verb for verb, facts in known.items() if facts.stock == "")
         verbs = f"{as_stock}; *{more}*" if more else as_stock
         lines.append(f"| `{name}` | {stock} | {entry.about} | {verbs} |\n")
     return "".join(lines)
@@ -90,8 +90,8 @@ def _commands() -> Iterator[tuple[str, str, str]]:
         known = registry.verbs(name)
         if not known:
             yield name, entry.stock, entry.about
-        for verb, told in known.items():
-            yield f"{name} {verb}", f"{entry.stock} {verb}" if told.of_tool else told.stock or "", told.about
+        for verb, facts in known.items():
+            yield f"{name} {verb}", f"{entry.stock} {verb}" if facts.of_tool else facts.stock or "", facts.about
 
 
 def _test_files(text: str) -> Mapping[str, list[str]]:
@@ -103,7 +103,7 @@ def _test_files(text: str) -> Mapping[str, list[str]]:
     for about, tests in _ROW.findall(text):
         for line in re.findall(r"`([^`]+)`", about):
             name, *words = line.partition(" -")[0].split()
-            verbs = words or [verb for verb, told in registry.verbs(name).items() if told.of_tool]
+            verbs = words or [verb for verb, facts in registry.verbs(name).items() if facts.of_tool]
             for each in verbs or [""]:
                 found.setdefault(f"{name} {each}".rstrip(), set()).update(_TESTS.findall(tests))
     return {line: sorted(files) for line, files in found.items()}

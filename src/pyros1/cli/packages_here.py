@@ -13,7 +13,7 @@ from itertools import islice
 
 _MANIFESTS = ("package.xml", "manifest.xml")
 _WORKSPACE_MARKS = (".catkin_workspace", ".catkin_tools", "devel", "src/CMakeLists.txt")
-_MOST_ENTRIES = 5000
+_MAX_ENTRIES = 5000
 
 
 def add_packages_here(environ: MutableMapping[str, str]) -> None:
@@ -23,11 +23,11 @@ def add_packages_here(environ: MutableMapping[str, str]) -> None:
         environ: environment variables; changed.
     """
     try:
-        here = os.getcwd()
+        start = os.getcwd()
     except OSError:  # it was removed
         return
     known = [part for part in environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
-    around = packages_around(here)
+    around = packages_around(start)
     if not around:
         return
     from pyros1.finding.packages import OWN_PACKAGES  # noqa: PLC0415 - most commands need no packages
@@ -38,10 +38,10 @@ def add_packages_here(environ: MutableMapping[str, str]) -> None:
         environ["ROS_PACKAGE_PATH"] = os.pathsep.join([*known, *found])
 
 
-def packages_around(here: str) -> list[str]:
+def packages_around(start: str) -> list[str]:
     """Return the folders of the packages around a folder, or the folder in which all of them are."""
-    found = list(_packages_in(here))
-    folder = here
+    found = list(_packages_in(start))
+    folder = start
     while not found:
         if _is_package(folder):
             found = list(_packages_in(os.path.dirname(folder)))
@@ -50,18 +50,18 @@ def packages_around(here: str) -> list[str]:
             if os.path.isdir(source):
                 marked = any(os.path.exists(os.path.join(folder, mark)) for mark in _WORKSPACE_MARKS)
                 found = [source] if marked and _may_trust(source, folder) else list(_packages_in(source))
-        above = os.path.dirname(folder)
-        if above == folder:
+        parent = os.path.dirname(folder)
+        if parent == folder:
             break
-        folder = above
+        folder = parent
     return found
 
 
 def _packages_in(folder: str) -> Iterator[str]:
     try:
         with os.scandir(folder) as entries:
-            some = (entry for entry in islice(entries, _MOST_ENTRIES) if entry.name[0] != ".")
-            names = sorted(entry.name for entry in some if not entry.is_file(follow_symlinks=False))
+            subfolders = (entry for entry in islice(entries, _MAX_ENTRIES) if entry.name[0] != ".")
+            names = sorted(entry.name for entry in subfolders if not entry.is_file(follow_symlinks=False))
     except OSError:
         return
     for name in names:

@@ -81,7 +81,7 @@ class CommandEntry:
         self.also = also
         self.aliases = aliases
         self.completes = completes
-        self.verbs = {verb: VerbEntry(*told) for verb, told in verbs.items()}
+        self.verbs = {verb: VerbEntry(*facts) for verb, facts in verbs.items()}
 
 
 def commands() -> dict[str, CommandEntry]:
@@ -90,8 +90,8 @@ def commands() -> dict[str, CommandEntry]:
     known = {entry.module for entry in found.values()}
     for module in modules():
         if module not in known:
-            name, told = describe(module)
-            found[name] = CommandEntry(*told)
+            name, facts = describe(module)
+            found[name] = CommandEntry(*facts)
     return found
 
 
@@ -107,7 +107,7 @@ def stock_names() -> dict[str, tuple[str, ...]]:
         if entry.stock:
             names[entry.stock] = (name,)
         names.update({stock: (name, *words) for stock, words in entry.also.items()})
-        found = {told.program: (name, verb) for verb, told in verbs(name).items()}
+        found = {facts.program: (name, verb) for verb, facts in verbs(name).items()}
         names.update({stock: words for stock, words in found.items() if stock not in ("", *SHELL_FUNCTIONS)})
     return dict(sorted(names.items()))
 
@@ -150,7 +150,7 @@ def verbs(name: str) -> dict[str, VerbEntry]:
     known = {verb.module for verb in found.values()}
     for module in modules(entry.module):
         if module not in known:
-            found.update({verb: VerbEntry(*told) for verb, told in describe_verbs(module).items()})
+            found.update({verb: VerbEntry(*facts) for verb, facts in describe_verbs(module).items()})
     return found
 
 

@@ -10,9 +10,9 @@ from pyros1.cli.failures import (
     CommandError,
     UsageError,
     did_you_mean,
-    elsewhere,
     flush,
     no_master,
+    other_commands_hint,
     quiet_pipe,
 )
 from pyros1.cli.invocation import Invocation
@@ -37,8 +37,8 @@ def run_command(name: str, argv: list[str]) -> int:
     if verb is None and command.dispatch is None:
         found = registry.find_verb(name, invocation.verb)
         if found is None:
-            about = _asked_about(command, invocation)
-            return run_command(name, [about, "-h"]) if about else _no_such_verb(command, invocation)
+            about = _verb_of_help_request(command, invocation)
+            return run_command(name, [about, "-h"]) if about else _print_unknown_verb(command, invocation)
         verb = registry.load_verb(name, found)
     try:
         if verb is not None:
@@ -50,10 +50,10 @@ def run_command(name: str, argv: list[str]) -> int:
     except MasterUnreachableError as error:
         return no_master(error, command.error_code)
     except (Error, OSError) as error:
-        return _told(command, error)
+        return _print_error(command, error)
 
 
-def _told(command: Command, error: Error | OSError) -> int:
+def _print_error(command: Command, error: Error | OSError) -> int:
     """Print an error in the form of the command. Return the exit code. Raise the error again if it names no file."""
     text = command.failure(error) if command.failure else None
     code = error.code if isinstance(error, CommandError) else command.error_code
@@ -98,19 +98,19 @@ def verb_list(command: Command, program: str, *, as_stock: bool) -> str:
     return "\n".join([*lines, command.footing.format(program=program)])
 
 
-def _asked_about(command: Command, invocation: Invocation) -> str | None:
+def _verb_of_help_request(command: Command, invocation: Invocation) -> str | None:
     """Return the verb in a request for help such as ``topic help echo``, None if the words are something else."""
     if not invocation.args or invocation.verb not in command.help_words(as_stock=invocation.as_stock):
         return None
     return registry.find_verb(command.name, invocation.args[0])
 
 
-def _no_such_verb(command: Command, invocation: Invocation) -> int:
+def _print_unknown_verb(command: Command, invocation: Invocation) -> int:
     """Print the list of verbs and, unless help was requested, that the verb is unknown. Return the exit code."""
     print(verb_list(command, invocation.program, as_stock=invocation.as_stock))
     if invocation.verb in command.help_words(as_stock=invocation.as_stock):
         return 0
-    hint = (not invocation.as_stock and elsewhere(invocation.verb)) or did_you_mean(
+    hint = (not invocation.as_stock and other_commands_hint(invocation.verb)) or did_you_mean(
         invocation.verb, registry.verbs(command.name)
     )
     if not hint and not (invocation.verb and (not invocation.as_stock or command.names_unknown)):

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ERROR", "OK", "STALE", "WARN", "Combined", "Frequency", "Status", "TimeStamps", "Updater", "alive"]
 
-_HOMES = {
+_EXPORTS = {
     "ERROR": "pyros1.diagnostics.status",
     "OK": "pyros1.diagnostics.status",
     "STALE": "pyros1.diagnostics.status",
@@ -47,7 +47,7 @@ def __getattr__(name: str) -> Any:
     """Load and return a public name when it is first used."""
     from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
 
-    return load(__name__, _HOMES, name)
+    return load(__name__, _EXPORTS, name)
 
 
 def __dir__() -> list[str]:

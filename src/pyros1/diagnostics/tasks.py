@@ -114,23 +114,23 @@ class TimeStamps:
     def run(self, status: Status) -> None:
         """Fill a status: the task."""
         with self._lock:
-            least, most = self._delays or (0.0, 0.0)
+            minimum_delay, maximum_delay = self._delays or (0.0, 0.0)
             status.summary(OK, "Timestamps are reasonable.")
             if not self._delays:
                 status.summary(WARN, "No data since last update.")
             else:
-                if least < self.earliest:
+                if minimum_delay < self.earliest:
                     status.summary(ERROR, "Timestamps too far in future seen.")
                     self._future += 1
-                if most > self.latest:
+                if maximum_delay > self.latest:
                     status.summary(ERROR, "Timestamps too far in past seen.")
                     self._past += 1
                 if self._zero_seen:
                     status.summary(ERROR, "Zero timestamp seen.")
                     self._zeros += 1
             for name, value in (
-                ("Earliest timestamp delay:", least),
-                ("Latest timestamp delay:", most),
+                ("Earliest timestamp delay:", minimum_delay),
+                ("Latest timestamp delay:", maximum_delay),
                 ("Earliest acceptable timestamp delay:", self.earliest),
                 ("Latest acceptable timestamp delay:", self.latest),
             ):

@@ -36,8 +36,8 @@ class Updater:
         self._lock = threading.RLock()
         self._tasks: dict[str, Task] = {}
         self._publisher = node.advertise("/diagnostics", DiagnosticArray)
-        wanted = node.params.get("~diagnostic_period", period)
-        self._timer = node.timer(float(wanted), lambda event: self.update()) if wanted else None
+        requested = node.params.get("~diagnostic_period", period)
+        self._timer = node.timer(float(requested), lambda event: self.update()) if requested else None
 
     def add(self, name: str, task: Task) -> None:
         """Run a task from now on; one of the same name is replaced.

@@ -46,7 +46,7 @@ def actual_edges(connections: Mapping[str, Iterable[Connection]], uris: Mapping[
     }
 
 
-def is_lacking(edge: Edge, reported: Mapping[str, set[Edge]]) -> bool:
+def is_missing_edge(edge: Edge, reported: Mapping[str, set[Edge]]) -> bool:
     """Return whether both ends of an expected connection answer, but not both report it.
 
     One end is not enough: rospy's subscribers report connections that they are only trying to make.

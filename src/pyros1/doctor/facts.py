@@ -101,29 +101,29 @@ class NodeFacts:
     clock_offset: float | None = None
 
 
-class End(NamedTuple):
+class TopicEnd(NamedTuple):
     """One end of a topic."""
 
     topic: str
     node: str
 
 
-class Offer(NamedTuple):
+class ReportedType(NamedTuple):
     """The type that a publisher sends or a subscriber wants, as reported by itself.
 
     Attributes:
         type, md5sum: the type and its checksum; ``*`` means any.
         failure: why it did not report them; None if it did.
         definition: full text of the type's definition, if a publisher gave it.
-        surplus: number of bytes behind the first message that came while the publisher was asked; negative: so many are
-            missing at its end.
+        extra_bytes: number of bytes behind the first message that came while the publisher was asked; negative: so
+            many are missing at its end.
     """
 
     type: str = "*"
     md5sum: str = "*"
     failure: Failure | None = None
     definition: str = ""
-    surplus: int = 0
+    extra_bytes: int = 0
 
 
 @dataclass
@@ -144,6 +144,6 @@ class System:
     state: SystemState
     nodes: Mapping[str, NodeFacts]
     services: Mapping[str, tuple[str, Failure | None]] = field(default_factory=dict)
-    publications: Mapping[End, Offer] = field(default_factory=dict)
-    subscriptions: Mapping[End, Offer] = field(default_factory=dict)
+    publications: Mapping[TopicEnd, ReportedType] = field(default_factory=dict)
+    subscriptions: Mapping[TopicEnd, ReportedType] = field(default_factory=dict)
     use_sim_time: bool = False

@@ -8,20 +8,30 @@ from pyros1.doctor.disk import with_unit
 from pyros1.doctor.facts import Machine
 from pyros1.doctor.finding import ERROR, WARNING, Finding
 from pyros1.ground.errors import ProtocolError
+from pyros1.net.connectivity import is_loopback
 from pyros1.net.hosts import DEFAULT_MASTER_URI, parse_uri
-from pyros1.net.reach import is_loopback
 
-LEAST_FREE = 100 << 20
+MIN_FREE = 100 << 20
 """Bytes that should be free on the disk of the log files."""
-MOST_LOGS = 1 << 30
+MAX_LOG_SIZE = 1 << 30
 """Size of the log folder in bytes that causes a warning, the same as in the stock tools."""
-_MOST_SHOWN = 10
-OLDEST_PYTHON = (3, 10)
+_MAX_ITEMS = 10
+MIN_PYTHON = (3, 10)
 
 
 def check_machine(machine: Machine) -> list[Finding]:
     """Return the problems of a machine and its environment."""
-    checks = (_master_uri, _settings, _own_address, _own_name, _package_path, _disks, _masters, _versions, _given)
+    checks = (
+        _master_uri,
+        _settings,
+        _own_address,
+        _own_name,
+        _package_path,
+        _disks,
+        _masters,
+        _versions,
+        _found_problems,
+    )
     return [finding for check in checks for finding in check(machine)]
 
 
@@ -67,7 +77,7 @@ def _own_address(machine: Machine) -> Iterator[Finding]:
             f"both ROS_HOSTNAME [{name}] and ROS_IP [{address}] are set: ROS_HOSTNAME is used",
             "unset one of them",
         )
-    here = address_of(machine)
+    ip = address_of(machine)
     for variable, value in (("ROS_IP", address), ("ROS_HOSTNAME", name)):
         if value is None or (variable == "ROS_IP" and name):
             continue
@@ -77,14 +87,14 @@ def _own_address(machine: Machine) -> Iterator[Finding]:
                 "own-address",
                 ERROR,
                 f"{variable} [{value}] is neither a host name nor an IP address",
-                f"export ROS_IP={here}, or unset {variable}",
+                f"export ROS_IP={ip}, or unset {variable}",
             )
         elif found is None:
             yield Finding(
                 "own-address",
                 ERROR,
                 f"{variable} may be incorrect: [{value}] cannot be resolved: no node can reach those of this shell",
-                f"export ROS_IP={here} and unset ROS_HOSTNAME, or add '{here} {value}' to /etc/hosts on all machines",
+                f"export ROS_IP={ip} and unset ROS_HOSTNAME, or add '{ip} {value}' to /etc/hosts on all machines",
             )
         elif not any(is_loopback(each) or each in machine.interfaces for each in found):
             yield Finding(
@@ -92,7 +102,7 @@ def _own_address(machine: Machine) -> Iterator[Finding]:
                 ERROR,
                 f"{variable} may be incorrect: {variable} [{value}] does not appear to be an address of a local "
                 f"network interface (one of {', '.join(machine.interfaces)})",
-                f"export {variable}={here}, or unset {variable}; then restart the nodes of this shell",
+                f"export {variable}={ip}, or unset {variable}; then restart the nodes of this shell",
             )
         elif all(map(is_loopback, found)) and not _master_is_here(machine):
             yield Finding(
@@ -100,7 +110,7 @@ def _own_address(machine: Machine) -> Iterator[Finding]:
                 ERROR,
                 f"{variable} [{value}] is only valid on this machine, but the master is on another one: "
                 "nodes there cannot reach nodes of this shell",
-                f"export ROS_IP={here} and unset ROS_HOSTNAME; then restart the nodes of this shell",
+                f"export ROS_IP={ip} and unset ROS_HOSTNAME; then restart the nodes of this shell",
             )
 
 
@@ -117,13 +127,13 @@ def _own_name(machine: Machine) -> Iterator[Finding]:
     """Check the machine's name, which nodes use as their address if neither variable is set."""
     if machine.environ.get("ROS_HOSTNAME") or machine.environ.get("ROS_IP"):
         return
-    found, here = machine.resolved.get(machine.hostname), address_of(machine)
+    found, ip = machine.resolved.get(machine.hostname), address_of(machine)
     if found is None:
         yield Finding(
             "own-name",
             ERROR,
             f"the name of this machine [{machine.hostname}] cannot be resolved, and nodes use it as their address",
-            f"export ROS_IP={here}, or add a line '127.0.0.1 {machine.hostname}' to /etc/hosts",
+            f"export ROS_IP={ip}, or add a line '127.0.0.1 {machine.hostname}' to /etc/hosts",
         )
     elif all(map(is_loopback, found)) and not _master_is_here(machine):
         yield Finding(
@@ -131,14 +141,14 @@ def _own_name(machine: Machine) -> Iterator[Finding]:
             WARNING,
             f"the name of this machine [{machine.hostname}] resolves to {', '.join(found)} here, and nodes use it as "
             "their address: other machines may not know the name, or resolve it to themselves",
-            f"export ROS_IP={here}",
+            f"export ROS_IP={ip}",
         )
     elif not any(is_loopback(each) or each in machine.interfaces for each in found):
         yield Finding(
             "own-name",
             ERROR,
             f"the name of this machine [{machine.hostname}] resolves to {', '.join(found)}, which is not its address",
-            f"correct the line of {machine.hostname} in /etc/hosts, or export ROS_IP={here}",
+            f"correct the line of {machine.hostname} in /etc/hosts, or export ROS_IP={ip}",
         )
 
 
@@ -163,14 +173,14 @@ def _disks(machine: Machine) -> Iterator[Finding]:
                 f"[{disk.folder}] cannot be written to: nodes cannot log",
                 f"sudo chown -R $USER {disk.folder}, or set ROS_LOG_DIR to another folder",
             )
-        elif disk.free < LEAST_FREE:
+        elif disk.free < MIN_FREE:
             yield Finding(
                 "disk-full",
                 ERROR,
                 f"the disk of [{disk.folder}] is full: {with_unit(disk.free)} of {with_unit(disk.total)} are free",
                 "free some space: `pyros1 clean purge` removes old logs; large bags may fill the disk",
             )
-    if machine.log_size > MOST_LOGS:
+    if machine.log_size > MAX_LOG_SIZE:
         yield Finding(
             "log-size",
             WARNING,
@@ -188,13 +198,13 @@ def _masters(machine: Machine) -> Iterator[Finding]:
             "stop the unwanted ones, or check that ROS_MASTER_URI is the same in all shells",
             tuple(machine.masters),
         )
-    mine = machine.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
-    others = [p for p in machine.processes if p.master_uri and not _same_uri(p.master_uri, mine, machine)]
+    master_uri = machine.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
+    others = [p for p in machine.processes if p.master_uri and not _same_uri(p.master_uri, master_uri, machine)]
     if others:
         yield Finding(
             "other-master-uri",
             WARNING,
-            f"programs on this machine use a different ROS_MASTER_URI than this shell [{mine}]",
+            f"programs on this machine use a different ROS_MASTER_URI than this shell [{master_uri}]",
             "if they belong together, restart them with the same ROS_MASTER_URI",
             _first(f"{p.name} (pid {p.pid}): {p.master_uri}" for p in others),
         )
@@ -202,9 +212,9 @@ def _masters(machine: Machine) -> Iterator[Finding]:
 
 def _first(items: Iterable[str]) -> tuple[str, ...]:
     """Return at most as many items as are readable, and how many more there are."""
-    shown = [*items]
-    more = len(shown) - _MOST_SHOWN
-    return (*shown[:_MOST_SHOWN], *([f"and {more} more"] if more > 0 else []))
+    texts = [*items]
+    more = len(texts) - _MAX_ITEMS
+    return (*texts[:_MAX_ITEMS], *([f"and {more} more"] if more > 0 else []))
 
 
 def _same_uri(one: str, other: str, machine: Machine) -> bool:
@@ -214,8 +224,8 @@ def _same_uri(one: str, other: str, machine: Machine) -> bool:
         return one == other
     if port != other_port or host == other_host:
         return port == other_port
-    places = [{*(machine.resolved.get(name) or (name,))} for name in (host, other_host)]
-    return not places[0].isdisjoint(places[1]) or all(_is_here(machine, place) for place in places)
+    addresses = [{*(machine.resolved.get(name) or (name,))} for name in (host, other_host)]
+    return not addresses[0].isdisjoint(addresses[1]) or all(_is_here(machine, address_set) for address_set in addresses)
 
 
 def _is_here(machine: Machine, addresses: Iterable[str]) -> bool:
@@ -223,7 +233,7 @@ def _is_here(machine: Machine, addresses: Iterable[str]) -> bool:
 
 
 def _versions(machine: Machine) -> Iterator[Finding]:
-    if machine.python < OLDEST_PYTHON:
+    if machine.python < MIN_PYTHON:
         yield Finding(
             "python",
             ERROR,
@@ -232,7 +242,7 @@ def _versions(machine: Machine) -> Iterator[Finding]:
         )
 
 
-def _given(machine: Machine) -> Iterator[Finding]:
+def _found_problems(machine: Machine) -> Iterator[Finding]:
     if machine.launch_problems:
         yield Finding(
             "launch-file",

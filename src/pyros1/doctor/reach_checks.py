@@ -8,16 +8,16 @@ from pyros1.doctor.facts import HANGS, REFUSED, TIMEOUT, UNRESOLVED, Machine, No
 from pyros1.doctor.finding import ERROR, WARNING, Finding
 from pyros1.doctor.machine_checks import address_of
 from pyros1.ground.errors import ProtocolError
+from pyros1.net.connectivity import is_loopback
 from pyros1.net.hosts import parse_uri
-from pyros1.net.reach import is_loopback
 
-MOST_SKEW_S = 1.5
+MAX_SKEW_S = 1.5
 """Allowed difference of clocks in seconds. Nodes report whole seconds."""
 
 
 def check_reach(system: System, machine: Machine) -> list[Finding]:
     """Return the problems with the nodes' addresses, services and clocks."""
-    checks = (_unresolved, _dead, _hanging, _silent, _loopback, _services, _clocks)
+    checks = (_unresolved, _refusing, _hanging, _unreachable, _loopback, _services, _clocks)
     return [finding for check in checks for finding in check(system, machine)]
 
 
@@ -36,19 +36,19 @@ def _unresolved(system: System, machine: Machine) -> Iterator[Finding]:
             "unknown-host",
             ERROR,
             f"Nodes are registered under the host name [{host}], which is unknown here",
-            f"on their machine export ROS_IP=<its address>{_who(machine, host)} and restart them, "
+            f"on their machine export ROS_IP=<its address>{_local_processes(machine, host)} and restart them, "
             f"or add a line 'ADDRESS {host}' to /etc/hosts here",
             tuple(nodes),
         )
 
 
-def _who(machine: Machine, host: str) -> str:
+def _local_processes(machine: Machine, host: str) -> str:
     """Return a text about processes on this machine that use the host as their address: the cure is needed here."""
     pids = [f"{process.name}, pid {process.pid}" for process in machine.processes if process.host == host]
     return f" (here: {address_of(machine)}; {'; '.join(pids)})" if pids else ""
 
 
-def _dead(system: System, machine: Machine) -> Iterator[Finding]:
+def _refusing(system: System, machine: Machine) -> Iterator[Finding]:
     nodes = [
         (name, node) for name, node in sorted(system.nodes.items()) if node.failure and node.failure.kind == REFUSED
     ]
@@ -74,30 +74,30 @@ def _hanging(system: System, machine: Machine) -> Iterator[Finding]:
         )
 
 
-def _silent(system: System, machine: Machine) -> Iterator[Finding]:
+def _unreachable(system: System, machine: Machine) -> Iterator[Finding]:
     for host, nodes in _failed(system, TIMEOUT).items():
-        where = ", ".join(system.nodes[nodes[0]].addresses or ())
-        local = _who(machine, host)
+        address_text = ", ".join(system.nodes[nodes[0]].addresses or ())
+        local = _local_processes(machine, host)
         yield Finding(
             "unreachable-host",
             ERROR,
-            f"Nodes at [{host}]{f' ({where})' if where not in ('', host) else ''} do not answer in time",
+            f"Nodes at [{host}]{f' ({address_text})' if address_text not in ('', host) else ''} do not answer in time",
             f"ping {host}: if it answers, a firewall blocks the connection; if not, that machine is "
             f"off or its address is wrong: export ROS_IP=<its address> there{local} and restart the nodes",
             tuple(nodes),
         )
-    others = [
+    broken = [
         f"{name} ({node.uri}): {node.failure.text}"
         for name, node in sorted(system.nodes.items())
         if node.failure and node.failure.kind not in (UNRESOLVED, REFUSED, TIMEOUT, HANGS)
     ]
-    if others:
+    if broken:
         yield Finding(
             "broken-node",
             ERROR,
             "The following nodes do not answer like ROS nodes",
             "another program may be using their port: pyros1 node cleanup, then restart them",
-            tuple(others),
+            tuple(broken),
         )
 
 
@@ -106,15 +106,15 @@ def _loopback(system: System, machine: Machine) -> Iterator[Finding]:
     local = [name for name, node in sorted(system.nodes.items()) if _is_local_only(node)]
     # A node that does not answer may have a wrong address and run on this machine.
     answering = {name: node for name, node in system.nodes.items() if node.failure is None}
-    away = [name for name, node in answering.items() if node.addresses and not _is_here(node, machine)]
-    master_away = not _master_is_here(system, machine)
-    if local and (away or master_away):
-        why = "the master is" if master_away else f"nodes are, for example {away[0]}"
+    on_other_machines = [name for name, node in answering.items() if node.addresses and not _is_here(node, machine)]
+    is_master_remote = not _master_is_here(system, machine)
+    if local and (on_other_machines or is_master_remote):
+        reason = "the master is" if is_master_remote else f"nodes are, for example {on_other_machines[0]}"
         yield Finding(
             "loopback-node",
             ERROR,
             "The following nodes have an address that means the local machine on every machine, "
-            f"but {why} on another machine",
+            f"but {reason} on another machine",
             f"where they run: unset ROS_HOSTNAME, export ROS_IP=<address of that machine, here {address_of(machine)}>, "
             "check /etc/hosts for 127.0.1.1, and restart them",
             tuple(f"{name} ({system.nodes[name].uri})" for name in local),
@@ -163,7 +163,7 @@ def _owner_is_down(system: System, service: str) -> bool:
 def _clocks(system: System, machine: Machine) -> Iterator[Finding]:
     hosts: dict[str, float] = {}
     for node in system.nodes.values():
-        if node.clock_offset is not None and abs(node.clock_offset) > MOST_SKEW_S:
+        if node.clock_offset is not None and abs(node.clock_offset) > MAX_SKEW_S:
             hosts.setdefault(node.host, node.clock_offset)
     for host, offset in sorted(hosts.items()):
         yield Finding(

@@ -12,7 +12,7 @@ from importlib import metadata
 
 from pyros1.doctor.facts import Machine, NodeFacts, System
 from pyros1.doctor.finding import Finding
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 
 ROWS = 200
 """Most rows of a table; the rest is counted."""

@@ -6,20 +6,20 @@ from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from time import sleep
 
-from pyros1.doctor.asking import NODE_TIMEOUT, ask_node, ask_publisher, failure_of
-from pyros1.doctor.facts import TIMEOUT, End, Failure, NodeFacts, Offer, System
-from pyros1.doctor.together import together
+from pyros1.doctor.concurrent import run_concurrently
+from pyros1.doctor.facts import TIMEOUT, Failure, NodeFacts, ReportedType, System, TopicEnd
+from pyros1.doctor.probe import NODE_TIMEOUT, ask_node, ask_publisher, failure_of
 from pyros1.doctor.topic_checks import missing_edges
 from pyros1.graph import Graph, NodeApi, probe_service
 from pyros1.ground.errors import Error
 from pyros1.net.hosts import parse_uri
 from pyros1.net.master_client import MasterClient
 
-ROUND = NODE_TIMEOUT + 0.5
+ROUND_TIMEOUT = NODE_TIMEOUT + 0.5
 """Timeout for one round of questions in seconds."""
-LISTEN = 0.5
+MESSAGE_TIMEOUT = 0.5
 """Seconds to wait for a message of a publisher, to see whether it ends where it should."""
-SETTLE = 1.0
+CONNECT_TIME = 1.0
 """Seconds that new nodes get to connect."""
 
 
@@ -38,9 +38,9 @@ def collect_system(master: MasterClient, only: Collection[str] | None = None) ->
     """
     state = Graph(master).state()
     simulated = _parameter(master, "/use_sim_time") is True
-    wanted = set(state.nodes()) if only is None else set(only)
-    services_of = [name for name, owners in state.services.items() if not wanted.isdisjoint(owners)]
-    uris = _uris(master, "lookupNode", sorted(wanted.intersection(state.nodes())))
+    node_names = set(state.nodes()) if only is None else set(only)
+    services_of = [name for name, owners in state.services.items() if not node_names.isdisjoint(owners)]
+    uris = _uris(master, "lookupNode", sorted(node_names.intersection(state.nodes())))
     service_uris = _uris(master, "lookupService", sorted(services_of))
     jobs: dict[tuple[str, str], Callable[[], NodeFacts | dict[str, str]]] = {
         ("node", name): partial(ask_node, master.caller_id, uri) for name, uri in uris.items()
@@ -49,15 +49,17 @@ def collect_system(master: MasterClient, only: Collection[str] | None = None) ->
         ("service", name): partial(probe_service, name, uri, master.caller_id, NODE_TIMEOUT)
         for name, uri in service_uris.items()
     }
-    answers = together(jobs, ROUND)
+    answers = run_concurrently(jobs, ROUND_TIMEOUT)
     nodes = {name: _node(uris[name], answers["node", name]) for name in uris}
     services = {name: (uri, _failure(answers["service", name])) for name, uri in service_uris.items()}
     system = System(master.uri, state, nodes, services, use_sim_time=simulated)
     if missing_edges(system):
-        sleep(SETTLE)  # new nodes may not be connected yet
-        lost = {name for edge in missing_edges(system) for name in (edge.publisher, edge.subscriber)}
-        again = together({name: partial(ask_node, master.caller_id, uris[name]) for name in lost}, ROUND)
-        system.nodes = {**nodes, **{name: _node(uris[name], answer) for name, answer in again.items()}}
+        sleep(CONNECT_TIME)  # new nodes may not be connected yet
+        unconnected = {name for edge in missing_edges(system) for name in (edge.publisher, edge.subscriber)}
+        answers_again = run_concurrently(
+            {name: partial(ask_node, master.caller_id, uris[name]) for name in unconnected}, ROUND_TIMEOUT
+        )
+        system.nodes = {**nodes, **{name: _node(uris[name], answer) for name, answer in answers_again.items()}}
     _ask_for_types(master, system)
     return system
 
@@ -97,28 +99,39 @@ def _failure(answer: object) -> Failure | None:
 def _ask_for_types(master: MasterClient, system: System) -> None:
     """Ask publishers for types where ends may differ, and subscribers that have no connection."""
     state, nodes = system.state, system.nodes
-    shared = [topic for topic, who in state.publishers.items() if len(who) + len(state.subscribers.get(topic, ())) > 1]
+    shared = [
+        topic
+        for topic, publishers in state.publishers.items()
+        if len(publishers) + len(state.subscribers.get(topic, ())) > 1
+    ]
     ends = [
-        End(topic, node)
+        TopicEnd(topic, node)
         for topic in shared
         for node in state.publishers[topic]
         if node in nodes and nodes[node].failure is None
     ]
-    offers = together(
-        {end: partial(ask_publisher, master.caller_id, nodes[end.node].uri, end.topic, LISTEN) for end in ends}, ROUND
+    answers = run_concurrently(
+        {
+            end: partial(ask_publisher, master.caller_id, nodes[end.node].uri, end.topic, MESSAGE_TIMEOUT)
+            for end in ends
+        },
+        ROUND_TIMEOUT,
     )
-    system.publications = _offers(offers)
-    lonely = dict.fromkeys(edge.subscriber for edge in missing_edges(system))
-    told = together({name: partial(_subscriptions, master.caller_id, nodes[name].uri) for name in lonely}, ROUND)
+    system.publications = _reported_types(answers)
+    unconnected_subscribers = dict.fromkeys(edge.subscriber for edge in missing_edges(system))
+    subscriptions = run_concurrently(
+        {name: partial(_subscriptions, master.caller_id, nodes[name].uri) for name in unconnected_subscribers},
+        ROUND_TIMEOUT,
+    )
     system.subscriptions = {
-        End(edge.topic, edge.subscriber): _subscription(told[edge.subscriber], edge.topic)
+        TopicEnd(edge.topic, edge.subscriber): _subscription(subscriptions[edge.subscriber], edge.topic)
         for edge in missing_edges(system)
     }
 
 
-def _offers(answers: Mapping[End, Offer | Exception]) -> dict[End, Offer]:
+def _reported_types(answers: Mapping[TopicEnd, ReportedType | Exception]) -> dict[TopicEnd, ReportedType]:
     return {
-        end: Offer(failure=failure_of(answer)) if isinstance(answer, Exception) else answer
+        end: ReportedType(failure=failure_of(answer)) if isinstance(answer, Exception) else answer
         for end, answer in answers.items()
     }
 
@@ -131,7 +144,7 @@ def _subscriptions(caller_id: str, uri: str) -> dict[str, str]:
         api.close()
 
 
-def _subscription(answer: dict[str, str] | Exception, topic: str) -> Offer:
+def _subscription(answer: dict[str, str] | Exception, topic: str) -> ReportedType:
     if isinstance(answer, Exception):
-        return Offer(failure=failure_of(answer))
-    return Offer(answer.get(topic, "*"))
+        return ReportedType(failure=failure_of(answer))
+    return ReportedType(answer.get(topic, "*"))

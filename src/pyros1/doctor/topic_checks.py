@@ -5,19 +5,19 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterator, Mapping
 
-from pyros1.doctor.edges import Edge, actual_edges, expected_edges, is_lacking
-from pyros1.doctor.facts import End, Offer, System
+from pyros1.doctor.edges import Edge, actual_edges, expected_edges, is_missing_edge
+from pyros1.doctor.facts import ReportedType, System, TopicEnd
 from pyros1.doctor.finding import ERROR, WARNING, Finding
 from pyros1.graph import Connection
 
-_NO_MATTER = frozenset({"/clock", "/rosout", "/statistics", "/tf_static"})
+_IGNORED_TOPICS = frozenset({"/clock", "/rosout", "/statistics", "/tf_static"})
 """Topics that may have one end only."""
-_NEAR = 0.75
+_MIN_SIMILARITY = 0.75
 
 
 def check_topics(system: System) -> list[Finding]:
     """Return the problems with the topics of a system."""
-    checks = (_clock, _types, _odd_ends, _unheard, _links)
+    checks = (_clock, _types, _wrong_sizes, _unpublished, _links)
     return [finding for check in checks for finding in check(system)]
 
 
@@ -54,7 +54,7 @@ def _types(system: System) -> Iterator[Finding]:
                 ERROR,
                 f"the nodes of topic {topic} do not agree on its type: {', '.join(map(str, sorted(types)))}",
                 "correct the type in one of them, or remap one to another topic: they cannot connect",
-                tuple(f"{who}: {offer.type}" for who, offer in offers.items()),
+                tuple(f"{end_name}: {offer.type}" for end_name, offer in offers.items()),
             )
         elif len(md5sums) > 1:
             name = next(iter(types), "*")
@@ -63,89 +63,89 @@ def _types(system: System) -> Iterator[Finding]:
                 ERROR,
                 f"the nodes of topic {topic} have different definitions of {name}",
                 f"compare `pyros1 msg md5 {name}` on their machines, rebuild the older package, and restart its nodes",
-                tuple(f"{who}: {offer.md5sum}" for who, offer in offers.items()),
+                tuple(f"{end_name}: {offer.md5sum}" for end_name, offer in offers.items()),
             )
 
 
-def _odd_ends(system: System) -> Iterator[Finding]:
+def _wrong_sizes(system: System) -> Iterator[Finding]:
     """Check for publishers whose messages do not end where they should."""
-    odd = [(end, offer) for end, offer in sorted(system.publications.items()) if offer.surplus]
-    if odd:
+    wrong = [(end, offer) for end, offer in sorted(system.publications.items()) if offer.extra_bytes]
+    if wrong:
         yield Finding(
             "odd-ends",
             WARNING,
             "The messages of the following publishers are longer or shorter than their type; subscribers accept them:",
             "compare the definition of the type there with `pyros1 msg show` here; boards with an old library of "
             "rosserial send a checksum byte: update it",
-            tuple(f"{end.node}: {end.topic} ({offer.type}): {_end_text(offer.surplus)}" for end, offer in odd),
+            tuple(f"{end.node}: {end.topic} ({offer.type}): {_end_text(offer.extra_bytes)}" for end, offer in wrong),
         )
 
 
-def _end_text(surplus: int) -> str:
-    many = f"{abs(surplus)} byte{'s' * (abs(surplus) != 1)}"
-    return f"{many} too many" if surplus > 0 else f"{many} missing"
+def _end_text(extra_bytes: int) -> str:
+    count_text = f"{abs(extra_bytes)} byte{'s' * (abs(extra_bytes) != 1)}"
+    return f"{count_text} too many" if extra_bytes > 0 else f"{count_text} missing"
 
 
-def _known(offers: Mapping[End, Offer], topic: str) -> list[tuple[End, Offer]]:
+def _known(offers: Mapping[TopicEnd, ReportedType], topic: str) -> list[tuple[TopicEnd, ReportedType]]:
     return [(end, offer) for end, offer in sorted(offers.items()) if end.topic == topic and offer.failure is None]
 
 
-def _unheard(system: System) -> Iterator[Finding]:
+def _unpublished(system: System) -> Iterator[Finding]:
     """Check for topics that are subscribed but not published, and for similar names."""
     state = system.state
-    near: list[str] = []
-    plain: list[str] = []
+    similar: list[str] = []
+    unpublished: list[str] = []
     for topic, nodes in sorted(state.subscribers.items()):
-        if state.publishers.get(topic) or topic in _NO_MATTER:
+        if state.publishers.get(topic) or topic in _IGNORED_TOPICS:
             continue
-        other = near_miss(topic, [name for name in state.publishers if name not in _NO_MATTER])
+        match = similar_topic_name(topic, [name for name in state.publishers if name not in _IGNORED_TOPICS])
         for node in nodes:
-            if other is None:
-                plain.append(f"{node}: {topic}")
+            if match is None:
+                unpublished.append(f"{node}: {topic}")
             else:
-                near.append(
-                    f"{node} subscribes to {topic}; {', '.join(map(str, state.publishers[other]))} publishes {other}"
+                similar.append(
+                    f"{node} subscribes to {topic}; {', '.join(map(str, state.publishers[match]))} publishes {match}"
                 )
-    if near:
+    if similar:
         yield Finding(
             "near-miss",
             WARNING,
             "The following topics have no publisher, but a topic of a similar name has:",
             "correct the name, or remap: FROM:=TO on the command line, <remap from= to=> in the launch file",
-            tuple(near),
+            tuple(similar),
         )
-    if plain:
+    if unpublished:
         yield Finding(
             "no-publisher",
             WARNING,
             "The following node subscriptions are unconnected: no node publishes their topics",
             "start the nodes that publish them; if they are running, compare the names: pyros1 topic list -v",
-            tuple(plain),
+            tuple(unpublished),
         )
 
 
-def near_miss(topic: str, others: list[str]) -> str | None:
+def similar_topic_name(topic: str, others: list[str]) -> str | None:
     """Return a topic with a similar name, or the same name in another namespace, None if there is none."""
     last = topic.rpartition("/")[2]
-    elsewhere = [other for other in others if other.rpartition("/")[2] == last and other != topic]
-    if len(elsewhere) == 1:
-        return elsewhere[0]
-    close = difflib.get_close_matches(topic, [other for other in others if other != topic], 1, _NEAR)
-    return close[0] if close else None
+    same_name = [match for match in others if match.rpartition("/")[2] == last and match != topic]
+    if len(same_name) == 1:
+        return same_name[0]
+    matches = difflib.get_close_matches(topic, [match for match in others if match != topic], 1, _MIN_SIMILARITY)
+    return matches[0] if matches else None
 
 
 def _links(system: System) -> Iterator[Finding]:
     missing = missing_edges(system)
     explained = _mismatched(system)
-    left = [edge for edge in missing if edge.topic not in explained]
-    if left:
+    unexplained = [edge for edge in missing if edge.topic not in explained]
+    if unexplained:
         yield Finding(
             "missing-link",
             ERROR,
             "The following nodes should be connected but aren't:",
             "restart the subscriber; if that does not help, look for a firewall, an address that only one side knows "
             "(see above), or different definitions of the type: compare its `pyros1 msg md5`",
-            tuple(_link_text(system, edge) for edge in left),
+            tuple(_link_text(system, edge) for edge in unexplained),
         )
     unexpected = _unexpected(system)
     if unexpected:
@@ -169,9 +169,9 @@ def _mismatched(system: System) -> set[str]:
 
 
 def _link_text(system: System, edge: Edge) -> str:
-    failure = system.publications.get(End(edge.topic, edge.publisher), Offer()).failure
-    why = f": {failure.text}" if failure is not None else ""
-    return f"{edge.publisher}->{edge.subscriber} ({edge.topic}){why}"
+    failure = system.publications.get(TopicEnd(edge.topic, edge.publisher), ReportedType()).failure
+    reason = f": {failure.text}" if failure is not None else ""
+    return f"{edge.publisher}->{edge.subscriber} ({edge.topic}){reason}"
 
 
 def _alive(system: System) -> dict[str, list[Connection]]:
@@ -180,11 +180,11 @@ def _alive(system: System) -> dict[str, list[Connection]]:
 
 def missing_edges(system: System) -> list[Edge]:
     """Return expected connections between nodes that answer, unless both ends report them."""
-    told = _told(system)
-    return [edge for edge in expected_edges(system.state) if is_lacking(edge, told)]
+    reported = _reported_edges(system)
+    return [edge for edge in expected_edges(system.state) if is_missing_edge(edge, reported)]
 
 
-def _told(system: System) -> dict[str, set[Edge]]:
+def _reported_edges(system: System) -> dict[str, set[Edge]]:
     uris = {name: node.uri for name, node in system.nodes.items()}
     return actual_edges(_alive(system), uris)
 
@@ -194,6 +194,6 @@ def _unexpected(system: System) -> list[Edge]:
     nodes = system.nodes
     return sorted(
         edge
-        for edge in set().union(*_told(system).values()) - set(expected_edges(system.state))
+        for edge in set().union(*_reported_edges(system).values()) - set(expected_edges(system.state))
         if edge.topic in known and edge.publisher in nodes and edge.subscriber in nodes
     )

@@ -17,8 +17,8 @@ from types import ModuleType
 from typing import Any
 
 _SUFFIX = "Config"
-_MOST_READ = 1 << 20
-_OURS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules", "dynamic_reconfigure")
+_MAX_READ_BYTES = 1 << 20
+_OUR_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules", "dynamic_reconfigure")
 _GENERATORS = ("parameter_generator_catkin", "parameter_generator")
 
 
@@ -32,13 +32,13 @@ def find(folder: str, rest: list[str], name: str) -> ModuleSpec | None:
     """
     match rest:
         case []:
-            own = os.path.join(folder, "cfg") + os.sep
-            if any(path.startswith(own) or _describes_parameters(path) for path in _files(folder)):
+            cfg_folder = os.path.join(folder, "cfg") + os.sep
+            if any(path.startswith(cfg_folder) or _describes_parameters(path) for path in _files(folder)):
                 return ModuleSpec(name, _Package(folder), is_package=True)  # type: ignore[arg-type]
         case [module] if module.endswith(_SUFFIX):
-            wanted = f"{module.removesuffix(_SUFFIX)}.cfg"
+            file_name = f"{module.removesuffix(_SUFFIX)}.cfg"
             for path in _files(folder):
-                if os.path.basename(path) == wanted and os.path.isfile(path):
+                if os.path.basename(path) == file_name and os.path.isfile(path):
                     return ModuleSpec(name, _Config(path), origin=path)  # type: ignore[arg-type]
     return None
 
@@ -48,10 +48,10 @@ def _files(folder: str) -> Iterator[str]:
     for root, _, files in os.walk(os.path.join(folder, "cfg")):
         yield from (os.path.join(root, file) for file in sorted(files) if file.endswith(".cfg"))
     try:
-        others = sorted(entry.path for entry in os.scandir(folder) if entry.is_dir() and entry.name != "cfg")
+        other_folders = sorted(entry.path for entry in os.scandir(folder) if entry.is_dir() and entry.name != "cfg")
     except OSError:
         return
-    for other in others:
+    for other in other_folders:
         try:
             yield from (os.path.join(other, file) for file in sorted(os.listdir(other)) if file.endswith(".cfg"))
         except OSError:
@@ -64,7 +64,7 @@ def _describes_parameters(path: str) -> bool:
         return False
     try:
         with open(path, "rb") as file:
-            return b"ParameterGenerator" in file.read(_MOST_READ)
+            return b"ParameterGenerator" in file.read(_MAX_READ_BYTES)
     except OSError:
         return False
 
@@ -118,13 +118,13 @@ def run(path: str) -> dict[str, Any]:
     found: list[dict[str, Any]] = []
     _RUNNING.results.append(found)
     try:
-        with _own_generators():
+        with _our_generators():
             exec(_compiled(path), {"__name__": "__main__", "__file__": path})
     except SystemExit:  # the usual end: exit(gen.generate(...))
         pass
     except SyntaxError as error:
-        place = f"{path}, line {error.lineno}" if error.lineno else path
-        raise ImportError(f"{place}: {error.msg}. Is it in Python 2?", path=path) from error
+        location = f"{path}, line {error.lineno}" if error.lineno else path
+        raise ImportError(f"{location}: {error.msg}. Is it in Python 2?", path=path) from error
     except Exception as error:
         raise ImportError(f"{path}: {type(error).__name__}: {error}", path=path) from error
     finally:
@@ -135,20 +135,20 @@ def run(path: str) -> dict[str, Any]:
 
 
 @contextmanager
-def _own_generators() -> Iterator[None]:
+def _our_generators() -> Iterator[None]:
     """Let a .cfg file have our ParameterGenerator, whichever dynamic_reconfigure the program imports.
 
     Stock's, whose sources may be on PYTHONPATH, writes files for a build.
     """
     names = [f"dynamic_reconfigure.{short}" for short in _GENERATORS]
     specs = [find_spec(name) for name in names]
-    if all(spec is not None and os.path.dirname(spec.origin or "") == _OURS for spec in specs):
+    if all(spec is not None and os.path.dirname(spec.origin or "") == _OUR_FOLDER for spec in specs):
         yield
         return
-    others = {name: sys.modules.pop(name) for name in names if name in sys.modules}
+    other_folders = {name: sys.modules.pop(name) for name in names if name in sys.modules}
     try:
         for name, short in zip(names, _GENERATORS, strict=True):
-            spec = spec_from_file_location(name, os.path.join(_OURS, f"{short}.py"))
+            spec = spec_from_file_location(name, os.path.join(_OUR_FOLDER, f"{short}.py"))
             assert spec is not None and spec.loader is not None
             sys.modules[name] = module = module_from_spec(spec)
             spec.loader.exec_module(module)
@@ -156,7 +156,7 @@ def _own_generators() -> Iterator[None]:
     finally:
         for name in names:
             sys.modules.pop(name, None)
-        sys.modules.update(others)
+        sys.modules.update(other_folders)
 
 
 def _compiled(path: str) -> Any:

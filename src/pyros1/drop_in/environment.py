@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pyros1.finding.library import Library
-from pyros1.finding.python_modules import START
+from pyros1.finding.python_modules import DROP_IN_START
 from pyros1.ground.errors import Error
 
 NAME = "pyros1-rospy.pth"
@@ -109,4 +109,5 @@ def installed_rospy() -> str | None:
 
 def _text() -> str:
     call = "sys.path.append(p), __import__('pyros1_modules').install(), sys.path.remove(p)"
-    return f"{STUBS}\nimport os, sys; p = {START!a}; os.path.isdir(p) and ({call})\n"  # Python wants one line, in ASCII
+    # Python wants one line, in ASCII.
+    return f"{STUBS}\nimport os, sys; p = {DROP_IN_START!a}; os.path.isdir(p) and ({call})\n"

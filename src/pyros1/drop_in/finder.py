@@ -18,7 +18,7 @@ from typing import Any
 
 from pyros1.drop_in import configs
 from pyros1.drop_in.generated import Messages
-from pyros1.drop_in.left_out import word_on
+from pyros1.drop_in.left_out import reason_for
 from pyros1.drop_in.sources import folder_of
 from pyros1.drop_in.unicode_errors import register
 from pyros1.finding.importing import installed
@@ -35,8 +35,8 @@ MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
 def _only_asked() -> bool:
     """Return whether a program only asks if there is a module: `importlib.util.find_spec` is to answer None then."""
     frame: FrameType | None = sys._getframe(1)
-    ours = (__name__, "pyros1_modules", "importlib._bootstrap")
-    while frame is not None and frame.f_globals.get("__name__") in ours:
+    our_modules = (__name__, "pyros1_modules", "importlib._bootstrap")
+    while frame is not None and frame.f_globals.get("__name__") in our_modules:
         frame = frame.f_back
     return frame is not None and frame.f_globals.get("__name__") == "importlib.util"
 
@@ -62,8 +62,8 @@ class Finder:
     def stock(self) -> bool:
         """Whether a real rospy is installed, which wins."""
         if self._stock is None:
-            wanted = self._environ.get(VARIABLE, "")
-            self._stock = wanted == "stock" or (wanted != "pyros1" and self._real_rospy())
+            modules_wanted = self._environ.get(VARIABLE, "")
+            self._stock = modules_wanted == "stock" or (modules_wanted != "pyros1" and self._real_rospy())
         return self._stock
 
     def _real_rospy(self) -> bool:
@@ -90,9 +90,9 @@ class Finder:
         spec = self._of_package(top, rest, name)
         if spec is None and below and not rest[-1].startswith("__"):
             # Another name than that of the module, else Python would forget this text in "from rospy import x".
-            raise ModuleNotFoundError(f"pyros1 has no {name}{word_on(name)}", name=top)
-        if spec is None and not rest and word_on(name) and not _only_asked():
-            raise ModuleNotFoundError(f"No module named {name!r}: pyros1 has none{word_on(name)}", name=name)
+            raise ModuleNotFoundError(f"pyros1 has no {name}{reason_for(name)}", name=top)
+        if spec is None and not rest and reason_for(name) and not _only_asked():
+            raise ModuleNotFoundError(f"No module named {name!r}: pyros1 has none{reason_for(name)}", name=name)
         return spec
 
     def _of_package(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:  # noqa: PLR0911

@@ -44,7 +44,7 @@ REASONS = {
 }
 
 
-def word_on(module: str) -> str:
+def reason_for(module: str) -> str:
     """Return why there is no such module, with a colon before it; an empty text for unknown ones."""
     reason = REASONS.get(module)
     return f": {reason}" if reason else ""

@@ -63,17 +63,17 @@ def _is_module(name: str) -> bool:
         return False
 
 
-def members(owner: str, reason: str, lacking: frozenset[str]) -> Callable[[Any, str], Any]:
+def members(owner: str, reason: str, missing_names: frozenset[str]) -> Callable[[Any, str], Any]:
     """Return the ``__getattr__`` of a class.
 
     Args:
         owner: what programs call its objects, for example ``Publisher.impl``.
         reason: why it does not have some members.
-        lacking: their names.
+        missing_names: their names.
     """
 
     def __getattr__(self: Any, name: str) -> Any:
-        if name in lacking:
+        if name in missing_names:
             raise AttributeError(f"pyros1 has no {owner}.{name}: {reason}")
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 

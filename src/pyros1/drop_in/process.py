@@ -40,31 +40,31 @@ class Process:
         self.is_shutdown = False
         self._reason = ""
         self._pid = 0
-        self._waiting: list[Callable[[Node], object]] = []
+        self._start_callbacks: list[Callable[[Node], object]] = []
         self._hooks: dict[str, list[Hook]] = {"client": [], "before": [], "after": []}
-        self._over: set[str] = set()
+        self._finished_phases: set[str] = set()
         self._lock = threading.RLock()
-        self._asked = [True]  # until somebody ends the node
+        self._end_permit = [True]  # until somebody ends the node
         self.start_lock = threading.RLock()
 
     # Start ------------------------------------------------------------------------------------------------------------
 
-    def start(self, make: Callable[[], Node], arguments: tuple[Any, ...]) -> Node:
+    def start(self, make_node: Callable[[], Node], arguments: tuple[Any, ...]) -> Node:
         """Start the node, and all that waits for it, in the order of its coming."""
         self.starting = True
         try:
-            node = make()
+            node = make_node()
         finally:
             self.starting = False
         with self._lock:
             self.node = node
             self._pid = os.getpid()
             self.arguments = arguments
-            waiting, self._waiting = self._waiting, []
-        node.on_shutdown(self._node_ends, early=True)
-        node.on_shutdown(self._after)
-        for begin in waiting:
-            begin(node)
+            callbacks, self._start_callbacks = self._start_callbacks, []
+        node.on_shutdown(self._node_is_ending, early=True)
+        node.on_shutdown(self._run_last_hooks)
+        for callback in callbacks:
+            callback(node)
         return node
 
     @property
@@ -72,20 +72,20 @@ class Process:
         """Whether this process was forked from that of the node, whose threads it does not have."""
         return self.node is not None and os.getpid() != self._pid
 
-    def when_started(self, begin: Callable[[Node], object]) -> None:
+    def when_started(self, callback: Callable[[Node], object]) -> None:
         """Call a function with the node: now, or when it starts."""
         with self._lock:
             node = self.node
             if node is None:
-                self._waiting.append(begin)
+                self._start_callbacks.append(callback)
                 return
-        begin(node)
+        callback(node)
 
-    def forget(self, begin: Callable[[Node], object]) -> None:
+    def forget(self, callback: Callable[[Node], object]) -> None:
         """Do not call a function that waits for the node."""
         with self._lock:
-            if begin in self._waiting:
-                self._waiting.remove(begin)
+            if callback in self._start_callbacks:
+                self._start_callbacks.remove(callback)
 
     # End --------------------------------------------------------------------------------------------------------------
 
@@ -99,7 +99,7 @@ class Process:
                 `is_shutdown` is true.
         """
         with self._lock:
-            if when not in self._over:
+            if when not in self._finished_phases:
                 self._hooks[when].append(hook)
                 return
         hook("already shutdown")
@@ -113,29 +113,29 @@ class Process:
             self._reason = reason
         if self.node is None:
             if not self.ending:
-                self._before()
-                self._after()
+                self._run_first_hooks()
+                self._run_last_hooks()
             return
         try:
-            del self._asked[0]
+            del self._end_permit[0]
         except IndexError:
             return
         self.node.shutdown(reason)
 
-    def _node_ends(self) -> None:
-        self._asked.clear()
-        self._before()
+    def _node_is_ending(self) -> None:
+        self._end_permit.clear()
+        self._run_first_hooks()
 
-    def _before(self) -> None:
+    def _run_first_hooks(self) -> None:
         with self._lock:
             self.ending = True
         self._run("client")
         self._run("before")
 
-    def _after(self) -> None:
+    def _run_last_hooks(self) -> None:
         with self._lock:
             self.is_shutdown = True
-            self._over.add("after")
+            self._finished_phases.add("after")
         self._run("after")
 
     def _run(self, when: str) -> None:
@@ -143,7 +143,7 @@ class Process:
         while True:
             with self._lock:
                 if not hooks:
-                    self._over.add(when)
+                    self._finished_phases.add(when)
                     return
                 hook = hooks.pop(0)
             try:

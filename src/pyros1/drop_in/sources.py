@@ -15,7 +15,7 @@ from pyros1.finding.packages import manifest_text
 # Compiled when needed: few programs have such a package.
 _PACKAGE_DIR = r"""package_dir\W{1,20}\{([^{}]*)\}"""
 _PAIR = r"""["']([\w.]*)["']\s*:\s*["']([^"'\n]*)["']"""
-_USUAL = ("src", "python")
+_DEFAULT_FOLDERS = ("src", "python")
 
 
 def folder_of(package: str, module: str) -> str | None:
@@ -28,7 +28,10 @@ def folder_of(package: str, module: str) -> str | None:
     Returns:
         The folder that holds the module, or None if the package has no such module.
     """
-    for folder in (*_named(package, module), *(os.path.join(package, usual) for usual in _USUAL)):
+    for folder in (
+        *_named(package, module),
+        *(os.path.join(package, default_folder) for default_folder in _DEFAULT_FOLDERS),
+    ):
         path = os.path.join(folder, module)
         if os.path.isfile(os.path.join(path, "__init__.py")) or os.path.isfile(path + ".py"):
             return folder

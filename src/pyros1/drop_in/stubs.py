@@ -32,10 +32,10 @@ def write_stubs(folder: Path, library: Library) -> list[str]:
     if folder.is_dir():
         shutil.rmtree(folder)
     errors = []
-    own = shipped()
+    our_stubs = shipped()
     for package in library.packages():
         try:
-            _write(folder / f"{package}-stubs", _shipped(own, package) or _messages(library, package))
+            _write(folder / f"{package}-stubs", _shipped(our_stubs, package) or _messages(library, package))
         except MessageError as error:
             errors.append(str(error))
     _write(folder, dict(_modules()))
@@ -57,11 +57,11 @@ def _modules() -> Iterator[tuple[str, str]]:
         yield "/".join([f"{top}-stubs", *rest]) + ".pyi", f"from {_HERE}.{name} import *\n"
 
 
-def _shipped(own: Library, package: str) -> dict[str, str]:
+def _shipped(our_stubs: Library, package: str) -> dict[str, str]:
     """Return stubs that name those of ``pyros1.msgs``; none for a package that does not come with pyros1."""
-    if not own.has_package(package):
+    if not our_stubs.has_package(package):
         return {}
-    kinds = [("msg", own.messages(package)), ("srv", own.services(package))]
+    kinds = [("msg", our_stubs.messages(package)), ("srv", our_stubs.services(package))]
     texts = {kind: f"from {PREFIX}.{module_name(package)}.{kind} import *\n" for kind, names in kinds if names}
     return _package(texts)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import codecs
 
-_TOLD: set[str | None] = set()
-_MOST = 1000
+_REPORTED_TYPES: set[str | None] = set()
+_MAX_REPORTED = 1000
 """Most types that are remembered: a program that echoes any topic can be sent any number of them."""
 
 
@@ -20,13 +20,13 @@ class RosMsgUnicodeErrors:
         self.msg_type: str | None = None
 
     def __call__(self, err: UnicodeError) -> tuple[str | bytes, int]:
-        if self.msg_type not in _TOLD and len(_TOLD) < _MOST:
-            _TOLD.add(self.msg_type)
-            what = "unknown message" if self.msg_type is None else f"message {self.msg_type}"
+        if self.msg_type not in _REPORTED_TYPES and len(_REPORTED_TYPES) < _MAX_REPORTED:
+            _REPORTED_TYPES.add(self.msg_type)
+            type_text = "unknown message" if self.msg_type is None else f"message {self.msg_type}"
             import logging  # noqa: PLC0415  few programs come here, and some import no logging
 
             log = logging.getLogger("rosout")
-            log.error("Characters replaced when decoding %s (will print only once): %s", what, err)
+            log.error("Characters replaced when decoding %s (will print only once): %s", type_text, err)
         return codecs.replace_errors(err)
 
 

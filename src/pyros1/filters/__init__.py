@@ -33,7 +33,7 @@ __all__ = [
     "synchronized",
 ]
 
-_HOMES = {
+_EXPORTS = {
     "ApproximateTime": "pyros1.filters.synchronizers",
     "Cache": "pyros1.filters.chain",
     "ExactTime": "pyros1.filters.synchronizers",
@@ -49,7 +49,7 @@ def __getattr__(name: str) -> Any:
     """Load and return a public name when it is first used."""
     from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
 
-    return load(__name__, _HOMES, name)
+    return load(__name__, _EXPORTS, name)
 
 
 def __dir__() -> list[str]:

@@ -79,34 +79,34 @@ class ApproximateTime(ExactTime):
         """Return the set that the newest message of topic ``index`` completes, if it does."""
         if stamp not in self.queues[index] or not self.slop > Duration():  # too old; or nothing is near enough
             return []
-        near: list[list[Time]] = []
+        candidates: list[list[Time]] = []
         for position in range(len(self.queues)):
-            stamps = [stamp] if position == index else self._near(position, stamp)
+            stamps = [stamp] if position == index else self._nearby_stamps(position, stamp)
             if not stamps:
                 return []
-            near.append(stamps)
-        found = self._choose(near, stamp, stamp)
+            candidates.append(stamps)
+        found = self._choose(candidates, stamp, stamp)
         return [self._take(found)] if found is not None else []
 
-    def _near(self, index: int, stamp: Time) -> list[Time]:
+    def _nearby_stamps(self, index: int, stamp: Time) -> list[Time]:
         """Return the stamps of a topic that may match, the nearest first; of two, that which came first."""
-        middle, most = stamp.to_nsec(), self.slop.to_nsec()
+        middle, maximum = stamp.to_nsec(), self.slop.to_nsec()
         found: list[tuple[int, int, Time]] = []
         for order, each in enumerate(self.queues[index]):
             distance = abs(each.to_nsec() - middle)
-            if distance <= most:
+            if distance <= maximum:
                 found.append((distance, order, each))
         found.sort()
         return [each for _, _, each in found]
 
-    def _choose(self, near: list[list[Time]], low: Time, high: Time) -> list[Time] | None:
+    def _choose(self, candidates: list[list[Time]], low: Time, high: Time) -> list[Time] | None:
         """Return the first stamp of each topic that fits those before it, which lie from ``low`` to ``high``."""
-        if not near:
+        if not candidates:
             return []
-        for each in near[0]:
-            least, most = min(low, each), max(high, each)
-            if most - least < self.slop:
-                rest = self._choose(near[1:], least, most)
+        for each in candidates[0]:
+            minimum, maximum = min(low, each), max(high, each)
+            if maximum - minimum < self.slop:
+                rest = self._choose(candidates[1:], minimum, maximum)
                 if rest is not None:
                     return [each, *rest]
         return None
@@ -168,16 +168,16 @@ def matcher(count: int, queue_size: int, slop: float | None) -> ExactTime:
     return ExactTime(count, queue_size) if slop is None else ApproximateTime(count, queue_size, slop)
 
 
-def stamp_of(message: Any, otherwise: Time | None = None) -> Time:
+def stamp_of(message: Any, default: Time | None = None) -> Time:
     """Return the time stamp in a message's header.
 
     Args:
-        otherwise: returned if there is no header.
+        default: returned if there is no header.
 
     Raises:
         TypeError: there is no header, and nothing else to return.
     """
-    stamp = getattr(getattr(message, "header", None), "stamp", otherwise)
+    stamp = getattr(getattr(message, "header", None), "stamp", default)
     if stamp is None:
         raise TypeError(f"{getattr(message, '_type', type(message).__name__)} has no header with a time stamp")
     return stamp

@@ -94,10 +94,10 @@ def _found(package: NewPackage, components: Sequence[str]) -> str:
 
 def _definitions(depends: Sequence[str], files: Collection[str]) -> str:
     text = _DEFINITIONS
-    for folder, (function, usual) in _DEFINED.items():
-        there = _within(folder, files)
-        call = _call(function, "FILES", *(there or [usual]))
-        text += call if there else _commented(call)
+    for folder, (function, default_file) in _DEFINED.items():
+        existing_files = _within(folder, files)
+        call = _call(function, "FILES", *(existing_files or [default_file]))
+        text += call if existing_files else _commented(call)
     text += "# After DEPENDENCIES: the packages whose messages are fields of yours\n"
     fields = [each for each in depends if each.endswith("_msgs")] or ["std_msgs"]
     if _within("action", files):

@@ -15,18 +15,18 @@ from binascii import crc32
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from pyros1.finding.packages import PackageIndex, manifest_text, name_in, without_comments
+from pyros1.finding.packages import PackageIndex, manifest_text, package_name_in, strip_comments
 
 MANIFESTS = ("package.xml", "manifest.xml", "stack.xml")
 _IGNORED = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
 _VERSION = 1
-_TRUSTED_AGE = 2_000_000_000  # ns; file systems with the coarsest clocks count in steps of two seconds
+_MIN_TRUSTED_AGE = 2_000_000_000  # ns; file systems with the coarsest clocks count in steps of two seconds
 
 # One folder's record: [time of change, names of folders in it, manifest's file name, its time, package name, meta?]
 Record = list[Any]
 
 
-class Found(NamedTuple):
+class FoundPackage(NamedTuple):
     """A package on this machine.
 
     Attributes:
@@ -47,12 +47,12 @@ class Found(NamedTuple):
         return self.manifest == "package.xml"
 
 
-def places(environ: Mapping[str, str]) -> list[tuple[str, int]]:
+def search_folders(environ: Mapping[str, str]) -> list[tuple[str, int]]:
     """Return the folders in which packages are searched, in order, each with the number of levels to search."""
-    return [(_plain(folder), depth) for folder, depth in PackageIndex(environ).places()]
+    return [(_normalized(folder), depth) for folder, depth in PackageIndex(environ).search_folders()]
 
 
-def _plain(folder: str) -> str:
+def _normalized(folder: str) -> str:
     """Return a path as ``pathlib`` writes it: to load that module takes a good part of a short command's time."""
     steps = "/".join(step for step in folder.split("/") if step not in ("", "."))
     return f"/{steps}" if folder.startswith("/") else steps or "."
@@ -64,7 +64,7 @@ def cache_folder(environ: Mapping[str, str]) -> str:
     return os.path.join(base, "pyros1")
 
 
-def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | None = None) -> list[Found]:
+def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | None = None) -> list[FoundPackage]:
     """Return all packages in the order in which they are found; of several with one name the first counts.
 
     Below one root, a package in a folder of its name directly in the root comes first, as for `PackageIndex`.
@@ -73,21 +73,21 @@ def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | N
         environ: environment variables: they say where to search and where the cache is.
         roots: the folders to search, each with the number of levels; None means those of this machine.
     """
-    roots = places(environ) if roots is None else roots
+    roots = search_folders(environ) if roots is None else roots
     file = _record_file(environ, roots)
     crawl = Crawl(_load(file))
-    found: dict[str, Found] = {}
+    found: dict[str, FoundPackage] = {}
     for root, depth in roots:
         below = list(crawl.packages(root, depth))
         direct = {package.name for package in below if _is_direct(package, root)}
         for package in sorted(below, key=lambda package: package.name in direct and not _is_direct(package, root)):
             found.setdefault(package.folder, package)
     if crawl.changed:
-        _save(file, crawl.trusted())
+        _save(file, crawl.trusted_records())
     return list(found.values())
 
 
-def find_quickly(environ: Mapping[str, str], name: str) -> Found | None:
+def find_cached(environ: Mapping[str, str], name: str) -> FoundPackage | None:
     """Return a package from the record of an earlier crawl, without a check of all other packages.
 
     Folders that hold packages are checked, and so is the package itself.
@@ -100,11 +100,11 @@ def find_quickly(environ: Mapping[str, str], name: str) -> Found | None:
         The package; None if a full crawl (:func:`all_packages`) must answer: something has changed, or there is no such
         package.
     """
-    roots = places(environ)
+    roots = search_folders(environ)
     records = _load(_record_file(environ, roots))
     try:
         for root, depth in roots:
-            found = list(_recorded(records, root, depth, name))
+            found = list(_cached_packages(records, root, depth, name))
             if found:
                 return next((package for package in found if _is_direct(package, root)), found[0])
     except (LookupError, OSError):
@@ -112,11 +112,11 @@ def find_quickly(environ: Mapping[str, str], name: str) -> Found | None:
     return None
 
 
-def _is_direct(package: Found, root: str) -> bool:
+def _is_direct(package: FoundPackage, root: str) -> bool:
     return package.folder == f"{root.rstrip('/')}/{package.name}"
 
 
-def _recorded(records: Mapping[str, Record], folder: str, depth: int, name: str) -> Iterator[Found]:
+def _cached_packages(records: Mapping[str, Record], folder: str, depth: int, name: str) -> Iterator[FoundPackage]:
     """Yield the packages of that name; raise LookupError if a record is missing or too old."""
     record = records.get(folder)
     if record is None:
@@ -128,13 +128,13 @@ def _recorded(records: Mapping[str, Record], folder: str, depth: int, name: str)
         if os.stat(folder).st_mtime_ns != changed or (manifest and _changed(folder, manifest) != written):
             raise LookupError
         if manifest:
-            yield Found(package, folder, manifest, meta)
+            yield FoundPackage(package, folder, manifest, meta)
     if depth > 0:
         for each in folders:
             path = f"{folder.rstrip('/')}/{each}"
             known = records.get(path)
             if known is None or not known[2] or known[4] == name or known[1]:  # else: another package
-                yield from _recorded(records, path, depth - 1, name)
+                yield from _cached_packages(records, path, depth - 1, name)
 
 
 def _record_file(environ: Mapping[str, str], roots: list[tuple[str, int]]) -> str:
@@ -160,22 +160,22 @@ class Crawl:
         self._now = time.time_ns() if now is None else now
         self.changed = False
 
-    def packages(self, folder: str, depth: int, above: tuple[tuple[int, int], ...] = ()) -> Iterator[Found]:
+    def packages(self, folder: str, depth: int, ancestors: tuple[tuple[int, int], ...] = ()) -> Iterator[FoundPackage]:
         """Yield the packages in a folder and below, in the order of their names.
 
         Args:
             folder: the folder to search.
             depth: number of levels to search.
-            above: device and inode of the folders on the way, so that links that lead back are not followed.
+            ancestors: device and inode of the folders on the way, so that links that lead back are not followed.
         """
         try:
             status = os.stat(folder)
         except OSError:
             return
-        if not above:
+        if not ancestors:
             self._seen.clear()
         here = (status.st_dev, status.st_ino)
-        if here in above or (here in self._seen and os.path.islink(folder)):
+        if here in ancestors or (here in self._seen and os.path.islink(folder)):
             return
         self._seen.add(here)
         record = self._record(folder, status.st_mtime_ns)
@@ -183,14 +183,14 @@ class Crawl:
             return
         _, folders, manifest, _, name, meta = record
         if manifest:
-            yield Found(name, folder, manifest, meta)
+            yield FoundPackage(name, folder, manifest, meta)
         if depth > 0:
             for each in folders:
-                yield from self.packages(f"{folder.rstrip('/')}/{each}", depth - 1, (*above, here))
+                yield from self.packages(f"{folder.rstrip('/')}/{each}", depth - 1, (*ancestors, here))
 
-    def trusted(self) -> dict[str, Record]:
+    def trusted_records(self) -> dict[str, Record]:
         """Return the records that a later walk may rely on."""
-        limit = self._now - _TRUSTED_AGE
+        limit = self._now - _MIN_TRUSTED_AGE
         return {folder: record for folder, record in self._new.items() if max(record[0], record[3]) < limit}
 
     def _record(self, folder: str, changed: int) -> Record | None:
@@ -274,8 +274,8 @@ def identity(folder: str, manifest: str) -> tuple[str, bool]:
         text = manifest_text(os.path.join(folder, manifest))
     except OSError:
         return base, False
-    text = without_comments(text)
-    return name_in(text) or base, "<metapackage" in text
+    text = strip_comments(text)
+    return package_name_in(text) or base, "<metapackage" in text
 
 
 def _load(file: str) -> dict[str, Record]:

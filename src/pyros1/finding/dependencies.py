@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from pyros1.finding.crawl import Found
+from pyros1.finding.crawl import FoundPackage
 from pyros1.finding.manifest import Manifest, ManifestError, read_manifest
 from pyros1.ground.errors import PackageNotFoundError
 
@@ -17,14 +17,14 @@ class Packages:
         found: the packages, in the order of preference; of several with one name the first counts.
     """
 
-    def __init__(self, found: Sequence[Found]) -> None:
+    def __init__(self, found: Sequence[FoundPackage]) -> None:
         self.all = found
-        self.by_name: dict[str, Found] = {}
+        self.by_name: dict[str, FoundPackage] = {}
         for package in found:
             self.by_name.setdefault(package.name, package)
         self._manifests: dict[str, Manifest] = {}
 
-    def find(self, name: str) -> Found:
+    def find(self, name: str) -> FoundPackage:
         """Return a package.
 
         Raises:

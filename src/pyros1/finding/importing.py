@@ -130,7 +130,7 @@ class MessageFinder:
             home = self._home(name, "msg", module)
             return make_message_class(self.library.message(name), self.library.digests, self.message, home)
 
-        return self._kept(name, "msg", make)  # type: ignore[no-any-return]  # it is what make returns
+        return self._cached_class(name, "msg", make)  # type: ignore[no-any-return]  # it is what make returns
 
     def service(self, name: str) -> type[Service]:
         """Return the class of a service type; raises as :meth:`message`."""
@@ -139,7 +139,7 @@ class MessageFinder:
             home = self._home(name, "srv", module)
             return make_service_class(self.library.service(name), self.library.digests, self.message, home)
 
-        return self._kept(name, "srv", make)  # type: ignore[no-any-return]  # it is what make returns
+        return self._cached_class(name, "srv", make)  # type: ignore[no-any-return]  # it is what make returns
 
     def _home(self, name: str, kind: str, module: str) -> str:
         package, _, short = name.partition("/")
@@ -152,20 +152,20 @@ class MessageFinder:
             for part, attribute in (("Request", "_request_class"), ("Response", "_response_class")):
                 if short.endswith(part):
                     service = self.service(name.removesuffix(part))
-                    return self._kept(name, "srv", lambda _: getattr(service, attribute))  # type: ignore[no-any-return]  # noqa: B023  called at once
+                    return self._cached_class(name, "srv", lambda _: getattr(service, attribute))  # type: ignore[no-any-return]  # noqa: B023  called at once
         return self.service(name)
 
-    def _kept(self, name: str, kind: str, make: Callable[[str], type[Any]]) -> Any:
+    def _cached_class(self, name: str, kind: str, make: Callable[[str], type[Any]]) -> Any:
         package, _, short = name.partition("/")
         if not is_type_name(name) or not self.library.has_package(package):
             # Raises the error that says where it was searched.
             return self.library.message(name) if kind == "msg" else self.library.service(name)
         module = importlib.import_module(f"{self._prefix}.{module_name(package)}.{kind}")
-        kept = vars(module).get(short)
-        if kept is None:
+        cached = vars(module).get(short)
+        if cached is None:
             # Another thread may have made the class meanwhile: the first one stays.
-            kept = vars(module).setdefault(short, make(module.__name__))
-        return kept
+            cached = vars(module).setdefault(short, make(module.__name__))
+        return cached
 
     def _messages(self, package: str) -> list[str]:
         names: list[str] = self.library.messages(package)

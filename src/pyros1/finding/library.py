@@ -25,7 +25,7 @@ from pyros1.msgs.spec import (
 SHIPPED = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "msgs", "definitions")
 """Folder of the definitions that are part of pyros1."""
 
-_MOST_HINTS = 3
+_MAX_HINTS = 3
 _ACTION_PARTS = ("ActionGoal", "ActionResult", "ActionFeedback", "Action", "Goal", "Result", "Feedback")
 
 
@@ -183,10 +183,10 @@ class Library:
         """Return a few full names that a name without a package, or with a folder as in ROS 2, may stand for."""
         package, short = name.partition("/")[0], name.rpartition("/")[2]
         if "/" in name:
-            meant = f"{package}/{short}"
-            return [meant] if meant != name and short in names(package) else []
+            suggestion = f"{package}/{short}"
+            return [suggestion] if suggestion != name and short in names(package) else []
         found = [f"{package}/{short}" for package in self.packages() if short in names(package)]
-        return found[:_MOST_HINTS]
+        return found[:_MAX_HINTS]
 
 
 def _has_definitions(folder: str) -> bool:

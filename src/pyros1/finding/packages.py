@@ -35,7 +35,7 @@ OWN_PACKAGES = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__f
 # Compiled when needed, which most nodes never do.
 _COMMENT = "(?s)<!--.*?-->"
 _NAME_TAG = r"<name\s*>\s*([^<\s]+)\s*</name\s*>"
-_MOST_OF_A_MANIFEST = 1 << 20
+_MAX_MANIFEST_SIZE = 1 << 20
 """Most characters of a package.xml that are read to find the name."""
 _IGNORE_MARKS = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
 MAX_DEPTH = 20
@@ -55,10 +55,10 @@ def share_folders(environ: Mapping[str, str]) -> _Names:
 
 
 def _prefixes(environ: Mapping[str, str]) -> _Names:
-    return _plain(environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep))
+    return _normalized(environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep))
 
 
-def _plain(folders: Iterable[str]) -> _Names:
+def _normalized(folders: Iterable[str]) -> _Names:
     """Return the paths that are not empty, without needless slashes and dots."""
     result = []
     for folder in filter(None, folders):
@@ -95,7 +95,7 @@ class PackageIndex:
         installs: Sequence[str | os.PathLike[str]] | None = None,
         own: str | os.PathLike[str] = OWN_PACKAGES,
     ) -> None:
-        self._roots = _plain(environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep))
+        self._roots = _normalized(environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep))
         self._prefixes = _prefixes(environ)
         flat = [*share_folders(environ), *_python_folders()] if installs is None else installs
         self._own = os.fspath(own)
@@ -104,7 +104,7 @@ class PackageIndex:
         self._crawled: dict[str, dict[str, str]] = {}
         self._executables: dict[tuple[str, str], _Names] = {}
 
-    def places(self) -> list[tuple[str, int]]:
+    def search_folders(self) -> list[tuple[str, int]]:
         """Return the folders to search, in order, each with the number of levels."""
         depths = [MAX_DEPTH] * len(self._roots) + [1] * len(self._flat)
         return list(zip([*self._roots, *self._flat], depths, strict=True))
@@ -123,9 +123,9 @@ class PackageIndex:
         if folder is None:
             folder = self._search(name)
             if folder is None:
-                places = ", ".join(dict.fromkeys([*self._roots, *self._flat]))
+                search_folders = ", ".join(dict.fromkeys([*self._roots, *self._flat]))
                 raise PackageNotFoundError(
-                    f"package [{name}] not found (searched: {places}); is ROS_PACKAGE_PATH set correctly?"
+                    f"package [{name}] not found (searched: {search_folders}); is ROS_PACKAGE_PATH set correctly?"
                 )
             self._found[name] = folder
         return folder
@@ -165,7 +165,7 @@ class PackageIndex:
         if os.path.dirname(filename):
             path = os.path.join(folder, filename)
             return _paths([path] if os.path.isfile(path) else [])
-        return _paths(_unique(filter(os.path.isfile, _walk(folder, filename))))
+        return _paths(_without_duplicates(filter(os.path.isfile, _walk(folder, filename))))
 
     def find_executable(self, package: str, name: str) -> _Paths:
         """Return the paths of executables: first those in ``lib/<package>`` of an install prefix, then in the package.
@@ -183,9 +183,9 @@ class PackageIndex:
             return _paths(known)
         found = self._executables_in(folder, package, name)
         # Debian installs the programs of some packages with separate packages.
-        spare = os.path.join(self._own, package)
-        if not found and spare != folder and _package_name(spare) == package:
-            found = self._executables_in(spare, package, name)
+        own_folder = os.path.join(self._own, package)
+        if not found and own_folder != folder and _package_name(own_folder) == package:
+            found = self._executables_in(own_folder, package, name)
         self._executables[package, name] = found
         return _paths(found)
 
@@ -210,7 +210,9 @@ class PackageIndex:
             if own and not name.endswith(".py"):
                 candidates.extend(_walk(folder, name + ".py"))
         # Installers may drop the executable bit of a package's data files; ours are started through their interpreter.
-        return _unique(path for path in candidates if os.path.isfile(path) and (own or os.access(path, os.X_OK)))
+        return _without_duplicates(
+            path for path in candidates if os.path.isfile(path) and (own or os.access(path, os.X_OK))
+        )
 
     def executables(self, package: str) -> _Names:
         """Return the names of all executables of a package, sorted.
@@ -224,8 +226,8 @@ class PackageIndex:
         folder = self.find_folder(package)
         own = self._is_own(folder)
         names: set[str] = set()
-        for place in [*self._libraries(folder, package), folder]:
-            for base, files in files_below(place):
+        for base_folder in [*self._libraries(folder, package), folder]:
+            for base, files in files_below(base_folder):
                 names.update(name for name in files if os.access(os.path.join(base, name), os.X_OK))
                 if own:
                     names.update(name[:-3] for name in files if name.endswith(".py"))
@@ -277,11 +279,11 @@ def manifest_text(path: str) -> str:
         OSError: it cannot be read.
         ValueError: the path is not possible as a file name.
     """
-    with open(path, encoding="utf-8", errors="replace", opener=_open_without_waiting) as file:
-        return file.read(_MOST_OF_A_MANIFEST) if stat.S_ISREG(os.fstat(file.fileno()).st_mode) else ""
+    with open(path, encoding="utf-8", errors="replace", opener=_open_nonblocking) as file:
+        return file.read(_MAX_MANIFEST_SIZE) if stat.S_ISREG(os.fstat(file.fileno()).st_mode) else ""
 
 
-def _open_without_waiting(path: str, flags: int) -> int:
+def _open_nonblocking(path: str, flags: int) -> int:
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))  # a pipe to which nobody writes would block
 
 
@@ -291,15 +293,15 @@ def _package_name(folder: str) -> str | None:
         text = manifest_text(os.path.join(folder, "package.xml"))
     except (OSError, ValueError):  # ValueError: bags and peers may send names that no file can have
         return os.path.basename(folder) if os.path.isfile(os.path.join(folder, "manifest.xml")) else None
-    return name_in(without_comments(text)) or os.path.basename(folder)
+    return package_name_in(strip_comments(text)) or os.path.basename(folder)
 
 
-def without_comments(text: str) -> str:
+def strip_comments(text: str) -> str:
     """Return a manifest's text without comments."""
     return re.sub(_COMMENT, "", text)
 
 
-def name_in(text: str) -> str:
+def package_name_in(text: str) -> str:
     """Return the package name in a manifest's text without comments; empty if it has none."""
     match = re.search(_NAME_TAG, text)
     return match[1] if match else ""
@@ -324,17 +326,17 @@ def _listed(folder: str) -> _Names:
 
 
 def _packages_below(
-    root: str, seen: set[tuple[int, int]], depth: int = 0, above: tuple[tuple[int, int], ...] = ()
+    root: str, seen: set[tuple[int, int]], depth: int = 0, ancestors: tuple[tuple[int, int], ...] = ()
 ) -> Iterator[str]:
     """Yield package folders in order; packages do not nest; marked folders and circular links are skipped.
 
-    ``above`` holds device and inode of the folders on the way, ``seen`` those of all folders so far: links to them are
-    skipped.
+    ``ancestors`` holds device and inode of the folders on the way, ``seen`` those of all folders so far: links to them
+    are skipped.
     """
     try:
         status = os.stat(root)
         here = (status.st_dev, status.st_ino)
-        if here in above or (here in seen and os.path.islink(root)):
+        if here in ancestors or (here in seen and os.path.islink(root)):
             return
         seen.add(here)
         with os.scandir(root) as listing:
@@ -349,7 +351,7 @@ def _packages_below(
     if depth >= MAX_DEPTH or not _IGNORE_MARKS.isdisjoint(names):
         return
     for name in sorted(name for name, entry in entries.items() if name[0] != "." and is_folder(entry)):
-        yield from _packages_below(os.path.join(root, name), seen, depth + 1, (*above, here))
+        yield from _packages_below(os.path.join(root, name), seen, depth + 1, (*ancestors, here))
 
 
 def files_below(folder: str) -> Iterator[tuple[str, _Names]]:
@@ -405,7 +407,7 @@ def _walk(folder: str, filename: str) -> Iterator[str]:
             yield os.path.join(base, filename)
 
 
-def _unique(paths: Iterable[str]) -> _Names:
+def _without_duplicates(paths: Iterable[str]) -> _Names:
     result: dict[str, str] = {}
     for path in paths:
         result.setdefault(os.path.realpath(path), path)

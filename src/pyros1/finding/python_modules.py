@@ -6,14 +6,14 @@ import os
 import sys
 from collections.abc import Mapping
 
-START = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "drop_in", "start")
+DROP_IN_START = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "drop_in", "start")
 """Folder for PYTHONPATH: programs that find it there have our rospy and its siblings, if they have no real rospy."""
-MODULES = os.path.join(os.path.dirname(START), "modules")
+MODULES = os.path.join(os.path.dirname(DROP_IN_START), "modules")
 """Folder of our modules."""
 SYSTEM_PYTHON = "/usr/bin/python3"
 """The Python whose modules the system's packages install."""
 _ANY_PYTHON = ([b"/usr/bin/env", b"python3"], [b"/usr/bin/env", b"python"])
-INSTALLED = ("/usr/lib/", "/usr/share/")
+SYSTEM_FOLDERS = ("/usr/lib/", "/usr/share/")
 """Where the system's packages have their programs."""
 
 
@@ -25,7 +25,7 @@ def modules_environment(environ: Mapping[str, str]) -> dict[str, str]:
     """
     if environ.get("PYROS1_ROSPY") == "stock":
         return {}
-    paths = [START, *(part for part in environ.get("PYTHONPATH", "").split(os.pathsep) if part)]
+    paths = [DROP_IN_START, *(part for part in environ.get("PYTHONPATH", "").split(os.pathsep) if part)]
     return {"PYTHONPATH": os.pathsep.join(dict.fromkeys(paths)), "PYROS1_PYTHON": sys.executable}
 
 
@@ -40,7 +40,11 @@ def system_python(program: str | os.PathLike[str], environ: Mapping[str, str]) -
         environ: environment variables; with ``PYROS1_ROSPY=pyros1`` scripts run in the first Python, which has pyros1.
     """
     path = os.path.realpath(program)
-    if not path.startswith(INSTALLED) or environ.get("PYROS1_ROSPY") == "pyros1" or not os.path.isfile(SYSTEM_PYTHON):
+    if (
+        not path.startswith(SYSTEM_FOLDERS)
+        or environ.get("PYROS1_ROSPY") == "pyros1"
+        or not os.path.isfile(SYSTEM_PYTHON)
+    ):
         return ""
     try:
         with open(path, "rb") as file:

@@ -34,14 +34,14 @@
 
 from __future__ import annotations
 
-from pyros1.ground import shown
+from pyros1.ground import terminal_text
 
 
 class Error(Exception):
     """Base of all pyros1 errors; its text is meant to be shown to a person, and so has no control characters."""
 
     def __str__(self) -> str:
-        return shown.lines(super().__str__())
+        return terminal_text.lines(super().__str__())
 
 
 class InvalidNameError(Error, ValueError):
@@ -69,7 +69,7 @@ class DefinitionError(MessageError):
         self.where = where
         self.line = line
         place = f"{where or '<definition>'}:{line}: " if line is not None else f"{where}: " if where else ""
-        super().__init__(shown.one_line(place + message, 10_000))  # it quotes text that others have written
+        super().__init__(terminal_text.one_line(place + message, 10_000))  # it quotes text that others have written
 
 
 class UnknownTypeError(MessageError):
@@ -159,7 +159,7 @@ class XmlRpcFault(Error):
     def __init__(self, code: int, message: str) -> None:
         self.code = code
         self.message = message
-        super().__init__(f"XML-RPC fault {code}: {shown.one_line(message)}")
+        super().__init__(f"XML-RPC fault {code}: {terminal_text.one_line(message)}")
 
 
 class MasterError(Error):
@@ -208,7 +208,7 @@ class ParameterNotSetError(Error, KeyError):
     """The parameter is not set on the parameter server."""
 
     def __str__(self) -> str:  # KeyError would show the repr of its argument
-        return shown.lines(Exception.__str__(self))
+        return terminal_text.lines(Exception.__str__(self))
 
 
 class WaitTimeoutError(Error, TimeoutError):

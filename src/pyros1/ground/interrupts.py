@@ -12,22 +12,22 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import NoReturn
 
-ENDINGS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+TERMINATION_SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 """The signals that ask a program to end."""
-DELIBERATE = 0.5
+MIN_REPEAT_INTERVAL = 0.5
 """Seconds after which another signal counts as sent on purpose: ``timeout -s INT`` sends two at once, to a process
 and to its group, and so do shells and launchers that pass Ctrl-C on to processes that already have it."""
 
 
-class Insistence:
+class InterruptCounter:
     """Count of the signals that were sent on purpose. Takes no locks, so signal handlers may use it.
 
     Args:
         clock: seconds.
 
     Attributes:
-        count: signals that counted: the first, and each that comes `DELIBERATE` seconds or more after the last of
-            these.
+        count: signals that counted: the first, and each that comes `MIN_REPEAT_INTERVAL` seconds or more after the last
+            of these.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -35,17 +35,17 @@ class Insistence:
         self._last = 0.0
         self.count = 0
 
-    def again(self) -> bool:
+    def count_signal(self) -> bool:
         """Take note of a signal and return whether it counts."""
         now = self._clock()
-        if self.count and now - self._last < DELIBERATE:
+        if self.count and now - self._last < MIN_REPEAT_INTERVAL:
             return False
         self._last = now
         self.count += 1
         return True
 
 
-INTERRUPTED = 128 + signal.SIGINT
+EXIT_INTERRUPTED = 128 + signal.SIGINT
 """Exit code of a process that SIGINT has ended, as shells report it."""
 
 
@@ -53,40 +53,41 @@ class Interrupt:
     """Handler of SIGINT that raises KeyboardInterrupt once; a second deliberate SIGINT ends the process at once."""
 
     def __init__(self) -> None:
-        self._insistence = Insistence()
+        self._interrupts = InterruptCounter()
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
-        if not self._insistence.again():
+        if not self._interrupts.count_signal():
             return
-        if self._insistence.count > 1:
-            die(number)
+        if self._interrupts.count > 1:
+            die_by_signal(number)
         raise KeyboardInterrupt
 
-    def come_again(self) -> None:
+    def resend(self) -> None:
         """Raise another KeyboardInterrupt in a moment, since the interpreter has swallowed the first."""
-        self._insistence = Insistence()
-        _thread.start_new_thread(_send_soon, (signal.SIGINT,))
+        self._interrupts = InterruptCounter()
+        _thread.start_new_thread(_send_delayed, (signal.SIGINT,))
 
 
-def _send_soon(number: int) -> None:
+def _send_delayed(number: int) -> None:
     time.sleep(0.01)
     os.kill(os.getpid(), number)
 
 
-def is_usual(handler: object) -> bool:
+def is_default_handler(handler: object) -> bool:
     """Return whether a signal handler is one of Python's or the system's own, and may be replaced."""
     return handler in (signal.SIG_DFL, signal.default_int_handler) or isinstance(handler, Interrupt)
 
 
-def die_quietly() -> None:
+def exit_quietly_on_sigint() -> None:
     """Make SIGINT end the process at once instead of raising KeyboardInterrupt."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 @contextmanager
-def raised() -> Iterator[None]:
-    """Let SIGINT raise KeyboardInterrupt in a ``with`` block after `die_quietly`, so that everything is cleaned up.
+def keyboard_interrupts() -> Iterator[None]:
+    """Let SIGINT raise KeyboardInterrupt in a ``with`` block after `exit_quietly_on_sigint`, so that everything is
+    cleaned up.
 
     Where an exception cannot propagate, such as in the callback of a weak reference during an import, the interpreter
     prints and drops it; another one is then raised in its place.
@@ -99,7 +100,7 @@ def raised() -> Iterator[None]:
     def ignored(what: sys.UnraisableHookArgs) -> None:
         current = signal.getsignal(signal.SIGINT)
         if what.exc_type is KeyboardInterrupt and isinstance(current, Interrupt):
-            current.come_again()
+            current.resend()
         else:
             show(what)
 
@@ -112,14 +113,16 @@ def raised() -> Iterator[None]:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def die(number: int = signal.SIGINT) -> NoReturn:
+def die_by_signal(number: int = signal.SIGINT) -> NoReturn:
     """End the process by a signal, as if it had no handler."""
     signal.signal(number, signal.SIG_DFL)
     os.kill(os.getpid(), number)
     raise SystemExit(128 + number)  # in case it is blocked
 
 
-def catch(handler: Callable[[int, FrameType | None], object], numbers: Iterable[int] = ENDINGS) -> Callable[[], None]:
+def install_handler(
+    handler: Callable[[int, FrameType | None], object], numbers: Iterable[int] = TERMINATION_SIGNALS
+) -> Callable[[], None]:
     """Install a handler of signals, in the main thread, and unblock the signals.
 
     A shell without job control starts what runs in the background with SIGINT ignored or, as fish, blocked. The nodes

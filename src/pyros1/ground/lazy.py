@@ -24,18 +24,18 @@ def module(name: str) -> Any:
     return __import__(name, fromlist=("__name__",))  # a name, so that not the outermost package comes
 
 
-def load(package: str, homes: Mapping[str, str], name: str) -> Any:
+def load(package: str, exports: Mapping[str, str], name: str) -> Any:
     """Return a public name of a package, for the package's ``__getattr__``.
 
     Args:
         package: the package's full name.
-        homes: public name -> full name of its module.
+        exports: public name -> full name of its module.
         name: the public name.
 
     Raises:
         AttributeError: the package has no such name.
     """
-    home = homes.get(name)
+    home = exports.get(name)
     if home is None:
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
     return getattr(module(home), name)

@@ -8,7 +8,7 @@ import sys
 from io import FileIO
 from time import monotonic
 
-AGAIN = 5.0
+RETRY_INTERVAL = 5.0
 """Seconds until the next attempt after one that failed."""
 
 
@@ -20,37 +20,37 @@ class LogFile:
 
     Args:
         path: the file; nothing is written if it is empty. Older parts are called ``<path>.1``, ``<path>.2`` and so on.
-        most: bytes of one part.
-        parts: older parts to keep.
+        max_size: bytes of one part.
+        backups: older parts to keep.
     """
 
-    def __init__(self, path: str, most: int, parts: int) -> None:
+    def __init__(self, path: str, max_size: int, backups: int) -> None:
         self._path = path or None
-        self._most = most
-        self._parts = parts
+        self._max_size = max_size
+        self._backups = backups
         self._file: FileIO | None = None
-        self._torn = False  # the last line is not complete
-        self._lost = 0  # lines
-        self._why = ""
-        self._again = 0.0  # on the monotonic clock
+        self._line_incomplete = False  # the last line is not complete
+        self._lost_lines = 0  # lines
+        self._failure = ""
+        self._retry_at = 0.0  # on the monotonic clock
 
     def write(self, text: str) -> None:
         """Append lines."""
         if self._path is None:
             return
-        if self._lost and monotonic() < self._again:
-            self._lost += text.count("\n")
+        if self._lost_lines and monotonic() < self._retry_at:
+            self._lost_lines += text.count("\n")
             return
         try:
             if self._file is None:
                 os.makedirs(os.path.dirname(self._path) or ".", exist_ok=True)
-                self._file = open(self._path, "ab", buffering=0, opener=_open_now)  # noqa: SIM115 - stays open
-            if self._lost:
-                end = "\n" if self._torn else ""
-                self._append(self._file, f"{end}... {self._lost} lines are missing here: {self._why}\n")
-                self._lost = 0
+                self._file = open(self._path, "ab", buffering=0, opener=_open_nonblocking)  # noqa: SIM115 - stays open
+            if self._lost_lines:
+                end = "\n" if self._line_incomplete else ""
+                self._append(self._file, f"{end}... {self._lost_lines} lines are missing here: {self._failure}\n")
+                self._lost_lines = 0
             self._append(self._file, text)
-            if self._file.seekable() and self._file.tell() > self._most:
+            if self._file.seekable() and self._file.tell() > self._max_size:
                 self._rotate(self._file, self._path)
         except OSError as error:
             self._fail(self._path, error, text)
@@ -59,27 +59,27 @@ class LogFile:
         data = memoryview(text.encode("utf-8", "replace"))
         while data:
             data = data[os.write(file.fileno(), data) :]  # a disk that becomes full takes the beginning
-            self._torn = bool(data)
+            self._line_incomplete = bool(data)
 
     def _fail(self, path: str, error: OSError, text: str) -> None:
         if self._file is not None:
             self._file.close()  # the next attempt opens it again: perhaps its disk has come back
             self._file = None
-        self._why = error.strerror or str(error)
-        if not self._lost:
+        self._failure = error.strerror or str(error)
+        if not self._lost_lines:
             with contextlib.suppress(Exception):  # stderr may be on the same disk
-                sys.stderr.write(f"WARNING: cannot write the log file {path}: {self._why}; lines are lost\n")
-        self._lost += max(1, text.count("\n"))
-        self._again = monotonic() + AGAIN
+                sys.stderr.write(f"WARNING: cannot write the log file {path}: {self._failure}; lines are lost\n")
+        self._lost_lines += max(1, text.count("\n"))
+        self._retry_at = monotonic() + RETRY_INTERVAL
 
-    def again(self) -> LogFile:
+    def reopened(self) -> LogFile:
         """Return another object for the same file, for a forked process."""
-        return LogFile(self._path or "", self._most, self._parts)
+        return LogFile(self._path or "", self._max_size, self._backups)
 
     def _rotate(self, file: FileIO, path: str) -> None:
         file.close()
         self._file = None
-        for number in range(self._parts - 1, 0, -1):
+        for number in range(self._backups - 1, 0, -1):
             if os.path.exists(f"{path}.{number}"):
                 os.replace(f"{path}.{number}", f"{path}.{number + 1}")
         os.replace(path, f"{path}.1")
@@ -92,6 +92,6 @@ class LogFile:
         self._path = None
 
 
-def _open_now(path: str, flags: int) -> int:
+def _open_nonblocking(path: str, flags: int) -> int:
     """Open a file; a pipe that nobody reads is an error, in place of a wait."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0), 0o666)

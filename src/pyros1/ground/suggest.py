@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 
 _DASHES = "\u2010\u2011\u2012\u2013\u2014\u2015\u2212\ufe58\ufe63\uff0d"
 _DASHED = rf"([-{_DASHES}]{{1,2}})([A-Za-z][\w-]*)((?:=.*)?)"
 _ASSIGNMENT = r"([~/]?\w[\w/]*)(=:|:(?![:/\\=\s])|=(?![=:\s]))(.+)"
-_LEAST_PORT = 1024
-_NEAR_BEHIND = 0.6
-_LEAST_BEGINNING = 2
+_MIN_PORT = 1024
+_MIN_SIMILARITY = 0.6
+_MIN_PREFIX = 2
 SYNONYMS = {"ls": "list", "rm": "delete", "cat": "echo", "show": "info", "stack": "pkg"}
 """Words from other tools, and what they are called here."""
 
@@ -30,29 +30,29 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     close = [SYNONYMS[word]] if SYNONYMS.get(word) in words else []
     close = close or [other for other in words if other.casefold() == word.casefold()]
     close = close or get_close_matches(word, words, 5, 0.7)
-    meant = next((other for other in close if word in SYNONYMS or _is_near(word, other)), "")
-    meant = meant or _begun(word, words) or word
-    return f" (did you mean '{one_line(meant)}'?)" if meant != word else ""
+    suggestion = next((other for other in close if word in SYNONYMS or _is_similar(word, other)), "")
+    suggestion = suggestion or _completion(word, words) or word
+    return f" (did you mean '{one_line(suggestion)}'?)" if suggestion != word else ""
 
 
-def _begun(word: str, words: list[str]) -> str:
+def _completion(word: str, words: list[str]) -> str:
     """Return the only word that begins so; empty if there is none, or several."""
     longer = {other for other in words if other.casefold().startswith(word.casefold())}
-    return longer.pop() if len(longer) == 1 and len(word.strip("/")) >= _LEAST_BEGINNING and word[-1:] != "/" else ""
+    return longer.pop() if len(longer) == 1 and len(word.strip("/")) >= _MIN_PREFIX and word[-1:] != "/" else ""
 
 
-def _is_near(word: str, other: str) -> bool:
+def _is_similar(word: str, other: str) -> bool:
     """Return whether two names are still similar without the parts that they share: the package, or a file's ending."""
     from difflib import SequenceMatcher  # noqa: PLC0415
 
-    ours, theirs = re.split(r"[/.]", word.casefold()), re.split(r"[/.]", other.casefold())
+    word_parts, other_parts = re.split(r"[/.]", word.casefold()), re.split(r"[/.]", other.casefold())
     for end in (0, -1):
-        while len(ours) > 1 and len(theirs) > 1 and ours[end] == theirs[end]:
-            del ours[end], theirs[end]
-    return SequenceMatcher(None, "/".join(ours), "/".join(theirs)).ratio() >= _NEAR_BEHIND
+        while len(word_parts) > 1 and len(other_parts) > 1 and word_parts[end] == other_parts[end]:
+            del word_parts[end], other_parts[end]
+    return SequenceMatcher(None, "/".join(word_parts), "/".join(other_parts)).ratio() >= _MIN_SIMILARITY
 
 
-def meant_option(word: str) -> str | None:
+def similar_option(word: str) -> str | None:
     """Return the option that a word was meant to be, if it begins with a typographic dash instead of ``-``.
 
     Args:
@@ -67,7 +67,7 @@ def meant_option(word: str) -> str | None:
     return dashes + match[2] + match[3]
 
 
-def meant_remapping(word: str) -> str | None:
+def similar_remapping(word: str) -> str | None:
     """Return the remapping or parameter that a word was meant to be, if the ``:`` or the ``=`` of ``:=`` is missing.
 
     Args:
@@ -79,7 +79,7 @@ def meant_remapping(word: str) -> str | None:
     if match is None or match[1][0].isdigit():
         return None
     name, sign, value = match.groups()
-    if sign == ":" and value.isdigit() and int(value[:6]) >= _LEAST_PORT:
+    if sign == ":" and value.isdigit() and int(value[:6]) >= _MIN_PORT:
         return None
     return f"{name}:={value}"
 
@@ -90,8 +90,8 @@ def argument_hint(word: str) -> str:
     Args:
         word: of a command line.
     """
-    option = meant_option(word)
+    option = similar_option(word)
     if option is not None:
         return f"'{word}' begins with a typographic dash, not with '-': write {option}"
-    remapping = meant_remapping(word)
+    remapping = similar_remapping(word)
     return f"'{word}' is neither a remapping nor a parameter: write {remapping}" if remapping is not None else ""

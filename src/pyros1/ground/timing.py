@@ -13,23 +13,23 @@ _NS = 1_000_000_000
 _T = TypeVar("_T", bound="TVal")
 
 
-def _whole(given: Any, what: str) -> int:
-    if isinstance(given, (str, bytes)):
-        int(given)  # raises ValueError for what is no number, as stock's times do
-    if isinstance(given, (str, bytes)) or not hasattr(type(given), "__int__"):
-        raise TypeError(f"{what} must be a number, not {given!r:.80}")
-    return int(scalar(given))
+def _as_int(number: Any, what: str) -> int:
+    if isinstance(number, (str, bytes)):
+        int(number)  # raises ValueError for what is no number, as stock's times do
+    if isinstance(number, (str, bytes)) or not hasattr(type(number), "__int__"):
+        raise TypeError(f"{what} must be a number, not {number!r:.80}")
+    return int(scalar(number))
 
 
-def _has_fractions(given: Any) -> bool:
+def _has_fractions(number: Any) -> bool:
     """Tell whether a value is of a kind of numbers that need not be whole, such as numpy.float32 or Decimal."""
-    kind = type(given)
+    kind = type(number)
     return hasattr(kind, "__float__") and (not hasattr(kind, "__index__") or hasattr(kind, "__len__"))  # arrays have it
 
 
-def scalar(given: Any) -> Any:
+def scalar(number: Any) -> Any:
     """Return the element of a numpy array of one, which newer versions of numpy do not convert; others as they are."""
-    return given.item() if getattr(given, "ndim", 0) and given.size == 1 else given
+    return number.item() if getattr(number, "ndim", 0) and number.size == 1 else number
 
 
 class TVal:
@@ -59,9 +59,9 @@ class TVal:
                 whole = int(secs)
                 secs, nsecs = whole, int((secs - whole) * 1e9)  # cut, not rounded: stock's programs see the same value
             else:
-                secs = _whole(secs, "secs")
+                secs = _as_int(secs, "secs")
         if nsecs.__class__ is not int:
-            nsecs = _whole(nsecs, "nsecs")
+            nsecs = _as_int(nsecs, "nsecs")
         if not 0 <= nsecs < _NS:
             carry, nsecs = divmod(int(nsecs), _NS)
             secs += carry
@@ -113,32 +113,34 @@ class TVal:
         return bool(self.secs or self.nsecs)
 
     def __eq__(self, other: object) -> bool:
-        if other.__class__ is not self.__class__ and (not isinstance(other, TVal) or _kind(self) is not _kind(other)):
+        if other.__class__ is not self.__class__ and (
+            not isinstance(other, TVal) or _base_class(self) is not _base_class(other)
+        ):
             return False
         return self.secs == other.secs and self.nsecs == other.nsecs
 
     def __lt__(self, other: object) -> bool:
         if other.__class__ is self.__class__:
             return self.secs * _NS + self.nsecs < other.secs * _NS + other.nsecs
-        difference = _compared(self, other)
+        difference = _difference(self, other)
         return NotImplemented if difference is None else difference < 0
 
     def __le__(self, other: object) -> bool:
         if other.__class__ is self.__class__:
             return self.secs * _NS + self.nsecs <= other.secs * _NS + other.nsecs
-        difference = _compared(self, other)
+        difference = _difference(self, other)
         return NotImplemented if difference is None else difference <= 0
 
     def __gt__(self, other: object) -> bool:
         if other.__class__ is self.__class__:
             return self.secs * _NS + self.nsecs > other.secs * _NS + other.nsecs
-        difference = _compared(self, other)
+        difference = _difference(self, other)
         return NotImplemented if difference is None else difference > 0
 
     def __ge__(self, other: object) -> bool:
         if other.__class__ is self.__class__:
             return self.secs * _NS + self.nsecs >= other.secs * _NS + other.nsecs
-        difference = _compared(self, other)
+        difference = _difference(self, other)
         return NotImplemented if difference is None else difference >= 0
 
     def __hash__(self) -> int:
@@ -159,16 +161,16 @@ class TVal:
         self.secs, self.nsecs = state
 
 
-def _kind(value: object) -> type[TVal] | None:
+def _base_class(value: object) -> type[TVal] | None:
     """Return Time or Duration, whichever ``value`` is: subclasses compare and compute with their base classes."""
     return Time if isinstance(value, Time) else Duration if isinstance(value, Duration) else None
 
 
-def _compared(a: TVal, b: object) -> int | None:
+def _difference(a: TVal, b: object) -> int | None:
     """Return the difference of two values; None if they are of two kinds, of which a plain TVal is none."""
     if not isinstance(b, TVal):
         return None
-    if _kind(a) is not _kind(b) and None not in (_kind(a), _kind(b)):
+    if _base_class(a) is not _base_class(b) and None not in (_base_class(a), _base_class(b)):
         return None
     return a.to_nsec() - b.to_nsec()
 

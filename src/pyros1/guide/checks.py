@@ -18,12 +18,12 @@ from pyros1 import actions
 from pyros1.bag.api import bag_topics
 from pyros1.finding.library import Library
 from pyros1.graph import Graph, SystemState
-from pyros1.ground import shown
+from pyros1.ground import terminal_text
 from pyros1.ground.errors import Error, MasterUnreachableError, WaitTimeoutError
 from pyros1.msgs import load_message, load_service
+from pyros1.net.connectivity import is_loopback
 from pyros1.net.hosts import interface_addresses
 from pyros1.net.master_client import MasterClient
-from pyros1.net.reach import is_loopback
 from pyros1.node import Node
 from pyros1.observe.statistics import RateMeter
 from pyros1.tf import Buffer, TransformException, TransformListener
@@ -32,18 +32,18 @@ from pyros1.urdf.reading import read
 
 FLOAT = "std_msgs/Float64"
 ACTION = "my_robot/Drive"
-PATIENCE = 5.0
+MESSAGE_TIMEOUT = 5.0
 """Seconds that a check waits for messages."""
-NEAR = 0.005
+POSITION_TOLERANCE = 0.005
 """Metres that a place may differ from the wanted one."""
 SECOND_PORT = 11312
-LONGEST_TEST = 60.0
+MAX_TEST_SECONDS = 60.0
 """Seconds that a reader's test may take."""
-LAST_LINES = 5
+SHOWN_LINES = 5
 """Of the reasons that pytest gives."""
 
 
-class Looking:
+class CheckContext:
     """What a check looks at. The node is made when it is needed, so that checks of files need no master.
 
     Args:
@@ -56,7 +56,7 @@ class Looking:
         self.folder = folder
         self._node: Node | None = None
 
-    def __enter__(self) -> Looking:
+    def __enter__(self) -> CheckContext:
         return self
 
     def __exit__(
@@ -76,15 +76,15 @@ class Looking:
         """Return who publishes, listens and serves, without the check itself."""
         return Graph(self.node.master).state()
 
-    def message(self, topic: str, fits: Callable[[Any], bool] = lambda _: True) -> Any:
+    def message(self, topic: str, matches: Callable[[Any], bool] = lambda _: True) -> Any:
         """Return the first message of a topic of numbers that fits; None if none comes in time."""
-        until = time.monotonic() + PATIENCE
-        while (left := until - time.monotonic()) > 0:
+        deadline = time.monotonic() + MESSAGE_TIMEOUT
+        while (remaining := deadline - time.monotonic()) > 0:
             try:
-                message: Any = self.node.wait_for_message(topic, FLOAT, left)
+                message: Any = self.node.wait_for_message(topic, FLOAT, remaining)
             except Error:
                 return None
-            if fits(message):
+            if matches(message):
                 return message
         return None
 
@@ -104,15 +104,15 @@ class Looking:
             WaitTimeoutError: it does not in time.
         """
         cls: Any = load_service(kind)
-        return self.node.service(service, cls).call(cls._request_class(), PATIENCE)
+        return self.node.service(service, cls).call(cls._request_class(), MESSAGE_TIMEOUT)
 
 
-Check = Callable[[Looking], str]
+Check = Callable[[CheckContext], str]
 """Returns what is missing, and what to do; empty if the exercise is done."""
 
 
-def package(looking: Looking) -> str:
-    library = Library(looking.environ)
+def package(context: CheckContext) -> str:
+    library = Library(context.environ)
     if not library.has_package("my_messages"):
         return "there is no package my_messages here: pyros1 pkg create my_messages std_msgs"
     if "Pair" not in library.messages("my_messages"):
@@ -123,26 +123,26 @@ def package(looking: Looking) -> str:
     return ""
 
 
-def publisher(looking: Looking) -> str:
-    missing = _published(looking, "/topic2")
+def publisher(context: CheckContext) -> str:
+    missing = _published(context, "/topic2")
     if missing:
         return missing
-    rate = looking.rate("/topic2")
+    rate = context.rate("/topic2")
     return "" if 8.0 < rate < 12.0 else f"/topic2 should be published at 10 Hz, but its rate is {rate:.1f} Hz"
 
 
-def by_hand(looking: Looking) -> str:
-    missing = _published(looking, "/topic1")
+def published_by_hand(context: CheckContext) -> str:
+    missing = _published(context, "/topic1")
     if missing:
         return missing
-    if "/minimal_subscriber" not in looking.state().subscribers.get("/topic1", []):
+    if "/minimal_subscriber" not in context.state().subscribers.get("/topic1", []):
         return "the minimal_subscriber is not running: pyros1 run minimal_nodes minimal_subscriber"
-    found = looking.message("/topic1", lambda message: message.data == 3.5)
+    found = context.message("/topic1", lambda message: message.data == 3.5)
     return "" if found else "no node publishes 3.5 on /topic1: pyros1 topic pub -r 1 topic1 std_msgs/Float64 3.5"
 
 
-def launched(looking: Looking) -> str:
-    nodes = looking.state().publishers.get("/left/topic1", [])
+def launched(context: CheckContext) -> str:
+    nodes = context.state().publishers.get("/left/topic1", [])
     if "/left/second" in nodes:
         return ""
     if nodes:
@@ -150,16 +150,16 @@ def launched(looking: Looking) -> str:
     return 'no node publishes /left/topic1: put <group ns="left"> around <node name="second" ...>, and launch the file'
 
 
-def silent(looking: Looking) -> str:
-    if "/minimal_subscriber" not in looking.state().nodes():
+def logger_level(context: CheckContext) -> str:
+    if "/minimal_subscriber" not in context.state().nodes():
         return "the minimal_subscriber is not running: pyros1 run minimal_nodes minimal_subscriber"
-    answer = looking.call("/minimal_subscriber/get_loggers", "roscpp/GetLoggers")
+    answer = context.call("/minimal_subscriber/get_loggers", "roscpp/GetLoggers")
     level = {logger.name: logger.level.lower() for logger in answer.loggers}.get("rosout", "unknown")
     return "" if level == "error" else f"its level is {level}: pyros1 log set /minimal_subscriber rosout error"
 
 
-def recorded(looking: Looking) -> str:
-    path = looking.folder / "both.bag"
+def recorded(context: CheckContext) -> str:
+    path = context.folder / "both.bag"
     if not path.exists():
         other = " It is still being recorded: press Ctrl-C there." if path.with_suffix(".bag.active").exists() else ""
         return f"there is no both.bag in this folder.{other}"
@@ -170,43 +170,43 @@ def recorded(looking: Looking) -> str:
     return ""
 
 
-def halted(looking: Looking) -> str:
-    missing = _published(looking, "/velocity")
+def robot_stops(context: CheckContext) -> str:
+    missing = _published(context, "/velocity")
     if missing:
         return f"{missing}: pyros1 launch minimal_simulator.launch"
-    command = looking.message("/vel_cmd")
+    command = context.message("/vel_cmd")
     if command is None:
         return "no node publishes /vel_cmd: pyros1 topic pub -r 10 vel_cmd std_msgs/Float64 0.0"
     if command.data != 0.0:
         return f"the commanded velocity is {command.data:g} m/s: stop that publisher, and send 0.0"
-    if looking.message("/velocity", lambda message: abs(message.data) < 0.05):
+    if context.message("/velocity", lambda message: abs(message.data) < 0.05):
         return ""
     return "the mass is still moving: is the old command still being published? pyros1 topic info vel_cmd"
 
 
-def parameter(looking: Looking) -> str:
-    rate = looking.node.params.get("/minimal_publisher/rate", None)
+def parameter(context: CheckContext) -> str:
+    rate = context.node.params.get("/minimal_publisher/rate", None)
     if rate != 5:
-        said = "not set" if rate is None else rate
-        return f"/minimal_publisher/rate is {said}: pyros1 run minimal_nodes minimal_publisher _rate:=5"
-    missing = _published(looking, "/topic1")
+        problem_text = "not set" if rate is None else rate
+        return f"/minimal_publisher/rate is {problem_text}: pyros1 run minimal_nodes minimal_publisher _rate:=5"
+    missing = _published(context, "/topic1")
     if missing:
         return missing
-    measured = looking.rate("/topic1")
+    measured = context.rate("/topic1")
     if 4.0 < measured < 6.0:
         return ""
-    others = [node for node in looking.state().publishers["/topic1"] if node != "/minimal_publisher"]
-    cure = f"stop {', '.join(others)}, which also publishes there" if others else "start the publisher again"
+    other_cure = [node for node in context.state().publishers["/topic1"] if node != "/minimal_publisher"]
+    cure = f"stop {', '.join(other_cure)}, which also publishes there" if other_cure else "start the publisher again"
     return f"the rate of /topic1 is {measured:.1f} Hz: {cure}"
 
 
-def service(looking: Looking) -> str:
-    services = looking.state().services
+def service(context: CheckContext) -> str:
+    services = context.state().services
     for name in ("/stopwatch/read", "/stopwatch/reset"):
         if name not in services:
             return f"there is no service {name}: does my_robot/scripts/stopwatch advertise it, and is it running?"
-    looking.call("/stopwatch/reset", "std_srvs/Empty")
-    answer = looking.call("/stopwatch/read", "std_srvs/Trigger")
+    context.call("/stopwatch/reset", "std_srvs/Empty")
+    answer = context.call("/stopwatch/read", "std_srvs/Trigger")
     return (
         ""
         if answer.message.startswith("0")
@@ -214,11 +214,11 @@ def service(looking: Looking) -> str:
     )
 
 
-def camera(looking: Looking) -> str:
+def camera(context: CheckContext) -> str:
     buffer = Buffer()
-    with TransformListener(looking.node, buffer):
+    with TransformListener(context.node, buffer):
         try:
-            place = buffer.lookup_transform("lamp", "camera", timeout=PATIENCE).transform.translation
+            place = buffer.lookup_transform("lamp", "camera", timeout=MESSAGE_TIMEOUT).transform.translation
         except TransformException:
             missing = [name for name in ("lamp", "camera") if not buffer.has_frame(name)]
             if missing:
@@ -228,13 +228,13 @@ def camera(looking: Looking) -> str:
     parent = {state.name: state.parent for state in buffer.states()}["camera"]
     if parent != "lamp":
         return f"the parent of camera should be lamp, but it is {parent}"
-    if math.dist((place.x, place.y, place.z), (0.0, 0.0, 0.1)) < NEAR:
+    if math.dist((place.x, place.y, place.z), (0.0, 0.0, 0.1)) < POSITION_TOLERANCE:
         return ""
     return f"camera should be at 0 0 0.1 in lamp, but it is at {place.x:g} {place.y:g} {place.z:g}"
 
 
-def hand(looking: Looking) -> str:
-    robot = read(description(looking.node))
+def robot_arm(context: CheckContext) -> str:
+    robot = read(description(context.node))
     for link in ("arm", "hand"):
         if link not in robot.links:
             return f"the robot has no link {link}, only {', '.join(robot.links)}: launch the new description"
@@ -249,32 +249,32 @@ def hand(looking: Looking) -> str:
         if found != right:
             return f"the {what} of wrist should be {right}, but it is {found}"
     buffer = Buffer()
-    with TransformListener(looking.node, buffer):
-        if buffer.can_transform("base", "hand", timeout=PATIENCE):
+    with TransformListener(context.node, buffer):
+        if buffer.can_transform("base", "hand", timeout=MESSAGE_TIMEOUT):
             return ""
     return "no node publishes where the hand is: are robot_state_publisher and joint_state_publisher running?"
 
 
-def refusal(looking: Looking) -> str:
-    kind = Graph(looking.node.master).topic_types().get("/drive/goal", "")
-    if "/drive/goal" not in looking.state().subscribers:
+def refusal(context: CheckContext) -> str:
+    kind = Graph(context.node.master).topic_types().get("/drive/goal", "")
+    if "/drive/goal" not in context.state().subscribers:
         return "there is no server for the action drive: pyros1 run my_robot driver"
     if kind != f"{ACTION}ActionGoal":
         return f"goals of drive should have the type {ACTION}ActionGoal, but they have {kind}"
     goal: Any = load_message(f"{ACTION}Goal")
-    with actions.Client(looking.node, "/drive", ACTION) as client:
-        refused = client.send(goal(-1), timeout=PATIENCE)
-        if not refused.wait(PATIENCE) or refused.status is not actions.Status.ABORTED:
+    with actions.Client(context.node, "/drive", ACTION) as client:
+        refused = client.send(goal(-1), timeout=MESSAGE_TIMEOUT)
+        if not refused.wait(MESSAGE_TIMEOUT) or refused.status is not actions.Status.ABORTED:
             return f"a goal of -1 m should be aborted, but {_ended(refused.status)}"
         if not refused.text:
             return "the driver does not say why it aborts the goal: goal.abort(text=...)"
-        obeyed = client.send(goal(1), timeout=PATIENCE)
-        if not obeyed.wait(PATIENCE) or obeyed.status is not actions.Status.SUCCEEDED:
+        obeyed = client.send(goal(1), timeout=MESSAGE_TIMEOUT)
+        if not obeyed.wait(MESSAGE_TIMEOUT) or obeyed.status is not actions.Status.SUCCEEDED:
             return f"a goal of 1 m should succeed, but {_ended(obeyed.status)}"
     return ""
 
 
-def second_master(looking: Looking) -> str:
+def second_master(context: CheckContext) -> str:
     command = f"pyros1 core -p {SECOND_PORT} --bind 127.0.0.1"
     client = MasterClient("/guide", f"http://127.0.0.1:{SECOND_PORT}")
     try:
@@ -292,8 +292,8 @@ def second_master(looking: Looking) -> str:
     return f"no minimal_publisher is running there: ROS_MASTER_URI=http://127.0.0.1:{SECOND_PORT} {run}"
 
 
-def tested(looking: Looking) -> str:
-    path = looking.folder / "my_robot" / "tests" / "test_stopwatch.py"
+def tested(context: CheckContext) -> str:
+    path = context.folder / "my_robot" / "tests" / "test_stopwatch.py"
     if not path.exists():
         return "there is no my_robot/tests/test_stopwatch.py in this folder"
     text = path.read_text(encoding="utf-8", errors="replace")
@@ -302,23 +302,23 @@ def tested(looking: Looking) -> str:
             return f"the test does not contain {word}"
     command = [sys.executable, "-m", "pytest", "-q", "--tb=short", str(path)]
     with subprocess.Popen(
-        command, cwd=looking.folder, env=dict(looking.environ), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        command, cwd=context.folder, env=dict(context.environ), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         text=True, errors="replace", start_new_session=True,
     ) as child:  # fmt: skip
         try:
-            out, wrong = child.communicate(timeout=LONGEST_TEST)
+            out, first_error = child.communicate(timeout=MAX_TEST_SECONDS)
         except subprocess.TimeoutExpired:
             _kill(child)
-            return f"the test did not finish within {LONGEST_TEST:g} s"
+            return f"the test did not finish within {MAX_TEST_SECONDS:g} s"
         except BaseException:
             _kill(child)
             raise
-    if "No module named pytest" in wrong:
+    if "No module named pytest" in first_error:
         return "pytest is not installed: pip install pytest"
     if child.returncode == 0:
         return ""
-    lines = [shown.one_line(line) for line in out.strip().splitlines()] or ["it prints nothing"]
-    why = [line for line in lines if line.startswith("E ")][-LAST_LINES:]
+    lines = [terminal_text.one_line(line) for line in out.strip().splitlines()] or ["it prints nothing"]
+    why = [line for line in lines if line.startswith("E ")][-SHOWN_LINES:]
     return "\n".join([f"python3 -m pytest my_robot/tests/test_stopwatch.py: {lines[-1]}", *why])
 
 
@@ -331,8 +331,8 @@ def _kill(child: subprocess.Popen[str]) -> None:
 
 
 CHECKS: tuple[Check, ...] = (
-    package, publisher, by_hand, launched, silent, recorded, halted, parameter, service,
-    camera, hand, refusal, second_master, tested,
+    package, publisher, published_by_hand, launched, logger_level, recorded, robot_stops, parameter, service,
+    camera, robot_arm, refusal, second_master, tested,
 )  # fmt: skip
 """The check of each step."""
 
@@ -345,18 +345,18 @@ def check(number: int, environ: Mapping[str, str] = os.environ, folder: Path | N
         environ: environment variables.
         folder: the reader's folder; None: the current one.
     """
-    with Looking(environ, folder or Path.cwd()) as looking:
+    with CheckContext(environ, folder or Path.cwd()) as context:
         try:
-            return CHECKS[number - 1](looking)
+            return CHECKS[number - 1](context)
         except WaitTimeoutError as error:
             return str(error)
 
 
-def _published(looking: Looking, topic: str) -> str:
+def _published(context: CheckContext, topic: str) -> str:
     """What is missing for messages of a topic of numbers."""
-    if not looking.state().publishers.get(topic):
+    if not context.state().publishers.get(topic):
         return f"no node publishes {topic}"
-    kind = Graph(looking.node.master).topic_types().get(topic, FLOAT)
+    kind = Graph(context.node.master).topic_types().get(topic, FLOAT)
     return "" if kind == FLOAT else f"{topic} should have the type {FLOAT}, but it has {kind}"
 
 

@@ -18,7 +18,7 @@ STEPS = Path(__file__).parent / "steps"
 HOWTO = Path(__file__).parent / "howto"
 _BOLD, _RESET = "\x1b[1m", "\x1b[0m"
 _CODE = re.compile(r"(?ms)^```(?P<language>\w+)(?: (?P<file>\S+))?\n(?P<text>.*?)^```$")
-_UNSEEN = re.compile(r"(?m)^<!--.*-->\n|!\[[^\]]*\]\((?![./]+/web/page/)[^)]*\)")
+_HIDDEN = re.compile(r"(?m)^<!--.*-->\n|!\[[^\]]*\]\((?![./]+/web/page/)[^)]*\)")
 _PICTURE = re.compile(r"!\[(?P<text>[^\]]+)\]\([./]+/web/page/(?P<file>pictures/[\w.]+)\)")
 _BREAK = re.compile(r"\n\s*\n|\n(?=- )")
 _RULE = re.compile(r"[|:\s-]+")
@@ -126,7 +126,7 @@ def blocks(text: str) -> list[Block]:
 
 
 def _prose(text: str) -> Iterator[Block]:
-    for part in _BREAK.split(_UNSEEN.sub("", text).strip()):
+    for part in _BREAK.split(_HIDDEN.sub("", text).strip()):
         picture = _PICTURE.fullmatch(part.strip())
         if picture:
             yield Block("picture", picture["text"], file=picture["file"])
@@ -166,7 +166,7 @@ def pages() -> dict[str, GuidePage]:
     return found
 
 
-class _Look(NamedTuple):
+class _Style(NamedTuple):
     """How a terminal sets off headings and commands.
 
     Attributes:
@@ -198,28 +198,28 @@ def for_terminal(page: GuideStep | GuidePage, width: int, colour: bool) -> str:
         width: of the terminal, in columns.
         colour: whether commands and headings are set off with escape sequences.
     """
-    look = _Look(colour)
+    style = _Style(colour)
     lines: list[str] = []
-    before = ""
+    prefix = ""
     for block in page.blocks:
         if block.kind == "picture":
             continue
-        if before and (before, block.kind) != ("item", "item"):
+        if prefix and (prefix, block.kind) != ("item", "item"):
             lines.append("")
-        before = block.kind
+        prefix = block.kind
         if block.kind == "title":
-            lines.append(look.strong(page.heading))
+            lines.append(style.strong(page.heading))
         elif block.kind == "heading":
-            lines.append(look.strong(block.text))
+            lines.append(style.strong(block.text))
         elif block.kind == "code":
-            lines.extend([look.strong(f"    {block.file}:")] * bool(block.file))
+            lines.extend([style.strong(f"    {block.file}:")] * bool(block.file))
             lines.extend(
-                "    " + (look.strong(line) if line.startswith("$ ") else line) for line in block.text.splitlines()
+                "    " + (style.strong(line) if line.startswith("$ ") else line) for line in block.text.splitlines()
             )
         elif block.kind == "table":
-            lines.extend(_table(block, width, look))
+            lines.extend(_table(block, width, style))
         else:
-            lines.extend(_wrapped(plain(block.text), width, "- " if block.kind == "item" else "", look))
+            lines.extend(_wrapped(plain(block.text), width, "- " if block.kind == "item" else "", style))
     return "\n".join(lines) + "\n"
 
 
@@ -236,27 +236,29 @@ def plain(text: str) -> str:
     return _INLINE.sub(shown, text)
 
 
-def _table(table: Block, width: int, look: _Look) -> Iterator[str]:
+def _table(table: Block, width: int, style: _Style) -> Iterator[str]:
     """Columns if they fit, else an item for each row."""
     head, *rows = (tuple(map(plain, row)) for row in table.rows)
-    widths = [max(map(look.width, column)) for column in zip(head, *rows, strict=True)]
+    widths = [max(map(style.width, column)) for column in zip(head, *rows, strict=True)]
     if sum(widths) + 2 * (len(widths) - 1) <= width:
         for row in (head, *rows):
-            cells = (cell + " " * (wide - look.width(cell)) for cell, wide in zip(row, widths, strict=True))
+            cells = (cell + " " * (wide - style.width(cell)) for cell, wide in zip(row, widths, strict=True))
             line = "  ".join(cells).rstrip()
             if line:
-                yield look.strong(line.replace("`", "") if look.colour else line) if row is head else look.marked(line)
+                yield (
+                    style.strong(line.replace("`", "") if style.colour else line) if row is head else style.marked(line)
+                )
         return
-    for first, *others in rows:
-        yield from _wrapped(first, width, "- ", look)
-        for name, cell in zip(head[1:], others, strict=True):
+    for first, *other_rows in rows:
+        yield from _wrapped(first, width, "- ", style)
+        for name, cell in zip(head[1:], other_rows, strict=True):
             if cell:
-                yield from _wrapped(f"{name}: {cell}" if name and len(others) > 1 else cell, width, "  ", look)
+                yield from _wrapped(f"{name}: {cell}" if name and len(other_rows) > 1 else cell, width, "  ", style)
 
 
-def _wrapped(text: str, width: int, before: str, look: _Look) -> list[str]:
+def _wrapped(text: str, width: int, prefix: str, style: _Style) -> list[str]:
     """Lines of a width; those after the first begin with as many spaces as the first has characters before it."""
     filled = textwrap.fill(
-        text, width, initial_indent=before, subsequent_indent=" " * len(before), break_on_hyphens=False
+        text, width, initial_indent=prefix, subsequent_indent=" " * len(prefix), break_on_hyphens=False
     )
-    return look.marked(filled).split("\n")
+    return style.marked(filled).split("\n")

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from pyros1.ground.names import ns_join
 from pyros1.launch.reading.conditions import DEFAULT_TIMEOUT, Condition
-from pyros1.launch.reading.deaths import OnDeath
+from pyros1.launch.reading.on_death import OnDeath
 
 
 @dataclass
@@ -65,7 +65,7 @@ class NodePlan:
         return ns_join(self.namespace, self.name)
 
     @property
-    def answer(self) -> NodePlan | None:
+    def on_death_plan(self) -> NodePlan | None:
         """The program that runs when this node has ended, as a node; None if there is none, or a message is published.
 
         It has the namespace, remappings and environment of this node.

@@ -20,7 +20,7 @@ from pyros1.launch.running.options import Options
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.session import Session
 
-_LAST_MOMENTS_S = 3.0
+_SIGKILL_MARGIN_S = 3.0
 
 
 class Node:
@@ -95,8 +95,8 @@ class Node:
         )
 
 
-def _flag(value: bool | str, what: str) -> bool:
-    return convert_bool(value, what) if isinstance(value, str) else bool(value)
+def _flag(value: bool | str, name: str) -> bool:
+    return convert_bool(value, name) if isinstance(value, str) else bool(value)
 
 
 class ProcessListener(Protocol):
@@ -180,14 +180,14 @@ class ScriptRun:
         self._options = options
         self._listeners = list(listeners)
         self._started: Future[None] = Future()
-        self._waiting: set[Future[Any]] = {self._started}
+        self._pending_results: set[Future[Any]] = {self._started}
         self._lock = threading.Lock()
-        self._over = threading.Event()
+        self._ended = threading.Event()
         self._session = Session(
             plan, options, resources.packages, resources.environ, Console(title=options.show_title), self._has_started
         )
-        self._session.supervisor.on_death = self._tell_listeners
-        self._thread = threading.Thread(target=self._work, name="launch", daemon=True)
+        self._session.supervisor.on_death = self._notify_listeners
+        self._thread = threading.Thread(target=self._run, name="launch", daemon=True)
 
     def start(self) -> None:
         """Start everything.
@@ -203,22 +203,22 @@ class ScriptRun:
             self.stop()
             raise
 
-    def _work(self) -> None:
+    def _run(self) -> None:
         failure: Exception = LaunchError("the launch is over")
         try:
             self._session.run()
         except Exception as error:  # noqa: BLE001 - with any error, waiting threads must go on
             failure = error
         with self._lock:
-            self._over.set()
-            for future in self._waiting:
+            self._ended.set()
+            for future in self._pending_results:
                 if not future.done():
                     future.set_exception(failure)
 
     def _has_started(self) -> None:
         self._started.set_result(None)
 
-    def _tell_listeners(self, process: Process) -> None:
+    def _notify_listeners(self, process: Process) -> None:
         for listener in self._listeners:
             try:
                 listener.process_died(process.spec.label, process.exit_code)
@@ -231,9 +231,9 @@ class ScriptRun:
             return action()
         future: Future[Any] = Future()
         with self._lock:
-            if self._over.is_set():
+            if self._ended.is_set():
                 raise LaunchError("the launch is over")
-            self._waiting.add(future)
+            self._pending_results.add(future)
 
         def perform() -> None:
             try:
@@ -246,7 +246,7 @@ class ScriptRun:
             return future.result()
         finally:
             with self._lock:
-                self._waiting.discard(future)
+                self._pending_results.discard(future)
 
     def launch(self, node: Node) -> ProcessHandle:
         """Start another node."""
@@ -268,7 +268,7 @@ class ScriptRun:
 
     def is_over(self) -> bool:
         """Return whether the launch has ended."""
-        return self._over.is_set()
+        return self._ended.is_set()
 
     def stop_process(self, process: Process) -> None:
         """End a process, and wait until it has ended."""
@@ -280,24 +280,24 @@ class ScriptRun:
 
     def _end(self, process: Process, end: Callable[[Process], object]) -> bool:
         count = process.spawn_count
-        if not self._over.is_set():
+        if not self._ended.is_set():
             try:
                 self.do(lambda: end(process))
             except LaunchError:
-                self._over.wait()  # everything ends
+                self._ended.wait()  # everything ends
         if threading.current_thread() is self._thread:
             return True
-        seconds = self._options.sigint_timeout + self._options.sigterm_timeout + _LAST_MOMENTS_S
+        seconds = self._options.sigint_timeout + self._options.sigterm_timeout + _SIGKILL_MARGIN_S
         return process.wait(time.monotonic() + seconds) or process.spawn_count > count
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait for the end of the launch. Return whether it has ended."""
-        return self._over.wait(timeout)
+        return self._ended.wait(timeout)
 
     def stop(self) -> None:
         """End everything, and wait until it has ended."""
         atexit.unregister(self.stop)
-        if self._over.is_set():
+        if self._ended.is_set():
             return
         self._session.stop("stopped by the program")
         if threading.current_thread() is not self._thread:

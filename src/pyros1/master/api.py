@@ -20,7 +20,7 @@ from pyros1.wire.xmlrpc import PreparedList
 Log = Callable[[str, str], object]
 """``log(level, text)`` with level ``debug``, ``info``, ``warn`` or ``error``."""
 
-Answer = tuple[str, Any]
+Response = tuple[str, Any]
 _TYPES: Final = "topicTypes"
 """In a record: the types of topics; no method of the API."""
 
@@ -85,7 +85,7 @@ class MasterApi:
             before = self.registry.version, self.parameters.version
             message, value = entry.perform(self, caller, *values)
         except Refused as refused:
-            if not entry.question:
+            if not entry.is_query:
                 self._log("error", f"{method}: {refused.message}")
             return [refused.code, refused.message, entry.default if refused.value is None else refused.value]
         if self._record is not None and before != (self.registry.version, self.parameters.version):
@@ -102,71 +102,71 @@ class MasterApi:
 
     def restore(self, calls: Iterable[tuple[str, Sequence[Any]]]) -> None:
         """Make recorded calls; nodes are told nothing, and nothing is logged. What cannot be made is left out."""
-        told, logged, recorded = self._notify, self._log, self._record
+        notify, log, record = self._notify, self._log, self._record
         self._notify, self._log, self._record = (lambda _: None), (lambda *_: None), None
         try:
             for method, params in calls:
                 if method == _TYPES:
-                    self.registry.know_types(_pairs(params))
-                elif method in METHODS and METHODS[method].change:
+                    self.registry.restore_types(_pairs(params))
+                elif method in METHODS and METHODS[method].is_change:
                     self.dispatch(method, params)
         finally:
-            self._notify, self._log, self._record = told, logged, recorded
+            self._notify, self._log, self._record = notify, log, record
 
     # ---- about the master
 
-    def _get_pid(self, caller: str) -> Answer:
+    def _get_pid(self, caller: str) -> Response:
         return "", self._pid
 
-    def _get_uri(self, caller: str) -> Answer:
+    def _get_uri(self, caller: str) -> Response:
         return "", self.uri
 
-    def _shutdown(self, caller: str, reason: Any) -> Answer:
+    def _shutdown(self, caller: str, reason: Any) -> Response:
         self._on_shutdown(str(reason))
         return "shutdown", 0
 
     # ---- topics and services
 
-    def _register_publisher(self, caller: str, topic: str, kind: str, api: str) -> Answer:
+    def _register_publisher(self, caller: str, topic: str, kind: str, api: str) -> Response:
         notices = self.registry.register_publisher(caller, topic, kind, api)
         self._log("info", f"+PUB [{topic}] {caller} {api}")
         self._notify(notices)
         return f"Registered [{caller}] as publisher of [{topic}]", self.registry.subscriber_apis(topic)
 
-    def _register_subscriber(self, caller: str, topic: str, kind: str, api: str) -> Answer:
+    def _register_subscriber(self, caller: str, topic: str, kind: str, api: str) -> Response:
         notices = self.registry.register_subscriber(caller, topic, kind, api)
         self._log("info", f"+SUB [{topic}] {caller} {api}")
         self._notify(notices)
         return f"Subscribed to [{topic}]", self.registry.publisher_apis(topic)
 
-    def _unregister_publisher(self, caller: str, topic: str, api: str) -> Answer:
+    def _unregister_publisher(self, caller: str, topic: str, api: str) -> Response:
         known = self.registry.node_api(caller) is not None
         notices = self.registry.unregister_publisher(caller, topic, api)
         self._log("info", f"-PUB [{topic}] {caller} {api}")
         self._notify(notices or ())
         return self._unregistered(caller, topic, known, notices is not None)
 
-    def _unregister_subscriber(self, caller: str, topic: str, api: str) -> Answer:
+    def _unregister_subscriber(self, caller: str, topic: str, api: str) -> Response:
         known = self.registry.node_api(caller) is not None
         removed = self.registry.unregister_subscriber(caller, topic, api)
         self._log("info", f"-SUB [{topic}] {caller} {api}")
         return self._unregistered(caller, topic, known, removed)
 
     @staticmethod
-    def _unregistered(caller: str, topic: str, known: bool, removed: bool) -> Answer:
+    def _unregistered(caller: str, topic: str, known: bool, removed: bool) -> Response:
         if removed:
             return f"Unregistered [{caller}] as provider of [{topic}]", 1
         if known:
             return f"[{caller}] is not a known provider of [{topic}]", 0
         return f"[{caller}] is not a registered node", 0
 
-    def _register_service(self, caller: str, service: str, uri: str, api: str) -> Answer:
+    def _register_service(self, caller: str, service: str, uri: str, api: str) -> Response:
         notices = self.registry.register_service(caller, service, uri, api)
         self._log("info", f"+SERVICE [{service}] {caller} {api}")
         self._notify(notices)
         return f"Registered [{caller}] as provider of [{service}]", 1
 
-    def _unregister_service(self, caller: str, service: str, uri: str) -> Answer:
+    def _unregister_service(self, caller: str, service: str, uri: str) -> Response:
         known = self.registry.node_api(caller) is not None
         removed = self.registry.unregister_service(caller, service, uri)
         self._log("info", f"-SERVICE [{service}] {caller} {uri}")
@@ -176,25 +176,25 @@ class MasterApi:
             return f"[{caller}] is not a registered node", 0
         return f"[{uri}] is no longer the current service api handle for [{service}]", 0
 
-    def _lookup_service(self, caller: str, service: str) -> Answer:
+    def _lookup_service(self, caller: str, service: str) -> Response:
         uri = self.registry.service_uri(service)
         if uri is None:
             raise Refused("no provider")
         return f"rosrpc URI: [{uri}]", uri
 
-    def _lookup_node(self, caller: str, node: str) -> Answer:
+    def _lookup_node(self, caller: str, node: str) -> Response:
         api = self.registry.node_api(node)
         if api is None:
             raise Refused(f"unknown node [{node}]")
         return "node api", api
 
-    def _get_published_topics(self, caller: str, subgraph: str) -> Answer:
+    def _get_published_topics(self, caller: str, subgraph: str) -> Response:
         return "current topics", self.registry.published_topics(subgraph)
 
-    def _get_topic_types(self, caller: str) -> Answer:
+    def _get_topic_types(self, caller: str) -> Response:
         return "current system state", self.registry.topic_types()
 
-    def _get_system_state(self, caller: str) -> Answer:
+    def _get_system_state(self, caller: str) -> Response:
         version = self.registry.version
         if self._state[0] != version:
             self._state = (version, PreparedList(self.registry.system_state()))
@@ -202,7 +202,7 @@ class MasterApi:
 
     # ---- parameters
 
-    def _set_param(self, caller: str, key: str, value: Any) -> Answer:
+    def _set_param(self, caller: str, key: str, value: Any) -> Response:
         try:
             self.parameters.set(key, value)
         except ValueError as error:
@@ -211,16 +211,16 @@ class MasterApi:
         self._notify(updates(self.registry.param_subscribers, key, value, caller))
         return f"parameter {key} set", 0
 
-    def _get_param(self, caller: str, key: str) -> Answer:
+    def _get_param(self, caller: str, key: str) -> Response:
         try:
             return f"Parameter [{key}]", self.parameters.get(key)
         except KeyError as error:
             raise Refused(f"Parameter [{key}] is not set") from error
 
-    def _has_param(self, caller: str, key: str) -> Answer:
+    def _has_param(self, caller: str, key: str) -> Response:
         return key, key in self.parameters
 
-    def _delete_param(self, caller: str, key: str) -> Answer:
+    def _delete_param(self, caller: str, key: str) -> Response:
         try:
             self.parameters.delete(key)
         except KeyError as error:
@@ -229,7 +229,7 @@ class MasterApi:
         self._notify(updates(self.registry.param_subscribers, key, {}, None))
         return f"parameter {key} deleted", 0
 
-    def _search_param(self, caller: str, key: str) -> Answer:
+    def _search_param(self, caller: str, key: str) -> Response:
         try:
             found = self.parameters.search(caller, key)
         except ValueError as error:
@@ -238,10 +238,10 @@ class MasterApi:
             raise Refused(f"Cannot find parameter [{key}] in an upwards search", value="")
         return f"Found [{found}]", found
 
-    def _get_param_names(self, caller: str) -> Answer:
+    def _get_param_names(self, caller: str) -> Response:
         return "Parameter names", self.parameters.names()
 
-    def _subscribe_param(self, caller: str, api: str, key: str) -> Answer:
+    def _subscribe_param(self, caller: str, api: str, key: str) -> Response:
         notices = self.registry.subscribe_param(caller, key, api)
         self._log("info", f"+CACHEDPARAM [{key}] by {caller}")
         self._notify(notices)
@@ -251,7 +251,7 @@ class MasterApi:
             value = {}
         return f"Subscribed to parameter [{key}]", value
 
-    def _unsubscribe_param(self, caller: str, api: str, key: str) -> Answer:
+    def _unsubscribe_param(self, caller: str, api: str, key: str) -> Response:
         self.registry.unsubscribe_param(caller, key, api)
         self._log("info", f"-CACHEDPARAM [{key}] by {caller}")
         return f"Unsubscribe to parameter [{key}]", 1
@@ -274,15 +274,15 @@ class Method(NamedTuple):
         perform: the method; gets the caller's id and the checked arguments, returns message and value.
         default: the value of an answer with a code other than 1.
         arguments: checks of the arguments after the caller's id.
-        question: whether it asks for something that may not exist, so that a refusal is not logged.
-        change: whether it may change what the master knows.
+        is_query: whether it asks for something that may not exist, so that a refusal is not logged.
+        is_change: whether it may change what the master knows.
     """
 
-    perform: Callable[..., Answer]
+    perform: Callable[..., Response]
     default: Any
     arguments: tuple[Validator, ...] = ()
-    question: bool = False
-    change: bool = False
+    is_query: bool = False
+    is_change: bool = False
 
 
 _TOPIC: Final = arguments.name_of("topic")
@@ -295,24 +295,24 @@ _KEY: Final = arguments.key
 METHODS: Final[dict[str, Method]] = {
     "getPid": Method(MasterApi._get_pid, -1),
     "getUri": Method(MasterApi._get_uri, ""),
-    "shutdown": Method(MasterApi._shutdown, 0, (arguments.anything,)),
-    "registerPublisher": Method(MasterApi._register_publisher, [], (_TOPIC, _TYPE, _CALLER_API), change=True),
-    "registerSubscriber": Method(MasterApi._register_subscriber, [], (_TOPIC, _TYPE, _CALLER_API), change=True),
-    "unregisterPublisher": Method(MasterApi._unregister_publisher, 0, (_TOPIC, _CALLER_API), change=True),
-    "unregisterSubscriber": Method(MasterApi._unregister_subscriber, 0, (_TOPIC, _CALLER_API), change=True),
-    "registerService": Method(MasterApi._register_service, 0, (_SERVICE, _SERVICE_API, _CALLER_API), change=True),
-    "unregisterService": Method(MasterApi._unregister_service, 0, (_SERVICE, _SERVICE_API), change=True),
-    "lookupService": Method(MasterApi._lookup_service, "", (_SERVICE,), question=True),
-    "lookupNode": Method(MasterApi._lookup_node, "", (arguments.node_name,), question=True),
+    "shutdown": Method(MasterApi._shutdown, 0, (arguments.unchecked,)),
+    "registerPublisher": Method(MasterApi._register_publisher, [], (_TOPIC, _TYPE, _CALLER_API), is_change=True),
+    "registerSubscriber": Method(MasterApi._register_subscriber, [], (_TOPIC, _TYPE, _CALLER_API), is_change=True),
+    "unregisterPublisher": Method(MasterApi._unregister_publisher, 0, (_TOPIC, _CALLER_API), is_change=True),
+    "unregisterSubscriber": Method(MasterApi._unregister_subscriber, 0, (_TOPIC, _CALLER_API), is_change=True),
+    "registerService": Method(MasterApi._register_service, 0, (_SERVICE, _SERVICE_API, _CALLER_API), is_change=True),
+    "unregisterService": Method(MasterApi._unregister_service, 0, (_SERVICE, _SERVICE_API), is_change=True),
+    "lookupService": Method(MasterApi._lookup_service, "", (_SERVICE,), is_query=True),
+    "lookupNode": Method(MasterApi._lookup_node, "", (arguments.node_name,), is_query=True),
     "getPublishedTopics": Method(MasterApi._get_published_topics, 0, (arguments.subgraph,)),
     "getTopicTypes": Method(MasterApi._get_topic_types, []),
     "getSystemState": Method(MasterApi._get_system_state, [[], [], []]),
-    "setParam": Method(MasterApi._set_param, 0, (_KEY, arguments.parameter_value), change=True),
-    "getParam": Method(MasterApi._get_param, 0, (_KEY,), question=True),
+    "setParam": Method(MasterApi._set_param, 0, (_KEY, arguments.parameter_value), is_change=True),
+    "getParam": Method(MasterApi._get_param, 0, (_KEY,), is_query=True),
     "hasParam": Method(MasterApi._has_param, False, (_KEY,)),
-    "deleteParam": Method(MasterApi._delete_param, 0, (_KEY,), question=True, change=True),
-    "searchParam": Method(MasterApi._search_param, 0, (arguments.raw_key,), question=True),
+    "deleteParam": Method(MasterApi._delete_param, 0, (_KEY,), is_query=True, is_change=True),
+    "searchParam": Method(MasterApi._search_param, 0, (arguments.raw_key,), is_query=True),
     "getParamNames": Method(MasterApi._get_param_names, []),
-    "subscribeParam": Method(MasterApi._subscribe_param, 0, (_CALLER_API, _KEY), change=True),
-    "unsubscribeParam": Method(MasterApi._unsubscribe_param, 0, (_CALLER_API, _KEY), change=True),
+    "subscribeParam": Method(MasterApi._subscribe_param, 0, (_CALLER_API, _KEY), is_change=True),
+    "unsubscribeParam": Method(MasterApi._unsubscribe_param, 0, (_CALLER_API, _KEY), is_change=True),
 }

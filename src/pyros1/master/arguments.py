@@ -117,6 +117,6 @@ def subgraph(value: Any, caller_id: str) -> str:
     return resolve(value, caller_id) if value else ""
 
 
-def anything(value: Any, caller_id: str) -> Any:
+def unchecked(value: Any, caller_id: str) -> Any:
     """Return the argument unchecked."""
     return value

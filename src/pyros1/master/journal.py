@@ -27,11 +27,11 @@ from pyros1.ground.errors import Error
 from pyros1.wire.xmlrpc import dumps_call, loads_call
 
 MAGIC: Final = b"#PYROS1 MASTER JOURNAL 1\n"
-LARGEST: Final = 256 << 20
+MAX_SIZE: Final = 256 << 20
 """Bytes of the largest journal that is read."""
-ALIVE_S: Final = 5.0
+HEARTBEAT_S: Final = 5.0
 """Seconds between two signs of life, the file's time of change."""
-MOST_WAITING: Final = 64 << 20
+MAX_PENDING: Final = 64 << 20
 """Bytes that wait for a disk; what is lost then makes the file be begun anew."""
 _FRAME: Final = struct.Struct("<II")
 _NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0)
@@ -46,22 +46,22 @@ class JournalError(Error):
 
 
 @dataclass(frozen=True)
-class Found:
+class JournalContents:
     """What the journal of an earlier master says.
 
     Attributes:
         calls: to be made on the new master, in order.
         pid: of the earlier master.
         boot: of which start of the machine; see `boot_id`.
-        died: seconds since the epoch when it gave its last sign of life.
-        cut: whether the end of the file is missing or spoilt; what comes before is good.
+        last_alive: seconds since the epoch when it gave its last sign of life.
+        truncated: whether the end of the file is missing or spoilt; what comes before is good.
     """
 
     calls: tuple[Call, ...]
     pid: int
     boot: str
-    died: float
-    cut: bool
+    last_alive: float
+    truncated: bool
 
 
 def boot_id() -> str:
@@ -71,22 +71,22 @@ def boot_id() -> str:
     return ""
 
 
-def frame(call: Call) -> bytes:
+def encode_record(call: Call) -> bytes:
     """Return a call as a record."""
     body = dumps_call(*call)
     return _FRAME.pack(len(body), zlib.crc32(body)) + body
 
 
-def unframe(data: bytes) -> Iterator[Call | None]:
+def decode_records(data: bytes) -> Iterator[Call | None]:
     """Yield the calls of records; None at the end if the rest is missing or spoilt."""
-    at = 0
-    while at < len(data):
-        if at + _FRAME.size > len(data):
+    position = 0
+    while position < len(data):
+        if position + _FRAME.size > len(data):
             yield None
             return
-        size, checksum = _FRAME.unpack_from(data, at)
-        at += _FRAME.size
-        body = data[at : at + size]
+        size, checksum = _FRAME.unpack_from(data, position)
+        position += _FRAME.size
+        body = data[position : position + size]
         if len(body) < size or zlib.crc32(body) != checksum:
             yield None
             return
@@ -95,10 +95,10 @@ def unframe(data: bytes) -> Iterator[Call | None]:
         except Error:
             yield None
             return
-        at += size
+        position += size
 
 
-def read(path: Path) -> Found | None:
+def read(path: Path) -> JournalContents | None:
     """Read the journal of a master that did not end by itself.
 
     Returns:
@@ -120,19 +120,19 @@ def read(path: Path) -> Found | None:
     with open(descriptor, "rb") as file:
         if hasattr(os, "getuid") and facts.st_uid != os.getuid():
             raise JournalError(f"{path} belongs to another user")
-        if facts.st_size > LARGEST:
-            raise JournalError(f"{path} has more than {LARGEST >> 20} MiB")
-        data = file.read(LARGEST)
+        if facts.st_size > MAX_SIZE:
+            raise JournalError(f"{path} has more than {MAX_SIZE >> 20} MiB")
+        data = file.read(MAX_SIZE)
     if not data.startswith(MAGIC):
         raise JournalError(f"{path} is not the journal of a master")
-    calls = list(unframe(data[len(MAGIC) :]))
-    cut = bool(calls) and calls[-1] is None
+    calls = list(decode_records(data[len(MAGIC) :]))
+    truncated = bool(calls) and calls[-1] is None
     known = [call for call in calls if call is not None]
     first = known[0] if known else ("", ())
     if first[0] != "begin" or [type(item) for item in first[1]] != [int, str]:
         raise JournalError(f"{path} does not say which master it belongs to")
     pid, boot = first[1]
-    return Found(tuple(known[1:]), pid, boot, facts.st_mtime, cut)
+    return JournalContents(tuple(known[1:]), pid, boot, facts.st_mtime, truncated)
 
 
 class Journal:
@@ -149,11 +149,11 @@ class Journal:
     def __init__(self, path: Path, on_problem: Callable[[str], object]) -> None:
         self._path = path
         self._on_problem = on_problem
-        self._lock = _locked(path.with_suffix(".lock"))
+        self._lock = _lock_file(path.with_suffix(".lock"))
         self._work: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
-        self._ahead: tuple[str, bytes] | None = None  # taken by the writer, for its next turn
-        self._waiting = 0  # bytes; only the loop adds, only the writer subtracts
-        self._done = 0
+        self._lookahead: tuple[str, bytes] | None = None  # taken by the writer, for its next turn
+        self._queued_bytes = 0  # bytes; only the loop adds, only the writer subtracts
+        self._written_bytes = 0
         self._base = self._added = 0  # sizes of the state at the beginning, and of what was added
         self._broken = False
         self._has_gap = False  # a change was left out: no later one may follow it
@@ -167,28 +167,28 @@ class Journal:
         return not self._broken and self._added > max(_GROWTH, self._base)
 
     @property
-    def is_due(self) -> bool:
+    def needs_rewrite(self) -> bool:
         """Whether the file should be begun anew when there is time: it has grown, or could not be written.
 
         Not while the writer still has work: each beginning holds the whole state.
         """
-        return self.has_grown or (self._broken and self._waiting == self._done)
+        return self.has_grown or (self._broken and self._queued_bytes == self._written_bytes)
 
     def begin(self, calls: Iterable[Call]) -> None:
         """Begin the file anew with a state."""
-        data = MAGIC + frame(("begin", (os.getpid(), boot_id()))) + b"".join(map(frame, calls))
+        data = MAGIC + encode_record(("begin", (os.getpid(), boot_id()))) + b"".join(map(encode_record, calls))
         self._broken = self._has_gap = False
         self._base, self._added = len(data), 0
         self._put("begin", data)
 
     def add(self, call: Call) -> None:
         """Add a change."""
-        data = frame(call)
+        data = encode_record(call)
         self._added += len(data)
         self._put("add", data)
 
-    def tick(self) -> None:
-        """Give a sign of life; call it every `ALIVE_S` seconds."""
+    def heartbeat(self) -> None:
+        """Give a sign of life; call it every `HEARTBEAT_S` seconds."""
         self._put("tick", b"")
 
     def close(self, *, remove: bool = True, timeout: float = 2.0) -> None:
@@ -208,21 +208,21 @@ class Journal:
             self._lock = -1
 
     def _put(self, what: str, data: bytes) -> None:
-        full = self._waiting - self._done + len(data) > MOST_WAITING
+        full = self._queued_bytes - self._written_bytes + len(data) > MAX_PENDING
         if what != "begin" and (full or self._has_gap):
             self._broken = self._has_gap = True
             return
-        self._waiting += len(data)
+        self._queued_bytes += len(data)
         self._work.put((what, data))
 
     def _run(self) -> None:
-        told = False
+        warned = False
         while True:
             what, data = self._next()
             try:
                 if what == "begin":
-                    self._write_anew(data)
-                    told = False
+                    self._replace(data)
+                    warned = False
                 elif what == "add" and self._descriptor >= 0:
                     _write(self._descriptor, data)
                 elif what == "tick" and self._descriptor >= 0:
@@ -231,43 +231,43 @@ class Journal:
                     self._path.unlink(missing_ok=True)
             except OSError as error:
                 self._give_up()
-                if not told:
-                    told = True
+                if not warned:
+                    warned = True
                     self._on_problem(f"the journal {self._path} cannot be written: {error.strerror}")
-            self._done += len(data)
+            self._written_bytes += len(data)
             if what in ("remove", "end"):
                 self._drop()
                 return
 
     def _next(self) -> tuple[str, bytes]:
         """Return the next piece of work, additions joined: while the loop is busy, each write costs a wait for it."""
-        if self._ahead is not None:
-            what, data = self._ahead
-            self._ahead = None
+        if self._lookahead is not None:
+            what, data = self._lookahead
+            self._lookahead = None
         else:
             what, data = self._work.get()
         joined = [data]
         while what == "add":
             try:
-                self._ahead = self._work.get_nowait()
+                self._lookahead = self._work.get_nowait()
             except queue.Empty:
                 break
-            if self._ahead[0] != "add":
+            if self._lookahead[0] != "add":
                 break
-            joined.append(self._ahead[1])
-            self._ahead = None
+            joined.append(self._lookahead[1])
+            self._lookahead = None
         return what, b"".join(joined)
 
-    def _write_anew(self, data: bytes) -> None:
-        aside = self._path.with_suffix(".new")
-        aside.unlink(missing_ok=True)
+    def _replace(self, data: bytes) -> None:
+        new_path = self._path.with_suffix(".new")
+        new_path.unlink(missing_ok=True)
         self._drop()
-        self._descriptor = os.open(aside, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o600)
+        self._descriptor = os.open(new_path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o600)
         _write(self._descriptor, data)
-        os.replace(aside, self._path)
+        os.replace(new_path, self._path)
 
     def _give_up(self) -> None:
-        """Remove what is no longer the whole truth; `is_due` asks for a new beginning."""
+        """Remove what is no longer the whole truth; `needs_rewrite` asks for a new beginning."""
         self._drop()
         for path in (self._path, self._path.with_suffix(".new")):
             with contextlib.suppress(OSError):
@@ -286,7 +286,7 @@ def _write(descriptor: int, data: bytes) -> None:
         view = view[os.write(descriptor, view) :]
 
 
-def _locked(path: Path) -> int:
+def _lock_file(path: Path) -> int:
     """Return the descriptor of a lock file that no other process holds."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -13,8 +13,8 @@ from typing import Any, Final
 
 from pyros1.ground.errors import Error, ProtocolError, TransportError
 from pyros1.master.registry import Notice
+from pyros1.net.connectivity import connectivity_hint
 from pyros1.net.hosts import parse_uri
-from pyros1.net.reach import how_to_reach
 from pyros1.net.rpc_caller import RpcCaller
 
 MASTER_NAME: Final = "/master"
@@ -30,7 +30,7 @@ class Notifier:
     Args:
         caller: makes the calls; its timeout is how long a silent node keeps its own later notices waiting.
         log: ``log(level, text)``.
-        tell: gets a text about a subscriber that cannot be reached, once until it is reached: it hears of no new
+        warn: gets a text about a subscriber that cannot be reached, once until it is reached: it hears of no new
             publishers and gets no messages of theirs, and neither it nor they can know why.
     """
 
@@ -38,12 +38,12 @@ class Notifier:
         self,
         caller: RpcCaller,
         log: Callable[[str, str], object],
-        tell: Callable[[str], object] = lambda text: None,
+        warn: Callable[[str], object] = lambda text: None,
     ) -> None:
         self._caller = caller
         self._log = log
-        self._tell = tell
-        self._told: set[str] = set()
+        self._warn = warn
+        self._reported: set[str] = set()
         self._in_flight: dict[str, _Key] = {}  # API URI -> what it is being told
         self._waiting: dict[str, dict[_Key, Notice]] = {}  # API URI -> what it will be told after that
 
@@ -52,11 +52,11 @@ class Notifier:
         for notice in notices:
             key = _key(notice)
             if notice.api not in self._in_flight:
-                if not notice.again:
+                if not notice.is_repeat:
                     self._call(notice)
                 continue
             waiting = self._waiting.setdefault(notice.api, {})
-            if notice.again and key not in waiting and key != self._in_flight[notice.api]:
+            if notice.is_repeat and key not in waiting and key != self._in_flight[notice.api]:
                 continue
             waiting.pop(key, None)  # the newer one goes to the end
             waiting[key] = notice
@@ -73,11 +73,11 @@ class Notifier:
         def done(value: Any, error: Error | None) -> None:
             if error is None:
                 self._log("info", f"{what}: sec={monotonic() - began:.2f}, result={value}")
-                self._told.discard(notice.api)
+                self._reported.discard(notice.api)
             else:
                 self._log("warn", f"{what}: sec={monotonic() - began:.2f}, failed: {error}")
                 if notice.method == "publisherUpdate" and isinstance(error, TransportError):
-                    self._unreached(notice, error)
+                    self._on_unreachable(notice, error)
             self._next(notice.api)
 
         self._log("info", what)
@@ -87,19 +87,19 @@ class Notifier:
         except Error as error:
             done(None, error)
 
-    def _unreached(self, notice: Notice, error: TransportError) -> None:
-        if notice.api in self._told:
+    def _on_unreachable(self, notice: Notice, error: TransportError) -> None:
+        if notice.api in self._reported:
             return
-        if len(self._told) >= MAX_WAITING:
-            self._told.clear()
-        self._told.add(notice.api)
+        if len(self._reported) >= MAX_WAITING:
+            self._reported.clear()
+        self._reported.add(notice.api)
         try:
             host, _ = parse_uri(notice.api)
         except ProtocolError:
             return
-        self._tell(
+        self._warn(
             f"{notice.node} cannot be notified of the publishers of {notice.subject}: {error}. "
-            f"{how_to_reach(host, error)}"
+            f"{connectivity_hint(host, error)}"
         )
 
     def _next(self, api: str) -> None:

@@ -197,7 +197,7 @@ def updates(subscribers: Members, key: str, value: Any, caller: str | None) -> l
         return []
     changed = _with_slash(key)
     notices: list[Notice] = []
-    for subscribed in _concerned(subscribers, changed, value):
+    for subscribed in _affected_keys(subscribers, changed, value):
         nodes, mine = subscribers[subscribed], _with_slash(subscribed)
         if changed.startswith(mine):
             subject, news = changed, value
@@ -209,7 +209,7 @@ def updates(subscribers: Members, key: str, value: Any, caller: str | None) -> l
     return notices
 
 
-def _concerned(subscribers: Members, changed: str, value: Any) -> list[str]:
+def _affected_keys(subscribers: Members, changed: str, value: Any) -> list[str]:
     """Return the keys at and above a change, and those below it if it has set a branch.
 
     Only for a branch is each key looked at: a thousand nodes may have subscribed to keys of their own.

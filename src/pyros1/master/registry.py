@@ -27,7 +27,7 @@ class Notice(NamedTuple):
         method: ``publisherUpdate``, ``paramUpdate`` or ``shutdown``.
         subject: topic, key or reason: the argument after the caller id.
         value: what follows the subject, empty or one item.
-        again: the node has just been answered the same. It is told again only if an older notice of the same, which
+        is_repeat: the node has just been answered the same. It is told again only if an older notice of the same, which
             may be under way, could come after that answer.
     """
 
@@ -36,10 +36,10 @@ class Notice(NamedTuple):
     method: str
     subject: str
     value: tuple[Any, ...] = ()
-    again: bool = False
+    is_repeat: bool = False
 
 
-class Known(NamedTuple):
+class RegisteredNode(NamedTuple):
     """A registered node.
 
     Attributes:
@@ -135,7 +135,7 @@ class Registry:
     def register_publisher(self, node: str, topic: str, kind: str, api: str) -> list[Notice]:
         """Add a publisher. A real type overwrites what was known, ``*`` does not (M32)."""
         self.version += 1
-        notices = self._settle(node, api)
+        notices = self._claim_api(node, api)
         self._nodes[node].publications.add(topic)
         self._publishers.setdefault(topic, {})[node] = api
         if kind != ANY_TYPE or topic not in self._types:
@@ -145,17 +145,17 @@ class Registry:
     def register_subscriber(self, node: str, topic: str, kind: str, api: str) -> list[Notice]:
         """Add a subscriber. Its type counts only where none is known (M32)."""
         self.version += 1
-        notices = self._settle(node, api)
+        notices = self._claim_api(node, api)
         self._nodes[node].subscriptions.add(topic)
         self._subscribers.setdefault(topic, {})[node] = api
         if kind != ANY_TYPE and topic not in self._types:
             self._types[topic] = kind
-        return [*notices, Notice(api, node, "publisherUpdate", topic, (self.publisher_apis(topic),), again=True)]
+        return [*notices, Notice(api, node, "publisherUpdate", topic, (self.publisher_apis(topic),), is_repeat=True)]
 
     def register_service(self, node: str, service: str, uri: str, api: str) -> list[Notice]:
         """Make a node the only provider of a service, in place of any other (M17)."""
         self.version += 1
-        notices = self._settle(node, api)
+        notices = self._claim_api(node, api)
         self._nodes[node].services.add(service)
         self._services[service] = (node, uri)
         return notices
@@ -170,7 +170,7 @@ class Registry:
         if entry is not None and api == entry.replaced:
             return []
         self.version += 1
-        notices = self._settle(node, api)
+        notices = self._claim_api(node, api)
         self._nodes[node].parameters.add(key)
         self.param_subscribers.setdefault(key, {})[node] = api
         return notices
@@ -229,10 +229,10 @@ class Registry:
 
     # ---- to go on after a restart
 
-    def nodes(self) -> list[Known]:
+    def nodes(self) -> list[RegisteredNode]:
         """Return all nodes, with the topics that they publish and subscribe."""
         return [
-            Known(name, entry.api, frozenset(entry.publications), frozenset(entry.subscriptions))
+            RegisteredNode(name, entry.api, frozenset(entry.publications), frozenset(entry.subscriptions))
             for name, entry in self._nodes.items()
         ]
 
@@ -250,7 +250,7 @@ class Registry:
             for node, api in nodes.items():
                 yield "subscribeParam", (node, api, key)
 
-    def know_types(self, types: Iterable[tuple[str, str]]) -> None:
+    def restore_types(self, types: Iterable[tuple[str, str]]) -> None:
         """Take over the types of topics, also of those that have no publisher now (M22)."""
         self._types = dict(types)
 
@@ -264,7 +264,7 @@ class Registry:
         publishers = self.publisher_apis(topic)
         return [Notice(api, node, "publisherUpdate", topic, (publishers,)) for node, api in subscribers.items()]
 
-    def _settle(self, node: str, api: str) -> list[Notice]:
+    def _claim_api(self, node: str, api: str) -> list[Notice]:
         """Make sure that the node is known under this API; take an older namesake's place."""
         entry = self._nodes.get(node)
         if entry is not None and entry.api == api:

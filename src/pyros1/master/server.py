@@ -8,21 +8,21 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from pyros1.master.api import Log, MasterApi
-from pyros1.master.journal import ALIVE_S, Found, Journal
+from pyros1.master.journal import HEARTBEAT_S, Journal, JournalContents
 from pyros1.master.notify import Notifier
-from pyros1.master.registry import Known
-from pyros1.master.revival import Revival
+from pyros1.master.recovery import Recovery
+from pyros1.master.registry import RegisteredNode
 from pyros1.net.loop import Loop
 from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_server import ServerLimits, XmlRpcServer
 
 if TYPE_CHECKING:
-    from pyros1.net.guests import Guests
+    from pyros1.net.allowlist import Allowlist
 
 DEFAULT_PORT: Final = 11311
 NOTIFY_TIMEOUT_S: Final = 10.0
-_FAREWELL_S: Final = 0.1
-LINGER: Final = 150e-6
+_SHUTDOWN_DELAY_S: Final = 0.1
+SPIN_TIME: Final = 150e-6
 """Seconds that the loop lingers: clients make many calls in a row, and waking up for each takes longer than the
 answer.
 """
@@ -49,9 +49,9 @@ class Master:
         on_error: gets unexpected exceptions; None: they are written to stderr.
         journal: keeps what is needed to go on after a sudden end; removed by ``stop``. None: nothing is kept.
         found: what an earlier master's journal says: it is continued. Nodes that are gone are forgotten, others told.
-        guests: decides who may connect; None lets everybody in.
-        tell: called on the master's thread with a text for the user about a node that cannot be reached.
-        on_continued: called on the master's thread, once it is known which nodes of the earlier master are still
+        allowlist: decides who may connect; None lets everybody in.
+        warn: called on the master's thread with a text for the user about a node that cannot be reached.
+        on_restored: called on the master's thread, once it is known which nodes of the earlier master are still
             running, with their number and the names of those that are gone.
     """
 
@@ -68,10 +68,10 @@ class Master:
         limits: ServerLimits = ServerLimits(),  # noqa: B008 - immutable
         on_error: Callable[[BaseException], object] | None = None,
         journal: Journal | None = None,
-        found: Found | None = None,
-        on_continued: Callable[[int, list[str]], object] | None = None,
-        guests: Guests | None = None,
-        tell: Callable[[str], object] = lambda text: None,
+        found: JournalContents | None = None,
+        on_restored: Callable[[int, list[str]], object] | None = None,
+        allowlist: Allowlist | None = None,
+        warn: Callable[[str], object] = lambda text: None,
     ) -> None:
         self._port = port
         self._bind_host = bind_host
@@ -79,10 +79,10 @@ class Master:
         self._log = log or _no_log
         self._on_shutdown = on_shutdown
         self._limits = limits
-        self._guests = guests
-        self._loop = Loop("master", on_error, LINGER)
+        self._allowlist = allowlist
+        self._loop = Loop("master", on_error, SPIN_TIME)
         self._caller = RpcCaller(self._loop, timeout=notify_timeout)
-        self._notifier = Notifier(self._caller, self._log, tell)
+        self._notifier = Notifier(self._caller, self._log, warn)
         self._api = MasterApi(
             notify=self._notifier.send,
             log=self._log,
@@ -93,8 +93,8 @@ class Master:
         )
         self._journal = journal
         self._found = found
-        self._on_continued = on_continued
-        self._revival: Revival | None = None
+        self._on_restored = on_restored
+        self._recovery: Recovery | None = None
         self._gone: list[str] = []
         self._server: XmlRpcServer | None = None
         self._ended = threading.Event()
@@ -113,15 +113,15 @@ class Master:
             advertised_host=self._advertised_host,
             port=self._port,
             limits=self._limits,
-            guests=self._guests,
-            say=self._trouble,
+            allowlist=self._allowlist,
+            warn=self._on_journal_problem,
         )
         self._caller.make_room = self._server.make_room
         self._api.uri = self._server.uri
         if self._found is not None:
             self._api.restore(self._found.calls)
             nodes = self._api.registry.nodes()
-            self._revival = Revival(self._loop, self._caller, nodes, self._forget, self._continued)
+            self._recovery = Recovery(self._loop, self._caller, nodes, self._forget, self._restored)
         if self._journal is not None:
             self._journal.begin(self._api.snapshot())
         self._loop.start()
@@ -166,13 +166,13 @@ class Master:
         """
         return self._ended.wait(timeout)
 
-    def _trouble(self, text: str) -> None:
+    def _on_journal_problem(self, text: str) -> None:
         self._log("error", text)
-        self._loop.tell(f"ERROR: the master {text}")
+        self._loop.warn(f"ERROR: the master {text}")
 
     def _begin(self) -> None:
-        if self._revival is not None:
-            self._revival.begin()
+        if self._recovery is not None:
+            self._recovery.begin()
         if self._journal is not None:
             self._tick()
 
@@ -186,29 +186,29 @@ class Master:
     def _tick(self) -> None:
         if self._journal is None or self._ended.is_set():
             return
-        if self._journal.is_due:
+        if self._journal.needs_rewrite:
             self._journal.begin(self._api.snapshot())
-        self._journal.tick()
-        self._loop.call_later(ALIVE_S, self._tick)
+        self._journal.heartbeat()
+        self._loop.call_later(HEARTBEAT_S, self._tick)
 
-    def _forget(self, node: Known, why: str) -> None:
+    def _forget(self, node: RegisteredNode, gone_reason: str) -> None:
         """Forget a node of the earlier master that is gone, unless it has come back under another API meanwhile."""
         if self._api.registry.node_api(node.name) != node.api:
             return
         self._gone.append(node.name)
-        self._log("warn", f"[{node.name}] of the earlier master is gone: {why}")
+        self._log("warn", f"[{node.name}] of the earlier master is gone: {gone_reason}")
         self._notifier.send(self._api.registry.forget(node.name, node.api))
 
-    def _continued(self, here: int) -> None:
+    def _restored(self, here: int) -> None:
         if self._journal is not None:
             self._journal.begin(self._api.snapshot())
         self._log("info", f"{here} nodes of the earlier master are still running, {len(self._gone)} are gone")
-        if self._on_continued is not None:
-            self._on_continued(here, self._gone)
+        if self._on_restored is not None:
+            self._on_restored(here, self._gone)
 
     def _close(self) -> None:
-        if self._revival is not None:
-            self._revival.close()
+        if self._recovery is not None:
+            self._recovery.close()
         if self._server is not None:
             self._server._close()
         self._caller._close()
@@ -216,7 +216,7 @@ class Master:
     def _shutdown_requested(self, reason: str) -> None:
         self._shutdown_reason = reason
         # Not at once: the client must get its answer first.
-        self._loop.call_later(_FAREWELL_S, self._announce_shutdown, reason)
+        self._loop.call_later(_SHUTDOWN_DELAY_S, self._announce_shutdown, reason)
 
     def _announce_shutdown(self, reason: str) -> None:
         self._ended.set()

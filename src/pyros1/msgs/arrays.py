@@ -13,7 +13,7 @@ from pyros1.msgs.base import Buffer
 LARGE_STRING = 1 << 20
 """Size in bytes from which strings are decoded without a copy of their bytes, which takes longer for short ones."""
 
-_KEEP = 256
+_MAX_CACHED_LENGTH = 256
 _U32 = struct.Struct("<I")
 _unpack_u32 = _U32.unpack_from
 _PREFIXES = tuple(_U32.pack(size) for size in range(256))
@@ -28,7 +28,7 @@ class Packers(dict[int, Callable[..., bytes]]):
 
     def __missing__(self, count: int) -> Callable[..., bytes]:
         function = struct.Struct(f"<{count}{self._code}").pack
-        if count <= _KEEP:
+        if count <= _MAX_CACHED_LENGTH:
             self[count] = function
         return function
 
@@ -40,13 +40,13 @@ class Packers(dict[int, Callable[..., bytes]]):
             except TypeError:
                 pass
             else:
-                same = view.format in _SAME.get(self._code, self._code)
+                same = view.format in _COMPATIBLE_CODES.get(self._code, self._code)
                 if same and view.ndim == 1 and view.itemsize == struct.calcsize("<" + self._code):
                     return view.tobytes()
         return self[len(values)](*values)
 
 
-class Truths(Packers):
+class BoolPackers(Packers):
     """The same for booleans, numpy's included."""
 
     def pack(self, values: Any) -> bytes:
@@ -54,11 +54,11 @@ class Truths(Packers):
         try:
             return super().pack(values)
         except struct.error:
-            return super().pack(list(map(truth, values)))
+            return super().pack(list(map(to_bool, values)))
 
 
 # Buffer formats with the same bytes as a struct code: the name of an 8-byte integer depends on the platform.
-_SAME = {"q": "ql", "Q": "QL", "B": "B?"}
+_COMPATIBLE_CODES = {"q": "ql", "Q": "QL", "B": "B?"}
 
 
 class Unpackers(dict[int, Callable[[Buffer, int], tuple[Any, ...]]]):
@@ -70,7 +70,7 @@ class Unpackers(dict[int, Callable[[Buffer, int], tuple[Any, ...]]]):
 
     def __missing__(self, count: int) -> Callable[[Buffer, int], tuple[Any, ...]]:
         function = struct.Struct(f"<{count}{self._code}").unpack_from
-        if count <= _KEEP:
+        if count <= _MAX_CACHED_LENGTH:
             self[count] = function
         return function
 
@@ -95,7 +95,7 @@ def octets(value: Any, length: int) -> bytes:
     return view.tobytes()
 
 
-def truth(value: Any) -> Any:
+def to_bool(value: Any) -> Any:
     """Return the boolean of numpy, which struct does not take, as Python's; and all else as it is."""
     return bool(value) if getattr(getattr(value, "dtype", None), "kind", "") == "b" else value
 
@@ -151,7 +151,7 @@ def read_times(buffer: Buffer, position: int, count: int, code: str, cls: type[T
     return result
 
 
-def gather(parts: Sequence[bytes], large: int) -> Any:
+def coalesce(parts: Sequence[bytes], large: int) -> Any:
     """Return a frame's parts as buffers to send in order: those of ``large`` bytes or more unchanged, others joined."""
     result: list[bytes | memoryview] = []
     small: list[bytes] = []

@@ -34,7 +34,7 @@ View = Callable[[bytes, int, int, str], Any]
 """Makes a numeric array of (buffer, position, number of elements, struct code)."""
 _M = TypeVar("_M", bound="Message")
 
-_MAKERS = {
+_GENERATORS = {
     "_encode_frame": "encoder",
     "_encode": "encoder",
     "_decode": "decoder",
@@ -44,7 +44,7 @@ _MAKERS = {
     "_copy": "copier",
 }
 """The modules that generate functions."""
-_DERIVED = frozenset({"_classes", "_fixed_size", "_min_size", "_weight"})
+_COMPUTED_ATTRIBUTES = frozenset({"_classes", "_fixed_size", "_min_size", "_weight"})
 """What classes that genpy has generated lack, see ``foreign.py``."""
 
 
@@ -77,18 +77,18 @@ class MessageType(type):
             _module("derived").derive(cls)
 
     def __getattr__(cls, name: str) -> Any:
-        if name not in _DERIVED and name not in _MAKERS:
+        if name not in _COMPUTED_ATTRIBUTES and name not in _GENERATORS:
             raise AttributeError(f"type object '{cls.__name__}' has no attribute '{name}'")
         try:
             owner = message_class(cls)
         except MessageError as error:  # `help()` asks the base class for the names of each message class
             raise AttributeError(str(error)) from None
-        if name in _DERIVED:
+        if name in _COMPUTED_ATTRIBUTES:
             if owner is not cls or name not in vars(owner):
-                _module("foreign").adopt(owner)
+                _module("genpy_classes").adopt(owner)
                 return getattr(owner, name)
             raise AttributeError(f"type object '{cls.__name__}' has no attribute '{name}'")
-        function = staticmethod(getattr(_module(_MAKERS[name]), "make" + name)(owner))
+        function = staticmethod(getattr(_module(_GENERATORS[name]), "make" + name)(owner))
         setattr(owner, name, function)
         return function.__func__
 
@@ -151,7 +151,7 @@ class Message(metaclass=MessageType):
     _connection_header: dict[str, str] | None
 
     def __init__(self, *args: Any, **kwds: Any) -> None:
-        if not _is_made(type(self)):
+        if not _is_generated(type(self)):
             _module("constructor").set_all(self, *args, **kwds)
             return
         cls = message_class(type(self))
@@ -164,7 +164,7 @@ class Message(metaclass=MessageType):
         Raises:
             SerializationError: a value does not fit its field; the text names the field.
         """
-        if _is_made(type(self)):
+        if _is_generated(type(self)):
             buff.write(message_class(type(self))._encode(self))
 
     def deserialize(self: _M, data: Buffer) -> _M:
@@ -174,7 +174,7 @@ class Message(metaclass=MessageType):
             DeserializationError: ``data`` is too short or not such a message. The last string or byte array may be cut
                 off: it is shorter then, as in stock.
         """
-        if not _is_made(type(self)):
+        if not _is_generated(type(self)):
             return self
         return self._take(message_class(type(self))._decode(bytes(data), 0, len(data)))
 
@@ -214,8 +214,12 @@ class Message(metaclass=MessageType):
         if not isinstance(other, self.__class__):
             return False
         for name in _slots(type(self)):
-            mine, theirs = getattr(self, name, None), getattr(other, name, None)
-            if mine is not theirs and (mine == theirs) is not True and not _same(mine, theirs):
+            own_value, other_value = getattr(self, name, None), getattr(other, name, None)
+            if (
+                own_value is not other_value
+                and (own_value == other_value) is not True
+                and not _same(own_value, other_value)
+            ):
                 return False
         return True
 
@@ -238,14 +242,14 @@ def _same(a: object, b: object) -> bool:
     return bool(equal.all()) if hasattr(equal, "all") else bool(equal)  # numpy compares element by element
 
 
-def _is_made(cls: type[Any]) -> bool:
+def _is_generated(cls: type[Any]) -> bool:
     """Return whether a class, or one of its bases, was made from a definition."""
     return hasattr(cls, "_slot_types")
 
 
 def _slots(cls: type[Any]) -> Sequence[str]:
     """Return the names of a message's fields; of a class without a definition, those of its slots."""
-    names: Sequence[str] = message_class(cls).__slots__ if _is_made(cls) else cls.__slots__
+    names: Sequence[str] = message_class(cls).__slots__ if _is_generated(cls) else cls.__slots__
     return names
 
 
@@ -369,7 +373,9 @@ class AnyMsg(Message):
             if "type" not in header:
                 raise DefinitionError("the connection header carries no type")
             text = header.get("message_definition", "")
-            cls = _module("odd_definitions").find_class(header["type"], header.get("md5sum", ""), text, by_name=True)
+            cls = _module("nonstandard_definitions").find_class(
+                header["type"], header.get("md5sum", ""), text, by_name=True
+            )
         body = _body(self)
         message: Message = cls._decode(body, 0, len(body))
         message._connection_header = self._connection_header

@@ -21,7 +21,7 @@ class _TooLargeError(SerializationError, OverflowError):
     """A float does not fit its field. Stock's programs know it as OverflowError."""
 
 
-def refusal(cls: type[Message], message: Any, error: Exception) -> SerializationError:
+def encoding_error(cls: type[Message], message: Any, error: Exception) -> SerializationError:
     """Return the error for a message that could not be encoded.
 
     Args:
@@ -74,7 +74,7 @@ def _check_message(cls: type[Message], message: Any, prefix: str) -> None:
     for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
         if not hasattr(message, name):
             where = f"field {prefix.rstrip('.')}" if prefix else "the message"
-            raise SerializationError(f"{where} must be of type {cls._type}, it has no [{name}]: {_show(message)}")
+            raise SerializationError(f"{where} must be of type {cls._type}, it has no [{name}]: {_quoted(message)}")
         _check_field(cls, slot_type, getattr(message, name), prefix + name)
 
 
@@ -97,7 +97,7 @@ def _check_field(cls: Any, slot_type: str, value: Any, name: str) -> None:
             f"field {name} takes bytes or an array of uint8, not of {value.dtype}: give its tobytes(), or convert it"
         )
     elif not isinstance(value, (list, tuple, bytes)) and not hasattr(value, "__len__"):
-        raise SerializationError(f"field {name} must be a list or tuple type, not {_show(value)}")
+        raise SerializationError(f"field {name} must be a list or tuple type, not {_quoted(value)}")
     if length >= 0 and len(value) != length:
         raise SerializationError(f"field {name} has {len(value)} elements, {slot_type} takes {length}")
     for element in value:
@@ -114,22 +114,22 @@ def _check_single(cls: Any, base: str, value: Any, name: str) -> None:
         except ValueError:  # an array of numpy's
             known = False
         if not known:
-            raise SerializationError(f"field {name} is not a bool, but {_show(value)}")
+            raise SerializationError(f"field {name} is not a bool, but {_quoted(value)}")
     elif code in "fd":
         try:
             struct.pack("<" + code, float(value) if isinstance(value, int) else value)
         except OverflowError:
             raise _TooLargeError(f"field {name} exceeds specified width [{base}]") from None
         except (struct.error, TypeError, ValueError):
-            raise SerializationError(f"field {name} must be float type, not {_show(value)}") from None
+            raise SerializationError(f"field {name} must be float type, not {_quoted(value)}") from None
     else:
         try:
             number = operator.index(value)  # arrays have __index__, too, but most are no integers
         except TypeError:
             kind = "an integer" if code.islower() else "unsigned integer"
-            raise SerializationError(f"field {name} must be {kind} type, not {_show(value)}") from None
+            raise SerializationError(f"field {name} must be {kind} type, not {_quoted(value)}") from None
         if code.isupper() and number < 0:
-            raise SerializationError(f"field {name} must be unsigned integer type, not {_show(value)}")
+            raise SerializationError(f"field {name} must be unsigned integer type, not {_quoted(value)}")
         try:
             struct.pack("<" + code, number)
         except (struct.error, OverflowError):
@@ -139,28 +139,28 @@ def _check_single(cls: Any, base: str, value: Any, name: str) -> None:
 def _check_other(cls: Any, base: str, value: Any, name: str) -> None:
     if base == "string":
         if not isinstance(value, str):
-            raise SerializationError(f"field {name} must be of type bytes or an ascii string, not {_show(value)}")
+            raise SerializationError(f"field {name} must be of type bytes or an ascii string, not {_quoted(value)}")
         try:
             value.encode()
         except UnicodeEncodeError as error:
             raise SerializationError(f"field {name} cannot be written as UTF-8: {error}") from None
     elif base in ("time", "duration"):
         if not hasattr(value, "secs") or not hasattr(value, "nsecs"):
-            raise SerializationError(f"field {name} must be a {base}, not {_show(value)}")
+            raise SerializationError(f"field {name} must be a {base}, not {_quoted(value)}")
         try:
             struct.pack("<2I" if base == "time" else "<2i", value.secs, value.nsecs)
         except (struct.error, TypeError):
-            raise SerializationError(f"field {name} exceeds specified width [{base}]: {_show(value)}") from None
+            raise SerializationError(f"field {name} exceeds specified width [{base}]: {_quoted(value)}") from None
     else:
         _check_message(cls._classes[base], value, name + ".")
 
 
-def _show(value: object) -> str:
+def _quoted(value: object) -> str:
     text = f"{type(value).__name__} {value!r}"
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def explain(cls: type[Message], buffer: Buffer, start: int, end: int) -> DeserializationError:
+def decoding_error(cls: type[Message], buffer: Buffer, start: int, end: int) -> DeserializationError:
     """Return the error for bytes that could not be decoded.
 
     Args:
@@ -192,12 +192,12 @@ class Walk:
         self.position = 0
 
     @property
-    def left(self) -> int:
+    def remaining(self) -> int:
         return len(self.data) - self.position
 
     def skip(self, size: int, what: str) -> None:
-        if size > self.left:
-            raise MessageError(f"{what} needs {size} bytes, {self.left} are left")
+        if size > self.remaining:
+            raise MessageError(f"{what} needs {size} bytes, {self.remaining} are left")
         self.position += size
 
     def count(self, what: str) -> int:
@@ -218,28 +218,30 @@ class Walk:
             number = int(count[:-1])
         else:
             number = self.count(what)
-            self._check_count(number, _least(cls, base), what)
+            self._check_count(number, _min_size_of(cls, base), what)
         if base == "string" or (base in cls._classes and cls._classes[base]._fixed_size is None):
             for _ in range(number):
                 self.single(cls, base, name + "[]")
-        elif number * _least(cls, base) <= self.left:
-            self.position += number * _least(cls, base)
+        elif number * _min_size_of(cls, base) <= self.remaining:
+            self.position += number * _min_size_of(cls, base)
         else:
             self.elements(cls, base, number, name)
 
     def elements(self, cls: type[Message], base: str, number: int, name: str) -> None:
         """Look at an array of values of fixed size that does not fit."""
-        self.skip(number * _least(cls, base), f"field {name}")
+        self.skip(number * _min_size_of(cls, base), f"field {name}")
 
     def text(self, begin: int, what: str) -> None:
         """Look at a string, which reaches from ``begin`` to the position. This walk does not."""
 
-    def _check_count(self, number: int, least: int, what: str) -> None:
-        if least == 0:
+    def _check_count(self, number: int, min_size: int, what: str) -> None:
+        if min_size == 0:
             if number > MAX_EMPTY:
                 raise MessageError(f"{what} claims {number} elements without content; the limit is {MAX_EMPTY}")
-        elif number > self.left // least:
-            raise MessageError(f"{what} claims {number} elements of at least {least} bytes, {self.left} bytes are left")
+        elif number > self.remaining // min_size:
+            raise MessageError(
+                f"{what} claims {number} elements of at least {min_size} bytes, {self.remaining} bytes are left"
+            )
 
     def single(self, cls: type[Message], base: str, name: str) -> None:
         what = f"field {name}"
@@ -249,15 +251,15 @@ class Walk:
             self.text(self.position - size, what)
         elif base in cls._classes:
             nested = cls._classes[base]
-            if nested._fixed_size is not None and nested._fixed_size <= self.left:
+            if nested._fixed_size is not None and nested._fixed_size <= self.remaining:
                 self.position += nested._fixed_size
             else:
                 self.message(nested, name + ".")
         else:
-            self.skip(_least(cls, base), what)
+            self.skip(_min_size_of(cls, base), what)
 
 
-def _least(cls: type[Message], base: str) -> int:
+def _min_size_of(cls: type[Message], base: str) -> int:
     """Return the smallest number of bytes of one value of a type."""
     if base in STRUCT_CODES:
         return struct.calcsize("<" + STRUCT_CODES[base])

@@ -9,7 +9,7 @@ from pyros1.msgs.base import Message
 from pyros1.msgs.generator import Fields, Source, fields_of, parts_of, split_type
 from pyros1.msgs.spec import STRUCT_CODES
 
-_FEW = 50
+_SET_THRESHOLD = 50
 """Number of names from which a set is made for the search: with fewer, a list is as fast."""
 
 
@@ -68,7 +68,7 @@ def arrange(cls: type[Message], args: tuple[Any, ...], kwds: dict[str, Any]) -> 
     if kwds:
         if args:
             raise TypeError("Message constructor may only use args OR keywords, not both")
-        known = slots if len(slots) < _FEW else {*slots}
+        known = slots if len(slots) < _SET_THRESHOLD else {*slots}
         for name in kwds:
             if name not in known:
                 raise AttributeError(f"{name} is not an attribute of {cls.__name__}")

@@ -14,7 +14,7 @@ from typing import Any
 from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
-from pyros1.msgs.encoder import WRONG_VALUE, again_with
+from pyros1.msgs.encoder import ENCODE_ERRORS, retry_expression
 from pyros1.msgs.generator import TIME_CODES, Fields, Source, fields_of, parts_of, split_type
 from pyros1.msgs.spec import STRUCT_CODES
 
@@ -67,7 +67,7 @@ class Copier(Source):
             self.emit(f"{target} = {local}")
         elif base == "bool":
             local = self.assign("truth", source)
-            self.emit(f"if {local}.__class__ is not bool: {local} = {self.ref(arrays.truth, 'as_bool')}({local})")
+            self.emit(f"if {local}.__class__ is not bool: {local} = {self.ref(arrays.to_bool, 'as_bool')}({local})")
             self.convert("?", local, target)
         elif code is not None:
             self.convert(code, source, target)
@@ -147,7 +147,7 @@ def make_copy(cls: type[Message]) -> Callable[..., Any]:
         source.emit(f"{source.ref(_make_part(cls, part), 'part')}({message}, {copy}, {whole})")
     source.emit(f"return {copy}")
     parameters = [message, f"{whole}=True"]
-    return source.function("copy", parameters, WRONG_VALUE, again_with(source, cls, "_copy", message))
+    return source.function("copy", parameters, ENCODE_ERRORS, retry_expression(source, cls, "_copy", message))
 
 
 def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any, Any, bool], None]:

@@ -25,10 +25,10 @@ from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 from pyros1.msgs.factory import MAX_EMPTY
 from pyros1.msgs.generator import TIME_CLASSES, TIME_CODES, Fields, Source, fields_of, parts_of, split_type
-from pyros1.msgs.repair import accept_end, decode_mended
+from pyros1.msgs.repair import accept_end, decode_repaired
 from pyros1.msgs.spec import STRUCT_CODES
 
-_WRONG = (struct.error, DeserializationError, ValueError, OverflowError, TypeError)
+_DECODE_ERRORS = (struct.error, DeserializationError, ValueError, OverflowError, TypeError)
 
 
 class _Arguments(NamedTuple):
@@ -260,9 +260,9 @@ class Decoder(Source):
         body = [*loop.lines, *loop.assignment(values)]
         self._emit_loop(loop, count, target, body, (values, f"{name}({self.arguments.buffer}[{begin}:{self.at}])"))
 
-    def _variable(self, nested: type[Message], least: int, count: str, target: str) -> None:
-        """Emit code that decodes an array of messages of different sizes, at least ``least`` bytes each."""
-        self.emit(f"if {count} > ({self.arguments.end} - {self.at}) // {least}: raise ValueError('count')")
+    def _variable(self, nested: type[Message], min_size: int, count: str, target: str) -> None:
+        """Emit code that decodes an array of messages of different sizes, at least ``min_size`` bytes each."""
+        self.emit(f"if {count} > ({self.arguments.end} - {self.at}) // {min_size}: raise ValueError('count')")
         loop = self._loop(nested)
         if loop is None:
             place, items, item = self.assign("p", self.at), self.assign("items", "[]"), self.fresh("item")
@@ -344,9 +344,9 @@ def _make_decode(source: Decoder) -> Callable[..., Any]:
         _make_message(source)
         source.emit(f"if {source.at} != {end}: {source.ref(accept_end)}({cls_name}, {end} - {source.at}, {exact})")
     source.emit(f"return {source.root}")
-    mended = f"{source.ref(decode_mended)}({cls_name}, {buffer}, {start}, {end}, {exact}"
+    mended = f"{source.ref(decode_repaired)}({cls_name}, {buffer}, {start}, {end}, {exact}"
     mended += f", {view})" if source.views else ")"
-    return source.function("decode", [*_parameters(source), f"{exact}=False"], _WRONG, lambda _: mended)
+    return source.function("decode", [*_parameters(source), f"{exact}=False"], _DECODE_ERRORS, lambda _: mended)
 
 
 def _make_read(source: Decoder) -> Callable[..., tuple[Any, int]]:

@@ -13,7 +13,7 @@ class DefinitionCache:
 
     Args:
         limit: most classes and errors to keep; the oldest are removed first.
-        by_name: see `pyros1.msgs.odd_definitions.find_class`.
+        by_name: see `pyros1.msgs.nonstandard_definitions.find_class`.
     """
 
     def __init__(self, limit: int = 1000, *, by_name: bool = False) -> None:
@@ -38,7 +38,7 @@ class DefinitionCache:
         others = tuple(others)
         found = self._found.get(key)
         if found is None or (others and isinstance(found, MessageError)):
-            from pyros1.msgs.odd_definitions import find_class  # noqa: PLC0415 - most programs need no cache's class
+            from pyros1.msgs.nonstandard_definitions import find_class  # noqa: PLC0415 - most programs need no cache's class
 
             try:
                 found = find_class(type_name, md5sum, full_text, others, by_name=self._by_name)

@@ -14,7 +14,7 @@ from pyros1.ground.errors import SerializationError
 from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 from pyros1.msgs.generator import TIME_CODES, Fields, Source, fields_of, parts_of, split_type
-from pyros1.msgs.loose import again
+from pyros1.msgs.numpy_compat import with_plain_numbers
 from pyros1.msgs.spec import STRUCT_CODES
 
 LARGE = 16384
@@ -25,7 +25,7 @@ _PREFIX = 4
 _SUMMANDS = 50
 """Most lengths in one sum: Python's compiler limits the length of expressions."""
 
-WRONG_VALUE = (struct.error, SerializationError, AttributeError, TypeError, ValueError, OverflowError)
+ENCODE_ERRORS = (struct.error, SerializationError, AttributeError, TypeError, ValueError, OverflowError)
 
 
 class _Run:
@@ -76,7 +76,7 @@ class Encoder(Source):
     def _single(self, base: str, nested: type[Message] | None, expression: str) -> None:
         if base == "bool":
             local = self.assign("truth", expression)
-            self.emit(f"if {local}.__class__ is not bool: {local} = {self.ref(arrays.truth, 'as_bool')}({local})")
+            self.emit(f"if {local}.__class__ is not bool: {local} = {self.ref(arrays.to_bool, 'as_bool')}({local})")
             self.value(STRUCT_CODES[base], local)
         elif base in STRUCT_CODES:
             self.value(STRUCT_CODES[base], expression)
@@ -162,16 +162,18 @@ def _make_encoder(cls: type[Message], *, frame: bool) -> Callable[[Any], Any]:
     if frame and source.large:
         joined = ", ".join(expressions)
         source.emit(f"if {size} < {LARGE}: return b''.join(({joined}))")
-        source.emit(f"return {source.ref(arrays.gather, 'gather')}(({joined}), {LARGE})")
+        source.emit(f"return {source.ref(arrays.coalesce, 'gather')}(({joined}), {LARGE})")
     else:
         source.emit(f"return {_joined(expressions)}")
     codec = "_encode_frame" if frame else "_encode"
-    return source.function("encode", [message], WRONG_VALUE, again_with(source, cls, codec, message))
+    return source.function("encode", [message], ENCODE_ERRORS, retry_expression(source, cls, codec, message))
 
 
-def again_with(source: Source, cls: type[Message], codec: str, message: str) -> Callable[[str], str]:
-    """Return a function from the name of a codec's error to the expression of its second try, see `loose.again`."""
-    return lambda error: f"{source.ref(again, 'again')}({source.ref(cls, 'cls')}, {codec!r}, {message}, {error})"
+def retry_expression(source: Source, cls: type[Message], codec: str, message: str) -> Callable[[str], str]:
+    """Return a function from the name of a codec's error to the expression of its second try."""
+    return lambda error: (
+        f"{source.ref(with_plain_numbers, 'again')}({source.ref(cls, 'cls')}, {codec!r}, {message}, {error})"
+    )
 
 
 def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any], bytes]:

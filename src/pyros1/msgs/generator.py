@@ -22,7 +22,7 @@ from pyros1.msgs.base import Message
 MAX_INLINE = 200
 """Most values that one function handles inline; further values of nested messages are left to their own functions."""
 
-MOST_FIELDS = 500
+MAX_FIELDS = 500
 """Most fields of a message that one function handles; with more fields, several functions share them, since
 Python's compiler needs several kilobytes for each line of a function."""
 
@@ -50,7 +50,7 @@ def fields_of(cls: type[Message]) -> Fields:
 def parts_of(cls: type[Message]) -> list[Fields]:
     """Return lists of a message class's fields, one for each function; most classes need only one."""
     fields = fields_of(cls)
-    return [fields[first : first + MOST_FIELDS] for first in range(0, len(fields), MOST_FIELDS)]
+    return [fields[first : first + MAX_FIELDS] for first in range(0, len(fields), MAX_FIELDS)]
 
 
 def inline_size(cls: type[Message]) -> int:
@@ -150,7 +150,7 @@ class Source:
         return self.ref(struct.Struct("<" + fmt).unpack_from, "unpack", ("unpack", fmt))
 
     def packers(self, base: str, code: str) -> str:
-        kind = arrays.Truths if base == "bool" else arrays.Packers
+        kind = arrays.BoolPackers if base == "bool" else arrays.Packers
         return self.ref(kind(code), "packers", ("packers", kind, code))
 
     def fits(self, cls: type[Message]) -> bool:

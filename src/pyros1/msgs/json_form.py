@@ -61,7 +61,7 @@ def emit_json(
     value: Any,
     type_name: str | None = None,
     *,
-    shown: Callable[[str], bool] = lambda kind: True,
+    includes: Callable[[str], bool] = lambda kind: True,
 ) -> None:
     """Emit the JSON text of a value in pieces, so that a large text is never as a whole in memory.
 
@@ -69,15 +69,15 @@ def emit_json(
         emit: called with each piece of text.
         value: as for `to_json`.
         type_name: as for `to_json`.
-        shown: returns for a field's type whether to include such fields.
+        includes: returns for a field's type whether to include such fields.
     """
     if isinstance(value, Message):
         cls = message_class(type(value))
         before = "{"
         for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
-            if shown(slot_type):
+            if includes(slot_type):
                 emit(f'{before}"{name}": ')
-                emit_json(emit, getattr(value, name), slot_type, shown=shown)
+                emit_json(emit, getattr(value, name), slot_type, includes=includes)
                 before = ", "
         emit("}" if before == ", " else "{}")
     elif isinstance(value, str) and len(value) > _SLICE:
@@ -91,13 +91,13 @@ def emit_json(
             emit(base64.b64encode(value[start : start + _SLICE]).decode("ascii"))
         emit('"')
     elif isinstance(value, (list, tuple)) and value and (type_name or "").partition("[")[0] not in _BYTES:
-        _emit_array(emit, value, type_name, shown)
+        _emit_array(emit, value, type_name, includes)
     else:
         emit(_dumps(to_json(value, type_name)))
 
 
 def _emit_array(
-    emit: Callable[[str], object], values: Any, type_name: str | None, shown: Callable[[str], bool]
+    emit: Callable[[str], object], values: Any, type_name: str | None, includes: Callable[[str], bool]
 ) -> None:
     base = type_name.partition("[")[0] if type_name is not None else None
     before = "["
@@ -108,7 +108,7 @@ def _emit_array(
     else:
         for item in values:
             emit(before)
-            emit_json(emit, item, base, shown=shown)
+            emit_json(emit, item, base, includes=includes)
             before = ", "
     emit("]")
 

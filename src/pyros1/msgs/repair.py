@@ -18,7 +18,7 @@ from typing import Any
 
 from pyros1.ground.errors import DeserializationError, LengthError, MessageError
 from pyros1.msgs.base import Buffer, Message, View
-from pyros1.msgs.check import Walk, explain
+from pyros1.msgs.check import Walk, decoding_error
 
 HANDLER = "rosmsg"
 """Name of the error handler that genpy registers with `codecs`."""
@@ -42,7 +42,7 @@ def accept_end(cls: type[Message], surplus: int, exact: bool) -> None:
         raise LengthError(cls._type, surplus)
 
 
-def decode_mended(
+def decode_repaired(
     cls: type[Message], buffer: Buffer, start: int, end: int, exact: bool, view: View | None = None
 ) -> Any:
     """Decode a message that could not be decoded as it is; arguments as for the decoders of message classes.
@@ -54,25 +54,25 @@ def decode_mended(
     body = bytes(memoryview(buffer)[start:end])
     cut: list[int] = []
     try:
-        mended = repaired(cls, body)
+        repaired_body = repair_strings(cls, body)
     except DeserializationError as error:
-        mended, missing, cut = completed(cls, body)
+        repaired_body, missing, cut = restore_end(cls, body)
         if not missing:
             raise error from error.__cause__
         if exact:
             raise LengthError(cls._type, -missing) from None
-    if mended == body:
-        raise explain(cls, body, 0, len(body))
+    if repaired_body == body:
+        raise decoding_error(cls, body, 0, len(body))
     if view is None:
-        message = cls._decode(mended, 0, len(mended), exact)
+        message = cls._decode(repaired_body, 0, len(repaired_body), exact)
     else:
-        message = cls._decode_arrays(mended, 0, len(mended), view, exact)
+        message = cls._decode_arrays(repaired_body, 0, len(repaired_body), view, exact)
     if cut:
         _shorten(message, cut)
     return message
 
 
-def repaired(cls: type[Message], data: Buffer) -> bytes:
+def repair_strings(cls: type[Message], data: Buffer) -> bytes:
     """Return an encoded message with UTF-8 in all its strings.
 
     Args:
@@ -82,7 +82,7 @@ def repaired(cls: type[Message], data: Buffer) -> bytes:
     Raises:
         DeserializationError: it is too short, or its strings must not be repaired.
     """
-    walk = _Repair(cls, data)
+    walk = _RepairWalk(cls, data)
     try:
         walk.message(cls, "")
     except MessageError as error:
@@ -90,7 +90,7 @@ def repaired(cls: type[Message], data: Buffer) -> bytes:
     return walk.result()
 
 
-def completed(cls: type[Message], data: bytes) -> tuple[bytes, int, list[int]]:
+def restore_end(cls: type[Message], data: bytes) -> tuple[bytes, int, list[int]]:
     """Complete a message whose last string or byte array is cut off.
 
     Args:
@@ -102,7 +102,7 @@ def completed(cls: type[Message], data: bytes) -> tuple[bytes, int, list[int]]:
         zeros. Then the number of bytes that were missing; 0 if something else is wrong. Then the lengths that the last
         byte arrays of fixed length had.
     """
-    walk = _Cut(memoryview(data))
+    walk = _TruncationWalk(memoryview(data))
     try:
         walk.message(cls, "")
     except MessageError:
@@ -113,7 +113,7 @@ def completed(cls: type[Message], data: bytes) -> tuple[bytes, int, list[int]]:
     return data + bytes(walk.zeros), walk.missing, walk.cut
 
 
-class _Cut(Walk):
+class _TruncationWalk(Walk):
     """A walk that finds the strings and byte arrays at the end that are cut off.
 
     Attributes:
@@ -153,19 +153,19 @@ class _Cut(Walk):
             self.single(cls, base, what)
 
     def _take(self, size: int) -> None:
-        if size > self.left:
+        if size > self.remaining:
             self.count_at = self.position - 4
         self._skip(size)
 
     def _take_fixed(self, size: int) -> None:
-        if size > self.left:
-            self.cut.append(self.left)
-            self.zeros += size - self.left
+        if size > self.remaining:
+            self.cut.append(self.remaining)
+            self.zeros += size - self.remaining
         self._skip(size)
 
     def _skip(self, size: int) -> None:
-        self.missing += max(size - self.left, 0)
-        self.position += min(size, self.left)
+        self.missing += max(size - self.remaining, 0)
+        self.position += min(size, self.remaining)
 
 
 def _shorten(message: Message, lengths: list[int]) -> None:
@@ -188,7 +188,7 @@ def _fixed_bytes(message: Message) -> Iterator[tuple[Message, str]]:
                 yield from _fixed_bytes(part)
 
 
-class _Repair(Walk):
+class _RepairWalk(Walk):
     """A walk that makes a copy of the message."""
 
     def __init__(self, cls: type[Message], data: Buffer) -> None:

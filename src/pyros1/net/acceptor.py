@@ -10,21 +10,21 @@ from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING, Final
 
-from pyros1.net.closing import hang_up
 from pyros1.net.loop import READ
+from pyros1.net.socket_close import shutdown_and_close
 
 if TYPE_CHECKING:
-    from pyros1.net.guests import Guests
+    from pyros1.net.allowlist import Allowlist
     from pyros1.net.loop import Loop
 
-PAUSE: Final = 0.2
+RETRY_DELAY: Final = 0.2
 """Seconds until the next attempt after one that failed: the system would report the waiting peer again at once."""
-QUIET: Final = 60.0
+REPORT_INTERVAL: Final = 60.0
 """Seconds without trouble after which trouble is told again."""
-_AT_ONCE: Final = 64  # then the others' turn
+_MAX_PER_TURN: Final = 64  # then the others' turn
 
 
-def lacks_files(error: BaseException | None) -> bool:
+def is_out_of_files(error: BaseException | None) -> bool:
     """Return whether an error, or its cause, says that no more files can be opened, here or in the whole system."""
     while error is not None:
         if isinstance(error, OSError) and error.errno in (errno.EMFILE, errno.ENFILE):
@@ -39,27 +39,27 @@ class Acceptor:
     Args:
         loop: the loop on which everything happens.
         listener: a listening socket; from now on the acceptor's.
-        take: called with each connection, which does not block.
-        say: called with a text when connections cannot be taken; once until that has been well for a minute.
+        on_connection: called with each connection, which does not block.
+        warn: called with a text when connections cannot be taken; once until that has been well for a minute.
         make_room: called then, to close what is not needed.
-        guests: decides who may connect; None lets everybody in.
+        allowlist: decides who may connect; None lets everybody in.
     """
 
     def __init__(
         self,
         loop: Loop,
         listener: socket.socket,
-        take: Callable[[socket.socket], object],
-        say: Callable[[str], object],
+        on_connection: Callable[[socket.socket], object],
+        warn: Callable[[str], object],
         make_room: Callable[[], object] = lambda: None,
-        guests: Guests | None = None,
+        allowlist: Allowlist | None = None,
     ) -> None:
         self._loop = loop
         self._listener = listener
-        self._take = take
-        self._say = say
+        self._on_connection = on_connection
+        self._warn = warn
         self._make_room = make_room
-        self._guests = guests
+        self._allowlist = allowlist
         self._failed = -inf  # when, on the monotonic clock
         self._closed = False
         listener.setblocking(False)
@@ -70,38 +70,40 @@ class Acceptor:
         if not self._closed:
             self._closed = True
             self._loop.unregister(self._listener)
-            hang_up(self._listener)
+            shutdown_and_close(self._listener)
 
     def _listen(self) -> None:
         if not self._closed:
-            self._loop.register(self._listener, READ, self._acceptable)
+            self._loop.register(self._listener, READ, self._on_readable)
 
-    def _acceptable(self, _mask: int) -> None:
-        for _ in range(_AT_ONCE):
+    def _on_readable(self, _mask: int) -> None:
+        for _ in range(_MAX_PER_TURN):
             try:
                 sock, address = self._listener.accept()
             except (BlockingIOError, InterruptedError, ConnectionAbortedError):
                 return
             except OSError as error:
-                self._rest(error)
+                self._pause(error)
                 return
-            if self._guests is not None and not self._guests.lets_in(sock, address):
+            if self._allowlist is not None and not self._allowlist.admits(sock, address):
                 continue
             sock.setblocking(False)
-            self._take(sock)
+            self._on_connection(sock)
             if self._closed:
                 return
 
-    def _rest(self, error: OSError) -> None:
+    def _pause(self, error: OSError) -> None:
         self._loop.unregister(self._listener)
-        self._loop.call_later(PAUSE, self._listen)
+        self._loop.call_later(RETRY_DELAY, self._listen)
         self._make_room()
         failed, self._failed = self._failed, monotonic()
-        if self._failed - failed > QUIET:
-            self._say(f"cannot accept a connection: {error.strerror}{_limit() if lacks_files(error) else ''}")
+        if self._failed - failed > REPORT_INTERVAL:
+            self._warn(
+                f"cannot accept a connection: {error.strerror}{_file_limit_hint() if is_out_of_files(error) else ''}"
+            )
 
 
-def _limit() -> str:
+def _file_limit_hint() -> str:
     """Return how many files this process may open, and how to change that; empty if the system does not say."""
     # Not from the module resource: it may not be loaded yet, and it is a file.
     return f". The limit of open files is {os.sysconf('SC_OPEN_MAX')}: see ulimit -n" if hasattr(os, "sysconf") else ""

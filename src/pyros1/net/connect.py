@@ -42,7 +42,7 @@ class ConnectHandle:
         self._timeout_s = timeout_s
         self._timer: TimerHandle | None = None
         self._next: TimerHandle | None = None  # the end of an address's share of the time
-        self._until = 0.0
+        self._deadline = 0.0
         self._refused = False
 
     @property
@@ -61,7 +61,7 @@ class ConnectHandle:
     def _start(self) -> None:
         if self._on_done is None:
             return
-        self._until = monotonic() + self._timeout_s
+        self._deadline = monotonic() + self._timeout_s
         self._timer = self._loop.call_later(self._timeout_s, self._timed_out)
         self._loop.resolver.resolve(self._host, self._resolved)
 
@@ -97,7 +97,7 @@ class ConnectHandle:
                 else:
                     self._loop.register(sock, WRITE, self._writable)
                     if self._addresses:
-                        share = (self._until - monotonic()) / (len(self._addresses) + 1)
+                        share = (self._deadline - monotonic()) / (len(self._addresses) + 1)
                         self._next = self._loop.call_later(share, self._give_up_address)
                 return
             sock.close()

@@ -11,14 +11,14 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from pyros1.ground.errors import ProtocolError, SettingError
-from pyros1.net.resolve import direct_addresses, look_up
+from pyros1.net.resolve import direct_addresses, resolve_host
 
 if TYPE_CHECKING:
-    from pyros1.net.guests import Networks
+    from pyros1.net.allowlist import Networks
     from pyros1.net.ports import PortRange
 
 DEFAULT_MASTER_URI: Final = "http://localhost:11311"
-EVERYWHERE: Final = ("0.0.0.0", "::")
+WILDCARDS: Final = ("0.0.0.0", "::")
 """The addresses that mean all of this machine's when listening."""
 
 _URI: Final = re.compile(
@@ -68,10 +68,10 @@ def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str,
         or environ.get("ROS_IP")
     )
     bind = "::" if ipv6 else "0.0.0.0"
-    wanted = special_args.get("__bind") or environ.get("PYROS1_BIND")
-    if wanted:
-        bind = _bind_address(wanted)
-        if bind not in EVERYWHERE:
+    requested = special_args.get("__bind") or environ.get("PYROS1_BIND")
+    if requested:
+        bind = _bind_address(requested)
+        if bind not in WILDCARDS:
             override = override or bind  # the only address at which this process can be reached
     elif override:
         if override == "localhost" or override.startswith("127."):
@@ -97,14 +97,14 @@ def _port_range(text: str) -> PortRange:
 
 
 def _networks(text: str) -> Networks:
-    from pyros1.net.guests import Networks  # noqa: PLC0415
+    from pyros1.net.allowlist import Networks  # noqa: PLC0415
 
     return Networks(text)
 
 
 def _bind_address(text: str) -> str:
     addresses = direct_addresses(text)
-    if addresses is None or not (addresses[0] in EVERYWHERE or is_own_address(addresses[0])):
+    if addresses is None or not (addresses[0] in WILDCARDS or is_own_address(addresses[0])):
         raise SettingError(
             f"PYROS1_BIND is {text[:60]!r}, which is not an address of this machine: its addresses are "
             f"{', '.join(interface_addresses())}; 0.0.0.0 means all"
@@ -156,11 +156,11 @@ def interface_addresses(ipv6: bool = False) -> list[str]:
                     continue
                 addresses.append(socket.inet_ntoa(reply[20:24]))
     try:
-        found = look_up(socket.gethostname())
+        found = resolve_host(socket.gethostname())
     except OSError:
         found = []
-    wanted = [address for address in found if (":" in address) == ipv6]
-    return wanted + [a for a in addresses if a not in wanted] if not ipv6 else wanted + addresses
+    requested = [address for address in found if (":" in address) == ipv6]
+    return requested + [a for a in addresses if a not in requested] if not ipv6 else requested + addresses
 
 
 def master_uri(environ: Mapping[str, str], special_args: Mapping[str, str]) -> str:
@@ -194,7 +194,7 @@ def is_local(host: str) -> bool:
     if host in ("localhost", "::1") or host.startswith("127.") or host == socket.gethostname():
         return True
     try:
-        addresses = direct_addresses(host) or look_up(host)
+        addresses = direct_addresses(host) or resolve_host(host)
     except OSError:
         return False
     return any(is_own_address(address) for address in addresses)

@@ -28,7 +28,7 @@ def keep_alive(sock: socket.socket) -> None:
                 sock.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), value)
 
 
-def keep_prompt(sock: socket.socket) -> None:
+def set_nodelay_and_keepalive(sock: socket.socket) -> None:
     """Let a TCP socket send what it is given at once, and `keep_alive`; other sockets need neither."""
     if sock.family in (socket.AF_INET, socket.AF_INET6):
         keep_alive(sock)
@@ -36,7 +36,7 @@ def keep_prompt(sock: socket.socket) -> None:
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
 
-def is_gone(sock: socket.socket) -> bool:
+def is_peer_dead(sock: socket.socket) -> bool:
     """Return whether the other machine has been silent for so long, although it has something to acknowledge.
 
     While data are under way there is no keep-alive: the system repeats them for a quarter of an hour. A program that

@@ -22,7 +22,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from pyros1.ground.errors import DeadlineError
-from pyros1.net.reports import ErrorReports  # not when it is needed: perhaps no more files can be opened then
+from pyros1.net.error_reports import ErrorReports  # not when it is needed: perhaps no more files can be opened then
 
 if TYPE_CHECKING:
     from pyros1.net.resolve import Resolver
@@ -134,15 +134,15 @@ class Loop:
         name: the thread's name.
         on_error: gets each exception that a callback raises, on the loop; the loop goes on. None: the traceback is
             written to stderr.
-        linger: seconds after an event in which the loop polls for the next one instead of sleeping: for a server whose
-            callers ask again as soon as they have an answer, and to which waking up takes longer than the work.
+        spin_time: seconds after an event in which the loop polls for the next one instead of sleeping: for a server
+            whose callers ask again as soon as they have an answer, and to which waking up takes longer than the work.
     """
 
     def __init__(
-        self, name: str, on_error: Callable[[BaseException], object] | None = None, linger: float = 0.0
+        self, name: str, on_error: Callable[[BaseException], object] | None = None, spin_time: float = 0.0
     ) -> None:
         self.name = name
-        self._linger = linger
+        self._spin_time = spin_time
         self._last_event = 0.0
         self._on_error = on_error or self._print
         self._reports: ErrorReports | None = None
@@ -246,16 +246,16 @@ class Loop:
             self._on_error(error)
         except Exception as other:  # noqa: BLE001 - the loop must go on
             with contextlib.suppress(Exception):
-                self._reporter.say(f"{self.name}: {error!r}; reporting this also failed: {other!r}")
+                self._reporter.log(f"{self.name}: {error!r}; reporting this also failed: {other!r}")
 
-    def tell(self, text: str) -> None:
+    def warn(self, text: str) -> None:
         """Write a text to stderr, without waiting for it. Repeated texts are counted. On the loop."""
-        self._reporter.say(text)
+        self._reporter.log(text)
 
     def _print(self, error: BaseException) -> None:
         from traceback import format_exception  # noqa: PLC0415 - rarely needed
 
-        self._reporter.say("".join(format_exception(type(error), error, error.__traceback__)).rstrip())
+        self._reporter.log("".join(format_exception(type(error), error, error.__traceback__)).rstrip())
 
     @property
     def _reporter(self) -> ErrorReports:
@@ -325,11 +325,11 @@ class Loop:
     def _run(self) -> None:
         try:
             while not self._stopping:
-                self._once()
+                self._run_once()
         finally:
             self._close()
 
-    def _once(self) -> None:
+    def _run_once(self) -> None:
         timers = self._timers
         while timers and timers[0][2].cancelled:
             heapq.heappop(timers)
@@ -359,11 +359,11 @@ class Loop:
 
     def _wait(self, timeout: float | None) -> Iterable[tuple[int, int]]:
         select = self._selector.select
-        if not self._linger:
+        if not self._spin_time:
             return select(timeout)
         events: Iterable[tuple[int, int]] = ()
         if timeout != 0.0:
-            end = self._last_event + self._linger
+            end = self._last_event + self._spin_time
             while not events and monotonic() < end:
                 events = select(0.0)
                 _yield()  # let other threads run first, perhaps the caller

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, cast
 
-from pyros1.ground import shown
+from pyros1.ground import terminal_text
 from pyros1.ground.errors import (
     DeadlineError,
     Error,
@@ -43,7 +43,7 @@ def unpack(reply: Any, what: str) -> Any:
         raise ProtocolError(f"{what} did not answer with [code, message, value]")
     code, message, value = reply
     if code != 1:
-        raise MasterError(shown.one_line(message), code)
+        raise MasterError(terminal_text.one_line(message), code)
     return value
 
 
@@ -111,7 +111,7 @@ class MasterClient:
                 f"export ROS_MASTER_URI={DEFAULT_MASTER_URI}"
             ) from None
         self._closed = False
-        self._one_by_one = False  # the master has no system.multicall
+        self._no_multicall = False  # the master has no system.multicall
 
     def close(self) -> None:
         """Close the connection; a call pending in another thread fails at once."""
@@ -120,22 +120,22 @@ class MasterClient:
 
     def call(self, method: str, *args: Any, timeout: float | None = None) -> Any:
         """Call any method with the caller id and ``args``, and return the value of the answer."""
-        return unpack(self._raw(method, self.caller_id, *args, timeout=timeout), self._who(method))
+        return unpack(self._request(method, self.caller_id, *args, timeout=timeout), self._describe_master(method))
 
-    def _get(self, fits: Callable[[Any], bool], method: str, *args: Any) -> Any:
+    def _call_checked(self, is_valid: Callable[[Any], bool], method: str, *args: Any) -> Any:
         """Call a method whose value has a certain form.
 
         Raises:
             MasterMethodError: it has another one.
         """
         value = self.call(method, *args)
-        if not fits(value):
-            raise self._lacks(method, f"its answer is {value!r:.60}. Is it a master?")
+        if not is_valid(value):
+            raise self._method_error(method, f"its answer is {value!r:.60}. Is it a master?")
         return value
 
-    def ask(self, method: str, *args: Any) -> Any:
+    def call_unchecked(self, method: str, *args: Any) -> Any:
         """Call any method with the caller id and ``args``, and return the whole answer: ``[code, message, value]``."""
-        return self._raw(method, self.caller_id, *args)
+        return self._request(method, self.caller_id, *args)
 
     def multicall(self, calls: Sequence[tuple[str, Sequence[Any]]], *, timeout: float | None = None) -> list[Any]:
         """Make many calls, in one round trip if the master can; each call gets the caller id as its first argument.
@@ -148,22 +148,24 @@ class MasterClient:
             For each call its value, or the MasterError or ProtocolError of that call, which is not raised.
         """
         replies = None
-        if not self._one_by_one and len(calls) > 1:
+        if not self._no_multicall and len(calls) > 1:
             request = [{"methodName": method, "params": [self.caller_id, *args]} for method, args in calls]
             try:
-                replies = self._raw("system.multicall", request, timeout=timeout)
+                replies = self._request("system.multicall", request, timeout=timeout)
             except MasterMethodError:
-                self._one_by_one = True
+                self._no_multicall = True
         if not isinstance(replies, list) or len(replies) != len(calls) or isinstance(replies[0], int):
             return [self._attempt(method, args, timeout) for method, args in calls]
         results: list[Any] = []
         for (method, _), reply in zip(calls, replies, strict=True):
             try:
                 if isinstance(reply, dict):
-                    raise self._lacks(method, str(reply.get("faultString", "")))
+                    raise self._method_error(method, str(reply.get("faultString", "")))
                 if not isinstance(reply, list) or len(reply) != 1:
-                    raise ProtocolError(f"{self._who(method)}, inside a multicall, with something other than one value")
-                results.append(unpack(reply[0], self._who(method)))
+                    raise ProtocolError(
+                        f"{self._describe_master(method)}, inside a multicall, with something other than one value"
+                    )
+                results.append(unpack(reply[0], self._describe_master(method)))
             except Error as error:
                 results.append(error)
         return results
@@ -177,31 +179,31 @@ class MasterClient:
         except Error as error:
             return error
 
-    def _lacks(self, method: str, why: object) -> MasterMethodError:
+    def _method_error(self, method: str, why: object) -> MasterMethodError:
         return MasterMethodError(f"the master at {self.uri} cannot serve {method}: {why}")
 
-    def _who(self, method: str) -> str:
+    def _describe_master(self, method: str) -> str:
         return f"the master at {self.uri}, called with {method},"
 
-    def _raw(self, method: str, *params: Any, timeout: float | None = None) -> Any:
+    def _request(self, method: str, *params: Any, timeout: float | None = None) -> Any:
         try:
             return self._client.call(method, *params, timeout=timeout)
         except (UnreachableError, DeadlineError) as error:
-            cure = "Is it running? Start one with: pyros1 core. Is it elsewhere? Set ROS_MASTER_URI."
+            hint = "Is it running? Start one with: pyros1 core. Is it elsewhere? Set ROS_MASTER_URI."
             if isinstance(error, UnknownHostError):
-                cure = (
+                hint = (
                     "Is the name correct? Then use the master's IP address in ROS_MASTER_URI, "
                     f"or add a line 'ADDRESS {error.host}' to /etc/hosts."
                 )
             if isinstance(error.__cause__, ConnectionResetError):
-                cure = "Does its option --allow (PYROS1_ALLOW) include this machine?"
+                hint = "Does its option --allow (PYROS1_ALLOW) include this machine?"
             if isinstance(error, DeadlineError):
-                cure = "Is it stopped (then: kill -CONT PID), or does the network lose packets?"
+                hint = "Is it stopped (then: kill -CONT PID), or does the network lose packets?"
             if self._closed:
-                cure = "The call was not made: the calling node has shut down."
-            raise MasterUnreachableError(f"no answer from the master at {self.uri} ({error}).\n{cure}", 0) from error
+                hint = "The call was not made: the calling node has shut down."
+            raise MasterUnreachableError(f"no answer from the master at {self.uri} ({error}).\n{hint}", 0) from error
         except (XmlRpcFault, ProtocolError) as error:
-            raise self._lacks(method, error) from error
+            raise self._method_error(method, error) from error
 
     # ---- master
 
@@ -223,11 +225,11 @@ class MasterClient:
 
     def get_pid(self) -> int:
         """Return the master's process id."""
-        return int(self._get(_is_number, "getPid"))
+        return int(self._call_checked(_is_number, "getPid"))
 
     def get_uri(self) -> str:
         """Return the URI that the master gives as its own."""
-        return cast(str, self._get(_is_text, "getUri"))
+        return cast(str, self._call_checked(_is_text, "getUri"))
 
     def shutdown(self, reason: str = "") -> None:
         """End the master."""
@@ -235,19 +237,19 @@ class MasterClient:
 
     def register_publisher(self, topic: str, topic_type: str, api: str) -> list[str]:
         """Register a publisher; return the API URIs of the topic's subscribers."""
-        return cast("list[str]", self._get(_is_texts, "registerPublisher", topic, topic_type, api))
+        return cast("list[str]", self._call_checked(_is_texts, "registerPublisher", topic, topic_type, api))
 
     def unregister_publisher(self, topic: str, api: str) -> int:
         """Return 1, or 0 if it was not registered with that API."""
-        return int(self._get(_is_number, "unregisterPublisher", topic, api))
+        return int(self._call_checked(_is_number, "unregisterPublisher", topic, api))
 
     def register_subscriber(self, topic: str, topic_type: str, api: str) -> list[str]:
         """Register a subscriber (type ``*``: any); return the API URIs of the topic's publishers."""
-        return cast("list[str]", self._get(_is_texts, "registerSubscriber", topic, topic_type, api))
+        return cast("list[str]", self._call_checked(_is_texts, "registerSubscriber", topic, topic_type, api))
 
     def unregister_subscriber(self, topic: str, api: str) -> int:
         """Return 1, or 0 if it was not registered with that API."""
-        return int(self._get(_is_number, "unregisterSubscriber", topic, api))
+        return int(self._call_checked(_is_number, "unregisterSubscriber", topic, api))
 
     def register_service(self, service: str, service_api: str, api: str) -> None:
         """Register the provider of a service, in place of any former one."""
@@ -255,35 +257,35 @@ class MasterClient:
 
     def unregister_service(self, service: str, service_api: str) -> int:
         """Return 1, or 0 if this provider was not registered."""
-        return int(self._get(_is_number, "unregisterService", service, service_api))
+        return int(self._call_checked(_is_number, "unregisterService", service, service_api))
 
     def lookup_service(self, service: str) -> str:
         """Return the ``rosrpc://`` URI of a service's provider."""
-        return cast(str, self._get(_is_text, "lookupService", service))
+        return cast(str, self._call_checked(_is_text, "lookupService", service))
 
     def lookup_node(self, name: str) -> str:
         """Return the API URI of a node."""
-        return cast(str, self._get(_is_text, "lookupNode", name))
+        return cast(str, self._call_checked(_is_text, "lookupNode", name))
 
     def get_published_topics(self, subgraph: str = "") -> list[list[str]]:
         """Return ``[[topic, type], ...]`` of topics with a publisher, in a namespace or (empty) everywhere."""
         try:
-            return cast("list[list[str]]", self._get(_is_pairs, "getPublishedTopics", subgraph))
+            return cast("list[list[str]]", self._call_checked(_is_pairs, "getPublishedTopics", subgraph))
         except MasterMethodError:
-            types = dict(cast("list[tuple[str, str]]", self._get(_is_pairs, "getTopicTypes")))
+            types = dict(cast("list[tuple[str, str]]", self._call_checked(_is_pairs, "getTopicTypes")))
             below = subgraph.rstrip("/") + "/"
             return [[name, types.get(name, "*")] for name, _ in self.get_system_state()[0] if name.startswith(below)]
 
     def get_topic_types(self) -> list[list[str]]:
         """Return ``[[topic, type], ...]`` of all topics that ever had a type."""
         try:
-            return cast("list[list[str]]", self._get(_is_pairs, "getTopicTypes"))
+            return cast("list[list[str]]", self._call_checked(_is_pairs, "getTopicTypes"))
         except MasterMethodError:
             return self.get_published_topics()
 
     def get_system_state(self) -> SystemState:
         """Return ``[publishers, subscribers, services]``, each ``[[name, [node, ...]], ...]``."""
-        return cast(SystemState, self._get(is_system_state, "getSystemState"))
+        return cast(SystemState, self._call_checked(is_system_state, "getSystemState"))
 
     # ---- parameters
 
@@ -388,7 +390,7 @@ class MasterClient:
     def get_param_names(self) -> list[str]:
         """Return the full names of all parameters."""
         try:
-            return cast("list[str]", self._get(_is_texts, "getParamNames"))
+            return cast("list[str]", self._call_checked(_is_texts, "getParamNames"))
         except MasterMethodError:
             return list(_leaves("", self.call("getParam", "/")))
 
@@ -398,4 +400,4 @@ class MasterClient:
 
     def unsubscribe_param(self, api: str, key: str) -> int:
         """End ``subscribe_param``."""
-        return int(self._get(_is_number, "unsubscribeParam", api, key))
+        return int(self._call_checked(_is_number, "unsubscribeParam", api, key))

@@ -13,9 +13,9 @@ import socket
 import threading
 from collections import deque
 
-from pyros1.net.bell import Event
+from pyros1.net.signal_safe import Event
 
-BELL = -1
+WAKE = -1
 """Result of `wait` after a call of `wake`."""
 
 
@@ -27,12 +27,12 @@ class Poller:
     """
 
     def __init__(self, portable: bool = False) -> None:
-        self._bell, self._button = socket.socketpair()
-        self._bell.setblocking(False)
-        self._button.setblocking(False)
-        self._bell_fd = self._bell.fileno()
+        self._wake_receiver, self._wake_sender = socket.socketpair()
+        self._wake_receiver.setblocking(False)
+        self._wake_sender.setblocking(False)
+        self._wake_fd = self._wake_receiver.fileno()
         self._poll = _Selector() if portable or not hasattr(select, "EPOLLONESHOT") else _Epoll()
-        self._poll.add(self._bell_fd)
+        self._poll.add(self._wake_fd)
 
     def register(self, fd: int) -> None:
         """Start to wait for a descriptor."""
@@ -53,26 +53,26 @@ class Poller:
             timeout: seconds; -1 for no limit.
 
         Returns:
-            A descriptor that can be read, BELL for one call of `wake`, None after the timeout.
+            A descriptor that can be read, WAKE for one call of `wake`, None after the timeout.
         """
         fd = self._poll.wait(timeout)
-        if fd != self._bell_fd:
+        if fd != self._wake_fd:
             return fd
         with contextlib.suppress(BlockingIOError):
-            self._bell.recv(1)
-        self._poll.rearm(self._bell_fd)
-        return BELL
+            self._wake_receiver.recv(1)
+        self._poll.rearm(self._wake_fd)
+        return WAKE
 
     def wake(self) -> None:
-        """Make a `wait` return BELL, now or the next time. Of very many calls at once some may be lost, but not all."""
+        """Make a `wait` return WAKE, now or the next time. Of very many calls at once some may be lost, but not all."""
         with contextlib.suppress(OSError):
-            self._button.send(b"\0")
+            self._wake_sender.send(b"\0")
 
     def close(self) -> None:
         """Release the descriptors. No thread may wait at that time or later."""
         self._poll.close()
-        self._bell.close()
-        self._button.close()
+        self._wake_receiver.close()
+        self._wake_sender.close()
 
 
 class _Epoll:
@@ -109,12 +109,12 @@ class _Selector:
 
     def __init__(self) -> None:
         self._selector = selectors.DefaultSelector()
-        self._turn = threading.Lock()  # held by the thread that waits
+        self._select_lock = threading.Lock()  # held by the thread that waits
         self._changes: deque[tuple[int, bool, Event | None]] = deque()
-        self._near, self._far = socket.socketpair()
-        self._near.setblocking(False)
-        self._far.setblocking(False)
-        self._selector.register(self._near, selectors.EVENT_READ)
+        self._wake_receiver, self._wake_sender = socket.socketpair()
+        self._wake_receiver.setblocking(False)
+        self._wake_sender.setblocking(False)
+        self._selector.register(self._wake_receiver, selectors.EVENT_READ)
 
     def add(self, fd: int) -> None:
         self._change(fd, True)
@@ -125,13 +125,13 @@ class _Selector:
         forgotten = Event()
         self._change(fd, False, forgotten)
         # Then the owner may close it. Without a thread in the selector, the next one removes it before it waits.
-        while self._turn.locked() and not forgotten.wait(0.1):
+        while self._select_lock.locked() and not forgotten.wait(0.1):
             pass
 
     def _change(self, fd: int, add: bool, done: Event | None = None) -> None:
         self._changes.append((fd, add, done))
         with contextlib.suppress(OSError):
-            self._far.send(b"\0")
+            self._wake_sender.send(b"\0")
 
     def _apply(self) -> None:
         """Make the requested changes, in order. Called by the thread whose turn it is."""
@@ -146,7 +146,7 @@ class _Selector:
                 done.set()
 
     def wait(self, timeout: float) -> int | None:
-        if not self._turn.acquire(timeout=timeout):
+        if not self._select_lock.acquire(timeout=timeout):
             return None
         try:
             while True:
@@ -155,15 +155,15 @@ class _Selector:
                 if not events:
                     return None
                 for key, _ in events:
-                    if key.fileobj is not self._near:
+                    if key.fileobj is not self._wake_receiver:
                         self._selector.unregister(key.fd)
                         return key.fd
                 with contextlib.suppress(BlockingIOError):
-                    self._near.recv(4096)
+                    self._wake_receiver.recv(4096)
         finally:
-            self._turn.release()
+            self._select_lock.release()
 
     def close(self) -> None:
         self._selector.close()
-        self._near.close()
-        self._far.close()
+        self._wake_receiver.close()
+        self._wake_sender.close()

@@ -79,7 +79,7 @@ def listening_socket(bind: str, port: int = 0, ports: PortRange | None = None) -
             raise
         return sock
 
-    return _one_of(attempt, bind, port, ports)
+    return _bind_first_free(attempt, bind, port, ports)
 
 
 def datagram_socket(bind: str, ports: PortRange | None = None) -> socket.socket:
@@ -95,20 +95,22 @@ def datagram_socket(bind: str, ports: PortRange | None = None) -> socket.socket:
             raise
         return sock
 
-    return _one_of(attempt, bind, 0, ports)
+    return _bind_first_free(attempt, bind, 0, ports)
 
 
 def _family(bind: str) -> int:
     return socket.AF_INET6 if ":" in bind else socket.AF_INET
 
 
-def _one_of(attempt: Callable[[int], socket.socket], bind: str, port: int, ports: PortRange | None) -> socket.socket:
+def _bind_first_free(
+    attempt: Callable[[int], socket.socket], bind: str, port: int, ports: PortRange | None
+) -> socket.socket:
     """Return the socket of the first port that is free."""
     if port or ports is None:
-        return _told(attempt, bind, port)
+        return _bind_or_explain(attempt, bind, port)
     for number in ports.shuffled():
         try:
-            return _told(attempt, bind, number)
+            return _bind_or_explain(attempt, bind, number)
         except OSError as error:
             if error.errno != errno.EADDRINUSE:
                 raise
@@ -117,7 +119,7 @@ def _one_of(attempt: Callable[[int], socket.socket], bind: str, port: int, ports
     )
 
 
-def _told(attempt: Callable[[int], socket.socket], bind: str, port: int) -> socket.socket:
+def _bind_or_explain(attempt: Callable[[int], socket.socket], bind: str, port: int) -> socket.socket:
     try:
         return attempt(port)
     except OSError as error:

@@ -13,12 +13,12 @@ from collections.abc import Callable
 from time import monotonic
 from typing import Any, Final, Protocol
 
-from pyros1.net.bell import Event
+from pyros1.net.signal_safe import Event
 
 MAX_THREADS: Final = 8
-MAX_REMEMBERED: Final = 1000
-FOUND_S: Final = 30.0
-NOT_FOUND_S: Final = 2.0
+MAX_CACHED: Final = 1000
+POSITIVE_TTL_S: Final = 30.0
+NEGATIVE_TTL_S: Final = 2.0
 
 Address = tuple[int, tuple[str, int]]
 """Address family, and host and port in the form of the socket calls."""
@@ -38,7 +38,7 @@ def direct_addresses(host: str) -> list[str] | None:
     return None
 
 
-def look_up(host: str) -> list[str]:
+def resolve_host(host: str) -> list[str]:
     """Return the addresses of a host, by the system's look-up; may block.
 
     Raises:
@@ -51,7 +51,7 @@ def look_up(host: str) -> list[str]:
     return list(dict.fromkeys(str(entry[4][0]) for entry in found))
 
 
-class LookUp:
+class HostLookup:
     """A look-up that its caller need not wait for: it goes on in a thread, as the system's cannot be interrupted.
 
     Args:
@@ -70,7 +70,7 @@ class LookUp:
 
     def _run(self) -> None:
         try:
-            addresses = look_up(self._host)
+            addresses = resolve_host(self._host)
         except OSError as error:
             self._error = self._error or error
         else:
@@ -93,13 +93,13 @@ class LookUp:
             raise self._error
         return self._addresses
 
-    def give_up(self) -> None:
+    def cancel(self) -> None:
         """End all waits with an OSError."""
         self._error = OSError("given up")
         self._done.set()
 
 
-class Answered(Protocol):
+class ResolverLoop(Protocol):
     """The part of a loop that is needed here."""
 
     name: str
@@ -110,9 +110,9 @@ class Answered(Protocol):
 class Resolver:
     """Resolver of host names for one loop. All methods run on the loop."""
 
-    def __init__(self, loop: Answered) -> None:
+    def __init__(self, loop: ResolverLoop) -> None:
         self._loop = loop
-        self._known: dict[str, tuple[float, list[str], OSError | None]] = {}
+        self._cache: dict[str, tuple[float, list[str], OSError | None]] = {}
         self._waiting: dict[str, list[OnResolved]] = {}
         self._queue: deque[str] = deque()
         self._threads = 0
@@ -124,7 +124,7 @@ class Resolver:
         if direct is not None:
             on_done(direct, None)
             return
-        known = self._known.get(host)
+        known = self._cache.get(host)
         if known is not None and known[0] > monotonic():
             on_done(known[1], known[2])
             return
@@ -150,7 +150,7 @@ class Resolver:
             except IndexError:
                 break
             try:
-                addresses, error = look_up(host), None
+                addresses, error = resolve_host(host), None
             except OSError as failure:
                 addresses, error = [], failure
             self._loop.call_soon(self._done, host, addresses, error)
@@ -164,8 +164,8 @@ class Resolver:
             threading.Thread(target=self._work, name=f"{self._loop.name} resolver", daemon=True).start()
 
     def _done(self, host: str, addresses: list[str], error: OSError | None) -> None:
-        if len(self._known) >= MAX_REMEMBERED:
-            self._known.clear()
-        self._known[host] = (monotonic() + (NOT_FOUND_S if error else FOUND_S), addresses, error)
+        if len(self._cache) >= MAX_CACHED:
+            self._cache.clear()
+        self._cache[host] = (monotonic() + (NEGATIVE_TTL_S if error else POSITIVE_TTL_S), addresses, error)
         for on_done in self._waiting.pop(host, ()):
             on_done(addresses, error)

@@ -12,11 +12,11 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from pyros1.ground.errors import DeadlineError, Error, ProtocolError, UnreachableError
-from pyros1.net.acceptor import PAUSE, lacks_files
+from pyros1.net.acceptor import RETRY_DELAY, is_out_of_files
 from pyros1.net.connect import ConnectHandle, connect
 from pyros1.net.hosts import parse_uri
 from pyros1.net.loop import READ, WRITE
-from pyros1.net.timeouts import Patience, show_progress
+from pyros1.net.timeouts import TransferDeadline, limit_unsent
 from pyros1.wire.http import HttpLimits, Response, ResponseParser, build_request
 from pyros1.wire.xmlrpc import dumps_call, loads_response
 
@@ -52,12 +52,12 @@ class _Peer:
         self.out = b""
         self.writing = False
         self.parser = ResponseParser(caller.limits)
-        self.fresh = True
+        self.is_new_connection = True
         self.connecting: ConnectHandle | TimerHandle | None = None  # a timer: no file can be opened just now
-        self.lack: Error | None = None  # why there is no connection, if no file can be opened
-        self.deadline: TimerHandle | None = None
-        self.patience = Patience(0.0)  # with the call that is under way
-        self.idle: TimerHandle | None = None
+        self.connect_error: Error | None = None  # why there is no connection, if no file can be opened
+        self.deadline_timer: TimerHandle | None = None
+        self.transfer_deadline = TransferDeadline(0.0)  # with the call that is under way
+        self.idle_timer: TimerHandle | None = None
 
     def add(self, job: _Job) -> None:
         if len(self.queue) >= _MAX_QUEUED:
@@ -65,7 +65,7 @@ class _Peer:
             return
         self.queue.append(job)
         if self.job is None:
-            self._next()
+            self._start_next()
 
     def close(self) -> None:
         self._drop()
@@ -73,32 +73,32 @@ class _Peer:
         jobs += self.queue
         self.job = None
         self.queue.clear()
-        if self.deadline is not None:
-            self.deadline.cancel()
+        if self.deadline_timer is not None:
+            self.deadline_timer.cancel()
         for job in jobs:
             job.on_done(None, UnreachableError(f"the call to {self.uri} was cancelled: its caller was closed"))
 
-    def _next(self) -> None:
-        if self.idle is not None:
-            self.idle.cancel()
-            self.idle = None
+    def _start_next(self) -> None:
+        if self.idle_timer is not None:
+            self.idle_timer.cancel()
+            self.idle_timer = None
         if not self.queue:
             if self.sock is None:
                 self.caller.forget(self)
             else:
-                self.idle = self.loop.call_later(_IDLE_S, self.drop_idle)
+                self.idle_timer = self.loop.call_later(_IDLE_S, self.drop_idle)
             return
         job = self.job = self.queue.popleft()
-        self.patience = Patience(job.timeout_s)
-        self.deadline = self.loop.call_later(job.timeout_s, self._too_late, job)
+        self.transfer_deadline = TransferDeadline(job.timeout_s)
+        self.deadline_timer = self.loop.call_later(job.timeout_s, self._on_deadline, job)
         if self.sock is not None:
-            self.fresh = False
+            self.is_new_connection = False
             self._send()
         else:
             self._connect()
 
     def _connect(self) -> None:
-        self.fresh = True
+        self.is_new_connection = True
         job = self.job
         if job is None:
             return
@@ -110,25 +110,25 @@ class _Peer:
     def _connected(self, sock: socket.socket | None, error: Error | None) -> None:
         at_once = self.connecting is None
         self.connecting = None
-        if sock is None and lacks_files(error):  # try again until the call's deadline
-            self.lack = error
+        if sock is None and is_out_of_files(error):  # try again until the call's deadline
+            self.connect_error = error
             self.caller.drop_idle()
-            self.connecting = self.loop.call_later(PAUSE, self._connect)
+            self.connecting = self.loop.call_later(RETRY_DELAY, self._connect)
             return
         if sock is None and at_once:  # not from here: the next call may fail at once, too, and so on
-            self.loop.call_soon(self._not_connected, self.job, error)
+            self.loop.call_soon(self._connect_failed, self.job, error)
             return
         if sock is None:
             self._finish(None, error)
             return
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        show_progress(sock)
-        self.sock, self.lack = sock, None
+        limit_unsent(sock)
+        self.sock, self.connect_error = sock, None
         self.parser = ResponseParser(self.caller.limits)
         self.loop.register(sock, READ, self._ready)
         self._send()
 
-    def _not_connected(self, job: _Job | None, error: Error | None) -> None:
+    def _connect_failed(self, job: _Job | None, error: Error | None) -> None:
         if job is self.job:  # and has not ended meanwhile
             self._finish(None, error)
 
@@ -148,10 +148,10 @@ class _Peer:
         except (BlockingIOError, InterruptedError):
             sent = 0
         except OSError as error:
-            self._lost(error.strerror or str(error))
+            self._connection_lost(error.strerror or str(error))
             return
         self.out = self.out[sent:]
-        self.patience.moved(sent)
+        self.transfer_deadline.add_bytes(sent)
         if bool(self.out) is not self.writing:
             self.writing = not self.writing
             self.loop.modify(sock, READ | WRITE if self.writing else READ, self._ready)
@@ -171,14 +171,14 @@ class _Peer:
         except (BlockingIOError, InterruptedError):
             return
         except OSError as error:
-            self._lost(error.strerror or str(error))
+            self._connection_lost(error.strerror or str(error))
             return
         if self.job is None:  # no call is under way: closed while idle, or unexpected bytes
             self._drop()
             self.caller.forget(self)
-            self.caller.on_hung_up(self.uri)
+            self.caller.on_disconnect(self.uri)
             return
-        self.patience.moved(len(data))
+        self.transfer_deadline.add_bytes(len(data))
         try:
             if data:
                 self.parser.feed(data)
@@ -186,16 +186,16 @@ class _Peer:
             else:
                 response = self.parser.eof()
                 if response is None:
-                    self._lost("the connection was closed before an answer came")
+                    self._connection_lost("the connection was closed before an answer came")
                     return
         except ProtocolError as error:
             self._drop()
             self._finish(None, ProtocolError(f"{self.uri}: {error}"))
             return
         if response is not None:
-            self._answered(response)
+            self._on_response(response)
 
-    def _answered(self, response: Response) -> None:
+    def _on_response(self, response: Response) -> None:
         if not response.keep_alive or self.parser.in_message or self.out:
             self._drop()
         value: Any = None
@@ -209,39 +209,41 @@ class _Peer:
                 error = failure
         self._finish(value, error)
 
-    def _lost(self, reason: str) -> None:
-        began = self.parser.in_message
+    def _connection_lost(self, reason: str) -> None:
+        response_started = self.parser.in_message
         self._drop()
         if self.job is None:
             self.caller.forget(self)
-            self.caller.on_hung_up(self.uri)
-        elif self.fresh or began:
+            self.caller.on_disconnect(self.uri)
+        elif self.is_new_connection or response_started:
             self._finish(None, UnreachableError(f"cannot reach {self.uri}: {reason}"))
         else:
             self._connect()
 
-    def _too_late(self, job: _Job) -> None:
+    def _on_deadline(self, job: _Job) -> None:
         if job is not self.job:
             return
-        left = self.patience.left()
-        if left > 0:
-            self.deadline = self.loop.call_later(left, self._too_late, job)
+        remaining = self.transfer_deadline.remaining()
+        if remaining > 0:
+            self.deadline_timer = self.loop.call_later(remaining, self._on_deadline, job)
         else:
             self._drop()
-            self._finish(None, self.lack or DeadlineError(f"{self.uri} did not answer within {job.timeout_s:g} s"))
+            self._finish(
+                None, self.connect_error or DeadlineError(f"{self.uri} did not answer within {job.timeout_s:g} s")
+            )
 
     def _finish(self, value: Any, error: Error | None) -> None:
-        job, self.job, self.lack = self.job, None, None
-        if self.deadline is not None:
-            self.deadline.cancel()
-            self.deadline = None
+        job, self.job, self.connect_error = self.job, None, None
+        if self.deadline_timer is not None:
+            self.deadline_timer.cancel()
+            self.deadline_timer = None
         try:
             if job is not None:
                 job.on_done(value, error)
         finally:
             # It may have added a job, which has then begun already.
             if self.job is None:
-                self._next()
+                self._start_next()
 
     def drop_idle(self) -> None:
         """Close the kept connection, unless a call is under way."""
@@ -252,9 +254,9 @@ class _Peer:
     def _drop(self) -> None:
         self.out = b""
         self.writing = False
-        if self.idle is not None:
-            self.idle.cancel()
-            self.idle = None
+        if self.idle_timer is not None:
+            self.idle_timer.cancel()
+            self.idle_timer = None
         if self.connecting is not None:
             self.connecting.cancel()
             self.connecting = None
@@ -270,9 +272,10 @@ class RpcCaller:
     Args:
         loop: the loop on which everything runs.
         timeout: seconds that one call may take from the moment its turn comes, connecting included; longer while much
-            data move (`Patience`).
+            data move (`TransferDeadline`).
         limits: largest sizes of an answer.
-        on_hung_up: called on the loop with a URI whose kept connection was closed by the other side between two calls.
+        on_disconnect: called on the loop with a URI whose kept connection was closed by the other side between two
+            calls.
 
     Attributes:
         make_room: called when no more files can be opened, to close what others on the loop do not need.
@@ -284,10 +287,10 @@ class RpcCaller:
         *,
         timeout: float = 10.0,
         limits: HttpLimits = HttpLimits(),  # noqa: B008 - immutable
-        on_hung_up: Callable[[str], object] = lambda uri: None,
+        on_disconnect: Callable[[str], object] = lambda uri: None,
     ) -> None:
         self.loop = loop
-        self.on_hung_up = on_hung_up
+        self.on_disconnect = on_disconnect
         self.limits = limits
         self._timeout = timeout
         self._peers: dict[str, _Peer] = {}
@@ -318,10 +321,10 @@ class RpcCaller:
 
     def drop_idle(self) -> None:
         """Close the connections that are kept for later calls, or what else is not needed. Called by the peers."""
-        idle = [peer for peer in self._peers.values() if peer.idle is not None]
-        for peer in idle:
+        idle_peers = [peer for peer in self._peers.values() if peer.idle_timer is not None]
+        for peer in idle_peers:
             peer.drop_idle()
-        if not idle:
+        if not idle_peers:
             self.make_room()
 
     def forget(self, peer: _Peer) -> None:

@@ -1,8 +1,8 @@
 """How long to wait for sockets.
 
-`Patience` is for data of any size on links of any speed. `bound_waits` sets timeouts that the kernel keeps: with a
-timeout of its own, Python asks before each call whether the socket is ready, which takes two system calls instead of
-one. At such a timeout the call raises BlockingIOError.
+`TransferDeadline` is for data of any size on links of any speed. `set_socket_timeouts` sets timeouts that the kernel
+keeps: with a timeout of its own, Python asks before each call whether the socket is ready, which takes two system calls
+instead of one. At such a timeout the call raises BlockingIOError.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from typing import Final
 
 _DIRECT = sys.platform != "win32" and hasattr(socket, "SO_RCVTIMEO") and hasattr(socket, "SO_SNDTIMEO")
 
-SLOWEST: Final = 1000.0
+MIN_RATE: Final = 1000.0
 """Bytes per second that data must come or go with in the long run."""
 _UNSENT: Final = 16 * 1024
 
-WaitOver = (BlockingIOError, TimeoutError)
+SOCKET_TIMEOUTS = (BlockingIOError, TimeoutError)
 """The exceptions of a call that has timed out."""
 
 
-class Patience:
-    """How long to wait for data that come or go in pieces: as long as they move, and are not slower than SLOWEST.
+class TransferDeadline:
+    """How long to wait for data that come or go in pieces: as long as they move, and are not slower than MIN_RATE.
 
     So a large value gets through a slow link, but a peer that stops, or sends byte after byte, is given up.
 
@@ -32,30 +32,30 @@ class Patience:
         seconds: longest pause, and the time in which the data may be slower.
     """
 
-    __slots__ = ("_began", "_bytes", "_moved", "_seconds")
+    __slots__ = ("_bytes", "_last_progress", "_seconds", "_started")
 
     def __init__(self, seconds: float) -> None:
         self._seconds = seconds
-        self._began = self._moved = monotonic()
+        self._started = self._last_progress = monotonic()
         self._bytes = 0
 
-    def moved(self, count: int) -> None:
+    def add_bytes(self, count: int) -> None:
         """Take note that so many bytes came or went."""
         self._bytes += count
-        self._moved = monotonic()
+        self._last_progress = monotonic()
 
-    def left(self) -> float:
+    def remaining(self) -> float:
         """Return the seconds that are left; not above 0: too late."""
-        return self._seconds + min(self._moved, self._began + self._bytes / SLOWEST) - monotonic()
+        return self._seconds + min(self._last_progress, self._started + self._bytes / MIN_RATE) - monotonic()
 
 
-def show_progress(sock: socket.socket) -> None:
+def limit_unsent(sock: socket.socket) -> None:
     """Let a TCP socket take few bytes that it cannot send yet, so that a sender sees how they go."""
     if hasattr(socket, "TCP_NOTSENT_LOWAT"):
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, _UNSENT)
 
 
-def bound_waits(sock: socket.socket, seconds: float, receive: float | None = None) -> bool:
+def set_socket_timeouts(sock: socket.socket, seconds: float, receive: float | None = None) -> bool:
     """Set the timeout of each receive and send on a socket.
 
     Args:

@@ -11,13 +11,13 @@ from typing import Any
 
 from pyros1.ground.errors import DeadlineError, ProtocolError, UnknownHostError, UnreachableError
 from pyros1.net.hosts import parse_uri
-from pyros1.net.resolve import LookUp
-from pyros1.net.timeouts import Patience, show_progress
+from pyros1.net.resolve import HostLookup
+from pyros1.net.timeouts import TransferDeadline, limit_unsent
 from pyros1.wire.http import Response, ResponseParser, build_request
 from pyros1.wire.xmlrpc import dumps_call, loads_response
 
 
-class _LostError(Exception):
+class _ConnectionLostError(Exception):
     """The connection ended before any byte of an answer came."""
 
 
@@ -29,7 +29,7 @@ class XmlRpcClient:
 
     Args:
         uri: ``http://host:port/``.
-        timeout: seconds that a call may take, connecting included; longer while much data move (`Patience`).
+        timeout: seconds that a call may take, connecting included; longer while much data move (`TransferDeadline`).
 
     Raises:
         ProtocolError: the URI is not valid.
@@ -42,10 +42,10 @@ class XmlRpcClient:
         self._path = "/" + uri.partition("://")[2].partition("/")[2]
         self._closed = False
         self._sock: socket.socket | None = None
-        self._look_up: LookUp | None = None  # under way
-        self._begin()
+        self._look_up: HostLookup | None = None  # under way
+        self._reset()
 
-    def _begin(self) -> None:
+    def _reset(self) -> None:
         self._lock = threading.RLock()
         self._busy = False  # the thread that has the lock is making a call
         self._parser = ResponseParser()  # of the connection: it remembers the form of the answers
@@ -67,22 +67,22 @@ class XmlRpcClient:
         """
         body = dumps_call(method, params)
         seconds = self.timeout if timeout is None else timeout
-        patience = Patience(seconds)
+        transfer_deadline = TransferDeadline(seconds)
         if self._pid != os.getpid():
             self._drop()  # the connection, the thread of a look-up, and who holds the lock, are the other process's
             self._look_up = None
-            self._begin()
+            self._reset()
         if not self._lock.acquire(timeout=max(0.0, seconds)):
-            raise self._too_late(seconds)
+            raise self._deadline_error(seconds)
         if self._busy:
-            return self._call_aside(method, params, seconds)
+            return self._call_separately(method, params, seconds)
         try:
             self._busy = True
-            response = self._exchange(build_request(f"{self._host}:{self._port}", self._path, body), patience)
+            response = self._exchange(build_request(f"{self._host}:{self._port}", self._path, body), transfer_deadline)
         except TimeoutError as error:
             self._drop()
-            raise self._too_late(seconds) from error
-        except (OSError, _LostError, ProtocolError) as error:
+            raise self._deadline_error(seconds) from error
+        except (OSError, _ConnectionLostError, ProtocolError) as error:
             self._drop()
             if self._closed:
                 raise UnreachableError(f"the call to {self.uri} was cancelled: the client was closed") from error
@@ -102,7 +102,7 @@ class XmlRpcClient:
             raise ProtocolError(f"{self.uri} answered with HTTP status {response.status} {response.reason}".rstrip())
         return loads_response(response.body)
 
-    def _call_aside(self, method: str, params: tuple[Any, ...], timeout: float) -> Any:
+    def _call_separately(self, method: str, params: tuple[Any, ...], timeout: float) -> Any:
         other = XmlRpcClient(self.uri, timeout=timeout)
         try:
             if self._closed:
@@ -120,7 +120,7 @@ class XmlRpcClient:
             with contextlib.suppress(OSError):
                 sock.shutdown(socket.SHUT_RDWR)  # wakes the other thread; close() alone would not
         if (look_up := self._look_up) is not None:
-            look_up.give_up()
+            look_up.cancel()
         self._drop_if_free()
 
     def _drop_if_free(self) -> None:
@@ -131,7 +131,7 @@ class XmlRpcClient:
             finally:
                 self._lock.release()
 
-    def _too_late(self, seconds: float) -> DeadlineError:
+    def _deadline_error(self, seconds: float) -> DeadlineError:
         return DeadlineError(f"{self.uri} did not answer within {seconds:g} s")
 
     def _drop(self) -> None:
@@ -139,24 +139,24 @@ class XmlRpcClient:
         if sock is not None:
             sock.close()
 
-    def _exchange(self, request: bytes, patience: Patience) -> Response:
+    def _exchange(self, request: bytes, transfer_deadline: TransferDeadline) -> Response:
         """Send a request and read the answer, on a fresh connection if the kept one turns out to be closed."""
         if self._sock is not None:
             if not _readable_now(self._sock):
                 try:
-                    return self._once(self._sock, request, patience)
+                    return self._exchange_once(self._sock, request, transfer_deadline)
                 except TimeoutError:
                     raise
-                except (OSError, _LostError):
+                except (OSError, _ConnectionLostError):
                     if self._closed:
                         raise
             # It was closed by the other side, or has unexpected bytes.
             self._drop()
-        return self._once(self._connect(patience), request, patience)
+        return self._exchange_once(self._connect(transfer_deadline), request, transfer_deadline)
 
-    def _connect(self, patience: Patience) -> socket.socket:
+    def _connect(self, transfer_deadline: TransferDeadline) -> socket.socket:
         last: OSError = OSError("no address")
-        addresses = self._addresses(patience)
+        addresses = self._addresses(transfer_deadline)
         for number, address in enumerate(addresses):
             sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
             self._sock = sock  # so that close() can interrupt
@@ -164,12 +164,12 @@ class XmlRpcClient:
             if self._closed:
                 raise OSError("closed")
             try:
-                sock.settimeout(_left(patience) / (len(addresses) - number))
+                sock.settimeout(_remaining(transfer_deadline) / (len(addresses) - number))
                 sock.connect((address, self._port))
                 if sock.getsockname() == sock.getpeername():  # see net.connect
                     raise ConnectionRefusedError(os.strerror(111))
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                show_progress(sock)
+                limit_unsent(sock)
             except OSError as error:
                 last = error
                 self._drop()
@@ -177,13 +177,13 @@ class XmlRpcClient:
             return sock
         raise last
 
-    def _addresses(self, patience: Patience) -> list[str]:
+    def _addresses(self, transfer_deadline: TransferDeadline) -> list[str]:
         if self._look_up is None:  # or one that took too long for an earlier call
-            self._look_up = LookUp(self._host)
+            self._look_up = HostLookup(self._host)
         if self._closed:
             raise OSError("closed")
         try:
-            addresses = self._look_up.wait(_left(patience))
+            addresses = self._look_up.wait(_remaining(transfer_deadline))
         except TimeoutError as error:
             raise UnknownHostError(self._host, error) from error
         except OSError as error:
@@ -194,22 +194,22 @@ class XmlRpcClient:
         self._look_up = None
         return addresses
 
-    def _once(self, sock: socket.socket, request: bytes, patience: Patience) -> Response:
+    def _exchange_once(self, sock: socket.socket, request: bytes, transfer_deadline: TransferDeadline) -> Response:
         rest = memoryview(request)
         while rest:
-            sock.settimeout(_left(patience))
+            sock.settimeout(_remaining(transfer_deadline))
             sent = sock.send(rest)
-            patience.moved(sent)
+            transfer_deadline.add_bytes(sent)
             rest = rest[sent:]
         parser = self._parser
         while True:
-            sock.settimeout(_left(patience))
+            sock.settimeout(_remaining(transfer_deadline))
             data = sock.recv(256 * 1024)
-            patience.moved(len(data))
+            transfer_deadline.add_bytes(len(data))
             if not data:
                 response = parser.eof()
                 if response is None:
-                    raise _LostError("the connection was closed before an answer came")
+                    raise _ConnectionLostError("the connection was closed before an answer came")
                 break
             parser.feed(data)
             response = parser.next_message()
@@ -220,11 +220,11 @@ class XmlRpcClient:
         return response
 
 
-def _left(patience: Patience) -> float:
-    left = patience.left()
-    if left <= 0:
+def _remaining(transfer_deadline: TransferDeadline) -> float:
+    remaining = transfer_deadline.remaining()
+    if remaining <= 0:
         raise TimeoutError
-    return left
+    return remaining
 
 
 def _readable_now(sock: socket.socket) -> bool:

@@ -19,17 +19,17 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from pyros1.ground.errors import Error, XmlRpcFault
 from pyros1.net.acceptor import Acceptor
-from pyros1.net.closing import hang_up
 from pyros1.net.hosts import make_uri
 from pyros1.net.loop import READ, WRITE
 from pyros1.net.ports import listening_socket
-from pyros1.net.timeouts import SLOWEST
+from pyros1.net.socket_close import shutdown_and_close
+from pyros1.net.timeouts import MIN_RATE
 from pyros1.wire.http import HttpError, HttpLimits, Request, RequestParser, build_response
 from pyros1.wire.http_head import date_field
 from pyros1.wire.xmlrpc import dumps_fault, dumps_response, loads_call
 
 if TYPE_CHECKING:
-    from pyros1.net.guests import Guests
+    from pyros1.net.allowlist import Allowlist
     from pyros1.net.loop import Loop, TimerHandle
     from pyros1.net.ports import PortRange
 
@@ -49,7 +49,7 @@ class ServerLimits(NamedTuple):
             open.
         max_buffered: bytes of incomplete requests, of all connections together.
         request_timeout_s: longest pause, in seconds, in a request that has begun, or of a peer that must read on. A
-            request may take longer in all if it is not slower than SLOWEST.
+            request may take longer in all if it is not slower than MIN_RATE.
         idle_timeout_s: seconds after which a connection without a request is closed.
     """
 
@@ -96,7 +96,7 @@ def multicall(dispatch: Dispatch, params: Sequence[Any]) -> list[Any]:
     return results
 
 
-def _half_of_files() -> int:
+def _half_file_limit() -> int:
     """Return half of the number of files that this process may open; what is usual if the system does not say."""
     files = os.sysconf("SC_OPEN_MAX") if hasattr(os, "sysconf") else 1024
     return files // 2 if files > 0 else 1 << 20  # -1: as many as it likes
@@ -112,26 +112,26 @@ class _Connection:
         self.out = memoryview(b"")
         self.closing = False
         self.buffered = 0
-        self.active = self.began = monotonic()
+        self.active = self.started = monotonic()
         server.loop.register(sock, READ, self._readable)
 
     def close(self) -> None:
         self.server.forget(self)
         self.server.loop.unregister(self.sock)
-        hang_up(self.sock)
+        shutdown_and_close(self.sock)
 
-    def overdue(self, now: float) -> bool:
+    def is_overdue(self, now: float) -> bool:
         limits = self.server.limits
         if self.out:
             return now - self.active > limits.request_timeout_s
         if self.parser.in_message:
-            late = max(now - self.active, now - self.began - self.parser.buffered / SLOWEST)
+            late = max(now - self.active, now - self.started - self.parser.buffered / MIN_RATE)
             return late > limits.request_timeout_s
         return now - self.active > limits.idle_timeout_s
 
     def _readable(self, mask: int) -> None:
         try:
-            count = self.sock.recv_into(self.server.scratch)
+            count = self.sock.recv_into(self.server.receive_buffer)
         except (BlockingIOError, InterruptedError):
             return
         except OSError:
@@ -141,10 +141,10 @@ class _Connection:
             self.close()
             return
         self.active = monotonic()
-        self.server.moved(self)
+        self.server.touch(self)
         if not self.parser.in_message:
-            self.began = self.active
-        self.parser.feed(self.server.scratch[:count])
+            self.started = self.active
+        self.parser.feed(self.server.receive_buffer[:count])
         self._serve()
 
     def _serve(self) -> None:
@@ -154,14 +154,14 @@ class _Connection:
                 request = self.parser.next_message()
                 if request is None:
                     break
-                self.began = self.active
+                self.started = self.active
                 self.closing = not request.keep_alive
                 self.server.caller = self.sock
                 self._write(self.server.answer(request))
         except HttpError as error:
             self.closing = True
             self._write(self.server.refusal(error.status, str(error), keep_alive=False))
-        if not self.server.account(self, self.parser.buffered):
+        if not self.server.account_buffered(self, self.parser.buffered):
             self.close()
 
     def _write(self, data: bytes) -> None:
@@ -191,13 +191,13 @@ class _Connection:
             return
         self.out = self.out[sent:]
         self.active = monotonic()
-        self.server.moved(self)
+        self.server.touch(self)
         if self.out:
             return
         if self.closing:
             self.close()
             return
-        self.began = self.active
+        self.started = self.active
         self.server.loop.modify(self.sock, READ, self._readable)
         self._serve()
 
@@ -214,8 +214,8 @@ class XmlRpcServer:
         port: 0 lets the system choose.
         limits: what peers may use.
         ports: ports to choose from, if ``port`` is 0; None for any.
-        guests: decides who may connect; None lets everybody in.
-        say: called with a text when connections cannot be taken; None: it is written to stderr.
+        allowlist: decides who may connect; None lets everybody in.
+        warn: called with a text when connections cannot be taken; None: it is written to stderr.
 
     Attributes:
         uri: ``http://host:port/``.
@@ -236,24 +236,26 @@ class XmlRpcServer:
         port: int = 0,
         limits: ServerLimits = ServerLimits(),  # noqa: B008 - immutable
         ports: PortRange | None = None,
-        guests: Guests | None = None,
-        say: Callable[[str], object] | None = None,
+        allowlist: Allowlist | None = None,
+        warn: Callable[[str], object] | None = None,
     ) -> None:
         self.loop = loop
         self.limits = limits
         self._dispatch = dispatch
         self.caller: socket.socket | None = None
         self._connections: OrderedDict[_Connection, None] = OrderedDict()  # the one that has been quiet longest first
-        self._most = min(limits.max_connections, _half_of_files())
+        self._max_connections = min(limits.max_connections, _half_file_limit())
         self._buffered = 0
         self._sweeper: TimerHandle | None = None
         self._dated = -1
         self._date_field = b""
-        self.scratch = memoryview(bytearray(_RECEIVE))  # shared by all connections: it is emptied before the next read
+        self.receive_buffer = memoryview(
+            bytearray(_RECEIVE)
+        )  # shared by all connections: it is emptied before the next read
         listener = listening_socket(bind_host, port, ports)
         self.port: int = listener.getsockname()[1]
         self.uri = make_uri(advertised_host, self.port)
-        self._acceptor = Acceptor(loop, listener, self._accepted, say or loop.tell, self.make_room, guests)
+        self._acceptor = Acceptor(loop, listener, self._accepted, warn or loop.warn, self.make_room, allowlist)
 
     @property
     def num_connections(self) -> int:
@@ -297,14 +299,14 @@ class XmlRpcServer:
         try:
             method, params = loads_call(body)
             if method == "system.multicall":
-                return dumps_response(multicall(self._guarded, params))
-            return dumps_response(self._guarded(method, params))
+                return dumps_response(multicall(self._dispatch_guarded, params))
+            return dumps_response(self._dispatch_guarded(method, params))
         except XmlRpcFault as fault:
             return dumps_fault(fault.code, fault.message)
         except Error as error:  # the peer's bytes are not a call, or the result cannot be written
             return dumps_fault(1, str(error))
 
-    def _guarded(self, method: str, params: Sequence[Any]) -> Any:
+    def _dispatch_guarded(self, method: str, params: Sequence[Any]) -> Any:
         """Return the answer; if the server itself fails, report that and return a fault."""
         try:
             return self._dispatch(method, params)
@@ -320,11 +322,11 @@ class XmlRpcServer:
         self._buffered -= connection.buffered
         connection.buffered = 0
 
-    def moved(self, connection: _Connection) -> None:
+    def touch(self, connection: _Connection) -> None:
         """Note that bytes have come or gone."""
         self._connections.move_to_end(connection)
 
-    def account(self, connection: _Connection, buffered: int) -> bool:
+    def account_buffered(self, connection: _Connection, buffered: int) -> bool:
         """Note the bytes of an incomplete request; return False if all connections together have too many."""
         if buffered != connection.buffered and connection in self._connections:
             self._buffered += buffered - connection.buffered
@@ -333,7 +335,7 @@ class XmlRpcServer:
 
     def _accepted(self, sock: socket.socket) -> None:
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        if len(self._connections) >= self._most:
+        if len(self._connections) >= self._max_connections:
             self.make_room()
         self._connections[_Connection(self, sock)] = None
         if self._sweeper is None:
@@ -347,7 +349,7 @@ class XmlRpcServer:
             if not peer.parser.in_message and not peer.out:
                 peer.close()
                 return
-        min(self._connections, key=lambda peer: peer.began).close()
+        min(self._connections, key=lambda peer: peer.started).close()
 
     def _schedule_sweep(self) -> None:
         period = min(self.limits.request_timeout_s, self.limits.idle_timeout_s) / 4
@@ -356,7 +358,7 @@ class XmlRpcServer:
     def _sweep(self) -> None:
         self._sweeper = None
         now = monotonic()
-        for connection in [peer for peer in self._connections if peer.overdue(now)]:
+        for connection in [peer for peer in self._connections if peer.is_overdue(now)]:
             connection.close()
         if self._connections:
             self._schedule_sweep()

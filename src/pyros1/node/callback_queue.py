@@ -6,7 +6,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
-from pyros1.net.bell import Bell
+from pyros1.net.signal_safe import Condition
 
 
 class CallbackQueue:
@@ -14,7 +14,7 @@ class CallbackQueue:
 
     def __init__(self) -> None:
         self._ready: deque[Callable[[], object]] = deque()
-        self._changed = Bell()
+        self._changed = Condition()
         self._runner: int | None = None  # the thread that spins
 
     def __len__(self) -> int:
@@ -23,11 +23,11 @@ class CallbackQueue:
     def push(self, callback: Callable[[], object]) -> None:
         """Add a callback. Any thread."""
         self._ready.append(callback)
-        self._changed.ring()
+        self._changed.notify_all()
 
     def wake(self) -> None:
         """End all waits, with or without callbacks."""
-        self._changed.ring()
+        self._changed.notify_all()
 
     def runs_here(self) -> bool:
         """Return whether the calling thread runs the callbacks: it is the one that spun last, else the main one."""
@@ -37,7 +37,7 @@ class CallbackQueue:
 
     def wait(self, timeout: float) -> bool:
         """Wait for a callback, at most ``timeout`` seconds; return whether one waits."""
-        return self._changed.wait(lambda: self._ready, timeout)
+        return self._changed.wait_for(lambda: self._ready, timeout)
 
     def run_available(self) -> int:
         """Run the callbacks that are queued now, not those that they add; return how many were run."""

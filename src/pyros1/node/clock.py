@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from pyros1.ground.errors import NodeShutdownError, TimeMovedBackwardsError
 from pyros1.ground.timing import Duration, Time
-from pyros1.net.bell import Bell, Event
+from pyros1.net.signal_safe import Condition, Event
 from pyros1.node.checks import check_callback, check_positive, check_seconds
 
 if TYPE_CHECKING:
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from pyros1.node.context import Context
     from pyros1.node.log.logger import Log
 
-LONGEST_PERIOD = 1e9
+MAX_PERIOD = 1e9
 """Longest period of a timer, in seconds."""
-STEP = 0.3
+POLL_INTERVAL = 0.3
 """Longest wait for a tick of simulated time, in seconds, before a check whether the node is shutting down."""
-PATIENCE = 1.0
+TICK_TIMEOUT = 1.0
 """Seconds without a tick of simulated time after which sleeps of a node that ends are cut short: the simulation may
 have ended before it."""
 
@@ -46,7 +46,7 @@ class Clock:
         self.on_tick: list[Callable[[], object]] = []
         self._stopping = stopping
         self._now = Time()
-        self._ticked = Bell()
+        self._ticked = Condition()
 
     def use_simulated_time(self) -> None:
         """Switch to simulated time, which `tick` sets; it is 0 until the first tick."""
@@ -55,13 +55,13 @@ class Clock:
     def tick(self, now: Time) -> None:
         """Take the time that a simulation has published."""
         self._now = now
-        self._ticked.ring()
+        self._ticked.notify_all()
         for look in tuple(self.on_tick):
             look()
 
     def wake(self) -> None:
         """Wake sleeps in simulated time, so that they notice that the node is shutting down."""
-        self._ticked.ring()
+        self._ticked.notify_all()
 
     def now(self) -> Time:
         """Return the current time."""
@@ -85,7 +85,7 @@ class Clock:
 
         Returns:
             False if the sleep was cut short because the node is shutting down; before all sleeps end, one ends when
-            simulated time stands still for `PATIENCE` seconds.
+            simulated time stands still for `TICK_TIMEOUT` seconds.
 
         Raises:
             TimeMovedBackwardsError: simulated time jumped back meanwhile.
@@ -96,7 +96,7 @@ class Clock:
             return not self._stopping.is_set()
         self._await_tick(lambda: self._now.is_zero())  # noqa: PLW0108 - _now is replaced at each tick
         start = last = self._now
-        until = start + Duration.from_sec(seconds)
+        deadline = start + Duration.from_sec(seconds)
 
         def waiting() -> bool:
             nonlocal last
@@ -104,7 +104,7 @@ class Clock:
             if now < start:  # a little back is no jump: two may publish /clock
                 raise TimeMovedBackwardsError((now - last).to_sec())
             last = now
-            return now < until
+            return now < deadline
 
         return self._await_tick(waiting)
 
@@ -114,7 +114,7 @@ class Clock:
         return not self._stopping.is_set()
 
     def _wait_for_change(self, now: Time) -> None:
-        self._ticked.wait(lambda: self._now is not now or self._stopping.is_set(), STEP)
+        self._ticked.wait_for(lambda: self._now is not now or self._stopping.is_set(), POLL_INTERVAL)
 
     def _await_tick(self, waiting: Callable[[], bool]) -> bool:
         ticked = time.monotonic()
@@ -122,7 +122,7 @@ class Clock:
             now = self._now
             if not waiting():
                 break
-            if self._stopping.is_set() or (self.ending and time.monotonic() - ticked > PATIENCE):
+            if self._stopping.is_set() or (self.ending and time.monotonic() - ticked > TICK_TIMEOUT):
                 return False
             self._wait_for_change(now)
             if self._now is not now:
@@ -217,7 +217,7 @@ class Timer:
         callbacks: CallbackQueue | None,
         log: Log,
     ) -> None:
-        check_positive(period, "a timer's period", "s", LONGEST_PERIOD)
+        check_positive(period, "a timer's period", "s", MAX_PERIOD)
         self._clock = clock
         self._period = period
         self._callback = callback
@@ -254,8 +254,8 @@ class Timer:
 
     def _sleep(self, rate: Rate) -> bool:
         """Sleep so that `shutdown` of this timer ends it too."""
-        while (left := rate.remaining()) > 0.2:
-            if self._stopped.wait(0.2 if left > 0.4 else left - 0.2):
+        while (remaining := rate.remaining()) > 0.2:
+            if self._stopped.wait(0.2 if remaining > 0.4 else remaining - 0.2):
                 return False
             if not self._clock.sleep(0):
                 return False

@@ -11,26 +11,26 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pyros1.ground.errors import NodeError, NodeShutdownError, UnknownHostError
-from pyros1.net.bell import Event
+from pyros1.net.connectivity import connectivity_hint
 from pyros1.net.loop import Loop, LoopThread
-from pyros1.net.reach import how_to_reach
+from pyros1.net.signal_safe import Event
 from pyros1.node.checks import check_timeout
 from pyros1.node.log.levels import ERROR
 from pyros1.node.subscribing.threads import DeliveryThreads
 
 if TYPE_CHECKING:
-    from pyros1.net.guests import Guests
+    from pyros1.net.allowlist import Allowlist
     from pyros1.net.hosts import LocalAddress
     from pyros1.net.rpc_caller import RpcCaller
     from pyros1.node.callback_queue import CallbackQueue
     from pyros1.node.log.logger import Log
-    from pyros1.node.subscribing.sources import HandingSource, Receiver
+    from pyros1.node.subscribing.sources import InboxSource, Receiver
     from pyros1.wire.handshake import TopicType
 
-_MOST_HOSTS = 1000
+_MAX_HOSTS = 1000
 
 
-class Published(Protocol):
+class PublicationView(Protocol):
     """The part of a publication that other parts see; see `publishing.publication.Publication`."""
 
     topic: str
@@ -40,13 +40,13 @@ class Published(Protocol):
     @property
     def links(self) -> tuple[Any, ...]: ...
     def accept(self, sock: socket.socket, header: dict[str, str]) -> None: ...
-    def accept_datagrams(self, header: dict[str, str], place: tuple[str, int], size: int) -> Any: ...
+    def accept_datagrams(self, header: dict[str, str], peer_address: tuple[str, int], size: int) -> Any: ...
     def connect_local(
         self, receiver: Receiver, uri: str, header: dict[str, str], on_closed: Callable[[Any], None]
-    ) -> HandingSource: ...
+    ) -> InboxSource: ...
 
 
-class Subscribed(Protocol):
+class SubscriptionView(Protocol):
     """What others see of a topic that a node subscribes to; see `subscribing.subscription.Subscription`."""
 
     type: TopicType
@@ -56,16 +56,16 @@ class Subscribed(Protocol):
     @property
     def links(self) -> tuple[Any, ...]: ...
     def update_publishers(self, uris: list[str], complete: bool = True) -> None: ...
-    def knows(self, uri: str) -> bool: ...
+    def has_publisher(self, uri: str) -> bool: ...
 
 
-class Provided(Protocol):
+class ServiceView(Protocol):
     """The part of a service that other parts see; see `services.server.ServiceServer`."""
 
     type: type[Any]
     uri: str
 
-    def call_here(self, request: bytes, header: dict[str, str]) -> bytes: ...
+    def call_local(self, request: bytes, header: dict[str, str]) -> bytes: ...
 
 
 class Context:
@@ -80,12 +80,12 @@ class Context:
         environ: environment variables.
         uri: URI of its slave API, once that listens.
         address: where it listens and is reached, once that is known.
-        guests: decides who may connect to it; None: everybody may.
+        allowlist: decides who may connect to it; None: everybody may.
         local_key: what programs have in common that share memory with it; empty: it shares none.
         local_name: returns the name of the socket for these; empty if there is none.
         local_room: bytes of messages that may wait within the process beyond the publisher's ``queue_size``.
         stopping: set when the node begins to shut down; every wait ends then.
-        tells_late_publishers: whether a `publish` after the end of the node is still to be logged, once.
+        warn_publish_after_shutdown: whether a `publish` after the end of the node is still to be logged, once.
         publications: what it publishes, by topic; changed by whole replacement, so that readers need no lock.
         subscriptions: what it subscribes to, by topic; changed in the same way.
         services: what it provides, by name; changed in the same way.
@@ -109,15 +109,15 @@ class Context:
         self.environ = environ
         self.uri = ""
         self.address: LocalAddress | None = None
-        self.guests: Guests | None = None
+        self.allowlist: Allowlist | None = None
         self.local_key = ""
         self.local_room = 0
         self.local_name: Callable[[], str] = str
         self.stopping = stopping
-        self.tells_late_publishers = True
-        self.publications: dict[str, Published] = {}
-        self.subscriptions: dict[str, Subscribed] = {}
-        self.services: dict[str, Provided] = {}
+        self.warn_publish_after_shutdown = True
+        self.publications: dict[str, PublicationView] = {}
+        self.subscriptions: dict[str, SubscriptionView] = {}
+        self.services: dict[str, ServiceView] = {}
         self._unknown_hosts: set[str] = set()
         self._pid = os.getpid()
 
@@ -139,18 +139,22 @@ class Context:
         """The host name or address that it gives as its own; empty before that is known."""
         return self.address.advertised if self.address is not None else ""
 
-    def warn_of_host(self, topic: str, uri: str, error: UnknownHostError) -> None:
+    def warn_unknown_host(self, topic: str, uri: str, error: UnknownHostError) -> None:
         """Log that a publisher's host name cannot be resolved, once for each host. On the loop."""
         if error.host in self._unknown_hosts:
             return
-        if len(self._unknown_hosts) >= _MOST_HOSTS:
+        if len(self._unknown_hosts) >= _MAX_HOSTS:
             self._unknown_hosts.clear()
         self._unknown_hosts.add(error.host)
         self.log.warn(
-            "no messages of %s from the publisher at %s: %s. %s", topic, uri, error, how_to_reach(error.host, error)
+            "no messages of %s from the publisher at %s: %s. %s",
+            topic,
+            uri,
+            error,
+            connectivity_hint(error.host, error),
         )
 
-    def tell_trouble(self, text: str) -> None:
+    def warn_once(self, text: str) -> None:
         """Log what this machine does not let the node do. Repeated texts are counted."""
         self.log.peer(ERROR, "%s", text)
 
@@ -169,13 +173,13 @@ class Context:
             raise NodeShutdownError(f"{self.name} is shutting down")
 
     @property
-    def forked(self) -> bool:
+    def is_forked(self) -> bool:
         """Whether this process was forked from that of the node, whose threads it does not have."""
         return os.getpid() != self._pid
 
-    def check_here(self) -> None:
+    def check_process(self) -> None:
         """Raise NodeError in a forked process, and NodeShutdownError when the node is shutting down."""
-        if self.forked:
+        if self.is_forked:
             raise NodeError(
                 f"this process was forked from that of {self.name}, where topics and services must be created and shut "
                 "down; or fork before the node starts, and give each process its own node"
@@ -195,7 +199,7 @@ def find_local_context(uri: str) -> Context | None:
     return None
 
 
-class Linked(Protocol):
+class HasLinks(Protocol):
     """Something with links that come and go: a publication or a subscription."""
 
     context: Context
@@ -205,7 +209,7 @@ class Linked(Protocol):
     def links(self) -> tuple[Any, ...]: ...
 
 
-def wait_for_links(topic: Linked, count: int, timeout: float | None) -> bool:
+def wait_for_links(topic: HasLinks, count: int, timeout: float | None) -> bool:
     """Wait until a publication or subscription has that many links.
 
     Args:
@@ -219,14 +223,14 @@ def wait_for_links(topic: Linked, count: int, timeout: float | None) -> bool:
     check_timeout(timeout)
     changed = Event()
     stopping = topic.context.stopping
-    until = None if timeout is None else monotonic() + timeout
+    deadline = None if timeout is None else monotonic() + timeout
     topic.on_change.append(changed.set)
     try:
         while len(topic.links) < count and not stopping.is_set():
-            left = 0.2 if until is None else min(0.2, until - monotonic())  # so that a shutdown is noticed
-            if left <= 0:
+            remaining = 0.2 if deadline is None else min(0.2, deadline - monotonic())  # so that a shutdown is noticed
+            if remaining <= 0:
                 break
-            changed.wait(left)
+            changed.wait(remaining)
             changed.clear()
     finally:
         topic.on_change.remove(changed.set)

@@ -8,39 +8,39 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal
 
-from pyros1.ground import names, shown
+from pyros1.ground import names, terminal_text
 from pyros1.ground.errors import Error, NodeShutdownError
 from pyros1.msgs import load_message
-from pyros1.net.bell import Event
 from pyros1.net.hosts import host_from_environment
 from pyros1.net.hosts import master_uri as find_master_uri
 from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
 from pyros1.net.rpc_caller import RpcCaller
+from pyros1.net.signal_safe import Event
 from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node import checks
 from pyros1.node.callback_queue import CallbackQueue
 from pyros1.node.clock import Clock, TimeMethods, Timers
 from pyros1.node.context import Context
 from pyros1.node.identity import full_name
-from pyros1.node.life import Life
 from pyros1.node.log.levels import WARN, level_from_name
 from pyros1.node.log.logger import Log
-from pyros1.node.log.offered import offer_log
+from pyros1.node.log.services import offer_log
 from pyros1.node.log.sink import LogSink, default_log_file
 from pyros1.node.parameters.parameters import Parameters
-from pyros1.node.parameters.private import left_over, odd_arguments, set_private
+from pyros1.node.parameters.private import argument_warnings, leftover_warning, set_private
 from pyros1.node.registrar import Registrar, await_master
 from pyros1.node.same_host import local_key
 from pyros1.node.server import TcprosServer, open_ports
-from pyros1.node.services.provided import ServiceMethods, Services
+from pyros1.node.services.methods import ServiceMethods, Services
+from pyros1.node.shutdown import Shutdown
 from pyros1.node.slave import SlaveApi
-from pyros1.node.topics import LONGEST_CALLBACK, TopicMethods, Topics
-from pyros1.node.watching.telling import Tellers
+from pyros1.node.topics import MAX_CALLBACK_WAIT, TopicMethods, Topics
+from pyros1.node.watching.notifiers import Notifiers
 from pyros1.node.watching.watches import Watches
 
 if TYPE_CHECKING:
-    from pyros1.node.watching.sighting import Sighting
+    from pyros1.node.watching.liveness import Sighting
     from pyros1.node.watching.watch import Watch
 
 _Ports = tuple[int, int]
@@ -125,17 +125,17 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         self._callbacks = CallbackQueue() if callbacks == "spin" else None
         self._context = Context(self.name, loop, RpcCaller(loop), self.log, self._callbacks, environ, stopping=stopping)
         self._context.local_key, self._context.local_room = shared, local_room
-        self._context.tells_late_publishers = strict_names
+        self._context.warn_publish_after_shutdown = strict_names
         loop.thread.owner = self._context
         self._topics = Topics(self._context, lambda: self._registrar)
         self._services = Services(self._context, lambda: self._registrar, self._service_uri)
         self._timers = Timers(self._clock, self._callbacks, self.log)
-        self._tellers = Tellers(self.log, self._callbacks)
-        self._watches = Watches(self._context, self.master_uri, self._tellers)
-        self._life = Life(self._context, self._clock, self._close)
-        tell, remappings = self._tellers.make("changes of parameters").tell, self.arguments.remappings
-        self.params = Parameters(self.master, self.resolve, lambda: self.uri, remappings, loop.call_soon, tell)
-        self._registrar = Registrar(self._context, self.master_uri, self._topics.publishers_found, self.params.renew)
+        self._notifiers = Notifiers(self.log, self._callbacks)
+        self._watches = Watches(self._context, self.master_uri, self._notifiers)
+        self._shutdown = Shutdown(self._context, self._clock, self._close)
+        notify, remappings = self._notifiers.make("changes of parameters").notify, self.arguments.remappings
+        self.params = Parameters(self.master, self.resolve, lambda: self.uri, remappings, loop.call_soon, notify)
+        self._registrar = Registrar(self._context, self.master_uri, self._topics.publishers_found, self.params.refetch)
         self._slave: XmlRpcServer | None = None
         self._tcpros: TcprosServer | None = None
         loop.start()
@@ -143,17 +143,17 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
             self._open(wait_for_master, rosout, handle_signals, wall_time, ports)
         except BaseException as error:
             self.shutdown("the node could not start")
-            if isinstance(error, Error) and self._life.signalled:
+            if isinstance(error, Error) and self._shutdown.signalled:
                 raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master's answer, or for it
             raise
 
     # Starting ---------------------------------------------------------------------------------------------------------
 
-    def _open(self, patience: float | None, rosout: bool, signals: bool, wall_time: bool, ports: _Ports) -> None:
+    def _open(self, timeout: float | None, rosout: bool, signals: bool, wall_time: bool, ports: _Ports) -> None:
         self._context.address = address = host_from_environment(self.environ, self.arguments.special)
         self._host = address.advertised
-        self._life.watch(signals)
-        for warning in (*address.warnings, *odd_arguments(self.arguments)):
+        self._shutdown.watch(signals)
+        for warning in (*address.warnings, *argument_warnings(self.arguments)):
             self.log.warn("%s", warning)
         slave = SlaveApi(
             self._context,
@@ -169,12 +169,12 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         sim_time, private = await_master(
             self._context,
             self.master,
-            patience,
+            timeout,
             lambda limit: set_private(self.master, self.resolve, self.arguments.parameters, limit),
         )
         if self._strict and "__log" not in self.arguments.special:  # launchers set parameters themselves
-            for line in left_over(self.name, private, self.arguments.parameters):
-                self.log.info("%s", shown.one_line(line, 10_000))
+            for line in leftover_warning(self.name, private, self.arguments.parameters):
+                self.log.info("%s", terminal_text.one_line(line, 10_000))
         self._registrar.start()
         if sim_time is True and not wall_time:
             self._use_simulated_time()
@@ -280,7 +280,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         """Call ``hook`` when the node begins to shut down; publishing still works then, and in an early hook all else,
         too: `ok` is true, sleeps sleep and services answer."""
         checks.check_callback(hook, "on_shutdown(hook)", "hook")
-        self._life.on_shutdown(hook, early)
+        self._shutdown.on_shutdown(hook, early)
 
     def shutdown(self, reason: str = "") -> None:
         """End the node: run the hooks, unregister, close everything. Any thread or signal handler may call it.
@@ -288,7 +288,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         Args:
             reason: text for the log.
         """
-        self._life.end(reason)
+        self._shutdown.end(reason)
 
     def _close(self) -> None:
         loop = self._context.loop
@@ -297,7 +297,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         self._registrar.close()
         self._services.close()
         self._topics.close()
-        self._tellers.close(LONGEST_CALLBACK)
+        self._notifiers.close(MAX_CALLBACK_WAIT)
         self._timers.join(1.0)
         self.master.close()
         self._context.rpc.close()
@@ -314,7 +314,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
     def _on_shutdown_request(self, reason: str) -> None:
         if reason:
             self.log.peer(WARN, "shutdown request: %s", reason)
-        self._life.request(reason)
+        self._shutdown.request(reason)
 
     def __enter__(self) -> Node:
         return self

@@ -21,8 +21,8 @@ from pyros1.ground.errors import (
     NodeShutdownError,
     UnknownHostError,
 )
-from pyros1.net.bell import Bell, Event
 from pyros1.net.master_client import MasterClient
+from pyros1.net.signal_safe import Condition, Event
 from pyros1.node.log.levels import WARN
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 RETRY_TIME = 0.2
 CHECK_TIME = 3.0
 """Seconds between checks whether the master still knows the node."""
-FAREWELL_TIMEOUT = 2.0
+UNREGISTER_TIMEOUT = 2.0
 PING_TIMEOUT = 3.0
 
 Entry = tuple[str, ...]  # (method of registration, *arguments)
@@ -43,12 +43,12 @@ class _Job:
 
     Args:
         entry: the call.
-        undoes: the registration that it undoes; None for a registration.
+        registration: the registration that it undoes; None for a registration.
     """
 
-    def __init__(self, entry: Entry, undoes: Entry | None = None) -> None:
+    def __init__(self, entry: Entry, registration: Entry | None = None) -> None:
         self.entry = entry
-        self.undoes = undoes
+        self.registration = registration
         self.done = Event()
         self.value: Any = None
         self.error: Exception | None = None
@@ -76,14 +76,16 @@ class Registrar:
         self._uri = master_uri
         self._on_publishers = on_publishers
         self._on_restart = on_restart
-        self._found_by_name = not set(": ") & set(context.name)  # masters refuse to look up others, which rospy has
+        self._can_be_looked_up = not set(": ") & set(context.name)  # masters refuse to look up others, which rospy has
         self._entries: dict[Entry, None] = {}
-        self._owed: dict[Entry, None] = {}  # what a silent master could not be told: it may go on with what it knew
+        self._pending_unregistrations: dict[
+            Entry, None
+        ] = {}  # what a silent master could not be told: it may go on with what it knew
         self._jobs: deque[_Job] = deque()
-        self._changed = Bell()
+        self._changed = Condition()
         self._closed = False
-        self._away = False
-        self._told = False  # the log says so
+        self._master_unreachable = False
+        self._reported = False  # the log says so
         self._incomplete = False  # a new master does not have all registrations yet
         self._thread = threading.Thread(target=self._run, name=f"{context.name}:registrar", daemon=True)
 
@@ -122,19 +124,19 @@ class Registrar:
     def begin_unregister(self, method: str, *args: str) -> Callable[[], Any]:
         """Begin to `unregister`; return a function that waits for it."""
         entry = (method, *args)
-        return self._begin(_Job(_inverse(entry), undoes=entry))
+        return self._begin(_Job(_inverse(entry), registration=entry))
 
     def _begin(self, job: _Job) -> Callable[[], Any]:
-        if self._closed and job.undoes is None:
+        if self._closed and job.registration is None:
             raise NodeShutdownError(f"{self._context.name} is shutting down")
         self._jobs.append(job)
-        self._changed.ring()
+        self._changed.notify_all()
         return lambda: self._wait(job)
 
     def _wait(self, job: _Job) -> Any:
         while not job.done.wait(0.5):
             if self._closed and not self._thread.is_alive():
-                if job.undoes is not None:
+                if job.registration is not None:
                     return 0  # `close` does it
                 raise NodeShutdownError(f"{self._context.name} is shutting down")
         if job.error is not None:
@@ -144,27 +146,29 @@ class Registrar:
     def close(self) -> None:
         """Unregister everything in one call (T55) and end the thread."""
         self._closed = True
-        self._changed.ring()
+        self._changed.notify_all()
         if self._thread.ident is not None:
-            self._thread.join(FAREWELL_TIMEOUT)
+            self._thread.join(UNREGISTER_TIMEOUT)
             if self._thread.is_alive():  # the master is silent: give up the call that is under way
                 self._master.close()
-                self._thread.join(FAREWELL_TIMEOUT)
-        if (self._entries or self._owed) and not self._away:
-            farewell = MasterClient(self._context.name, self._uri, timeout=FAREWELL_TIMEOUT)
+                self._thread.join(UNREGISTER_TIMEOUT)
+        if (self._entries or self._pending_unregistrations) and not self._master_unreachable:
+            client = MasterClient(self._context.name, self._uri, timeout=UNREGISTER_TIMEOUT)
             try:
-                farewell.multicall([(call[0], call[1:]) for call in (*self._owed, *map(_inverse, self._entries))])
+                client.multicall(
+                    [(call[0], call[1:]) for call in (*self._pending_unregistrations, *map(_inverse, self._entries))]
+                )
             except Error:
                 pass  # the master is gone: nothing to unregister from
             finally:
-                farewell.close()
+                client.close()
         self._master.close()
 
     # On the registrar thread ------------------------------------------------------------------------------------------
 
     def _run(self) -> None:
         while True:
-            self._changed.wait(lambda: self._jobs or self._closed, CHECK_TIME)
+            self._changed.wait_for(lambda: self._jobs or self._closed, CHECK_TIME)
             closed = self._closed  # read first: calls queued before are still made
             job = self._jobs.popleft() if self._jobs else None
             if closed and job is None:
@@ -175,13 +179,13 @@ class Registrar:
                 except Exception as error:  # noqa: BLE001 - of a malformed answer: the thread must go on
                     self._context.log.internal(error)
                 continue
-            if job.undoes is not None:
-                self._entries.pop(job.undoes, None)
+            if job.registration is not None:
+                self._entries.pop(job.registration, None)
             try:
                 job.value = self._call(job.entry)
                 if job.entry[0] in _INVERSE:
                     self._entries[job.entry] = None
-                    self._owed.pop(_inverse(job.entry), None)
+                    self._pending_unregistrations.pop(_inverse(job.entry), None)
             except Exception as error:  # noqa: BLE001 - told to who waits for it; the thread must go on
                 job.error = error
             job.done.set()
@@ -191,15 +195,15 @@ class Registrar:
         while True:
             try:
                 value = self._call_once(entry)
-                self._away = self._told = False
+                self._master_unreachable = self._reported = False
                 return value
             except MasterUnreachableError:
-                self._away = True
+                self._master_unreachable = True
                 if entry[0] not in _INVERSE:
-                    self._owed[entry] = None
+                    self._pending_unregistrations[entry] = None
                     return 0
-                if not self._told:  # the check, which says nothing, may have noticed it before
-                    self._told = True
+                if not self._reported:  # the check, which says nothing, may have noticed it before
+                    self._reported = True
                     self._context.log.warn("the master at %s does not answer; waiting for it to come back", self._uri)
                 if self._closed or self._context.stopping.wait(RETRY_TIME):
                     raise NodeShutdownError(f"{self._context.name} is shutting down") from None
@@ -214,22 +218,22 @@ class Registrar:
 
         Once a new master knows this one entry it knows the node, and `_check` no longer sees that the rest is missing.
         """
-        if not self._entries or entry[0] not in _INVERSE or not self._found_by_name:
-            return self._tell(entry)
+        if not self._entries or entry[0] not in _INVERSE or not self._can_be_looked_up:
+            return self._register_once(entry)
         node, value = self._master.multicall([("lookupNode", (self._context.name,)), (entry[0], entry[1:])])
         if isinstance(value, Error):
-            value = self._tell_type(entry, value)
+            value = self._register_with_type(entry, value)
         if isinstance(node, MasterError) and not isinstance(node, MasterMethodError):
-            self._register_again()
+            self._reregister_all()
         return value
 
-    def _tell(self, entry: Entry) -> Any:
+    def _register_once(self, entry: Entry) -> Any:
         try:
             return self._master.call(entry[0], *entry[1:])
         except MasterError as error:
-            return self._tell_type(entry, error)
+            return self._register_with_type(entry, error)
 
-    def _tell_type(self, entry: Entry, refusal: Error) -> Any:
+    def _register_with_type(self, entry: Entry, refusal: Error) -> Any:
         """Subscribe with the topic's type at a master that does not accept ``*`` for any type.
 
         Raises:
@@ -248,36 +252,36 @@ class Registrar:
 
     def _check(self) -> None:
         """Check whether the master still knows the node; if not, register everything again."""
-        if not (self._entries or self._owed) or not self._found_by_name:
+        if not (self._entries or self._pending_unregistrations) or not self._can_be_looked_up:
             return
         if self._incomplete:
-            self._register_again()
+            self._reregister_all()
             return
         try:
             self._master.lookup_node(self._context.name)
-            self._away = self._told = False
-            for entry in list(self._owed):
+            self._master_unreachable = self._reported = False
+            for entry in list(self._pending_unregistrations):
                 self._master.multicall([(entry[0], entry[1:])])
-                self._owed.pop(entry, None)
+                self._pending_unregistrations.pop(entry, None)
         except MasterUnreachableError:
-            self._away = True
+            self._master_unreachable = True
         except MasterMethodError:
             pass  # a master without lookupNode: a restart cannot be noticed
         except MasterError:  # it answers, but does not know the node: it is a new master
-            self._owed.clear()
+            self._pending_unregistrations.clear()
             if self._entries:
-                self._register_again()
+                self._reregister_all()
         except Error:
             pass  # an invalid answer: try again later
 
-    def _register_again(self) -> None:
+    def _reregister_all(self) -> None:
         if not self._incomplete:
             self._context.log.info("the master was restarted: registering again")
         self._incomplete = True
         try:
             for entry in list(self._entries):
                 try:
-                    value = self._tell(entry)
+                    value = self._register_once(entry)
                 except MasterUnreachableError:
                     raise
                 except MasterError as error:
@@ -286,9 +290,9 @@ class Registrar:
                 if entry[0] == "registerSubscriber":
                     self._on_publishers(entry[1], value)
             self._on_restart()
-            self._away = self._incomplete = False
+            self._master_unreachable = self._incomplete = False
         except Error as error:  # the next check tries it again
-            self._away = isinstance(error, MasterUnreachableError)
+            self._master_unreachable = isinstance(error, MasterUnreachableError)
             self._context.log.peer(WARN, "registering again failed, will try again: %s", error)
 
 
@@ -307,11 +311,11 @@ def _inverse(entry: Entry) -> Entry:
     return (_INVERSE[method], name, rest[-1])  # (topic, type, caller_api) -> (topic, caller_api)
 
 
-def await_master(context: Context, master: MasterClient, patience: float | None, ask: Callable[[float], _T]) -> _T:
+def await_master(context: Context, master: MasterClient, timeout: float | None, ask: Callable[[float], _T]) -> _T:
     """Wait until the master answers, and ask it; log once that the node waits.
 
     Args:
-        patience: seconds; None: no limit.
+        timeout: seconds; None: no limit.
         ask: calls the master, with the seconds that it may take; called again if it does not answer.
 
     Returns:
@@ -321,23 +325,23 @@ def await_master(context: Context, master: MasterClient, patience: float | None,
         MasterUnreachableError: it did not answer in time.
         NodeShutdownError: the node is shutting down.
     """
-    until = None if patience is None else monotonic() + patience
-    said = False
+    deadline = None if timeout is None else monotonic() + timeout
+    warned = False
     while True:
         try:
             return ask(PING_TIMEOUT)
         except MasterUnreachableError as error:
             context.check_running()  # Ctrl-C closes the connection to the master
-            if until is not None and monotonic() >= until:
+            if deadline is not None and monotonic() >= deadline:
                 raise
-            why: object = error.__cause__ if isinstance(error.__cause__, UnknownHostError) else None
+            reason: object = error.__cause__ if isinstance(error.__cause__, UnknownHostError) else None
             if isinstance(error.__cause__, DeadlineError):
-                why = f"it accepts connections, but did not answer within {PING_TIMEOUT:g} s (was it stopped?)"
-        if not said:
-            said = True
+                reason = f"it accepts connections, but did not answer within {PING_TIMEOUT:g} s (was it stopped?)"
+        if not warned:
+            warned = True
             context.log.warn(
                 "Unable to immediately register with master node [%s]: %s. Will keep trying.",
                 master.uri,
-                why or "master may not be running yet",
+                reason or "master may not be running yet",
             )
         context.pause(RETRY_TIME)

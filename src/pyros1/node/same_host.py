@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Final
 
-from pyros1.wire.local import wants_local
+from pyros1.wire.local import is_local_enabled
 
 _PREFIX: Final = "pyros1-"
 _CREDENTIALS: Final = struct.Struct("3i")  # struct ucred: process, user, group
@@ -43,10 +43,10 @@ def local_key(environ: Mapping[str, str]) -> str:
     Raises:
         SettingError: its value is wrong.
     """
-    return host_key() if wants_local(environ.get("PYROS1_TRANSPORTS", "")) else ""
+    return host_key() if is_local_enabled(environ.get("PYROS1_TRANSPORTS", "")) else ""
 
 
-def name_beside(uri: str, key: str) -> str:
+def socket_name_for(uri: str, key: str) -> str:
     """Return the name of the socket beside a port for services: who knows the port's URI knows the name.
 
     Args:
@@ -67,7 +67,7 @@ def listen(wish: str = "") -> tuple[socket.socket, str]:
     """
     sock = socket.socket(socket.AF_UNIX)
     try:
-        name = wish if _is_name(wish) and _bind(sock, wish) else _PREFIX + os.urandom(16).hex()
+        name = wish if _is_socket_name(wish) and _bind(sock, wish) else _PREFIX + os.urandom(16).hex()
         if name != wish:
             sock.bind("\0" + name)
         sock.listen(128)
@@ -83,13 +83,13 @@ def connect(name: str) -> socket.socket:
     Raises:
         OSError: it is not there, is too busy, or belongs to another user.
     """
-    if not _is_name(name):
+    if not _is_socket_name(name):
         raise ConnectionRefusedError(f"{name[:100]!r} is no name of such a socket")
     sock = socket.socket(socket.AF_UNIX)
     try:
         sock.setblocking(False)
         sock.connect("\0" + name)
-        if not is_own(sock):
+        if not is_same_user(sock):
             raise PermissionError("the socket belongs to another user")
     except BaseException:
         sock.close()
@@ -97,7 +97,7 @@ def connect(name: str) -> socket.socket:
     return sock
 
 
-def _is_name(name: str) -> bool:
+def _is_socket_name(name: str) -> bool:
     return name.startswith(_PREFIX) and len(name) <= 100 and name.isascii()
 
 
@@ -109,7 +109,7 @@ def _bind(sock: socket.socket, name: str) -> bool:
     return True
 
 
-def is_own(sock: socket.socket) -> bool:
+def is_same_user(sock: socket.socket) -> bool:
     """Tell whether a program of the same user is at the other end of a Unix socket."""
     found = sock.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
     return bool(_CREDENTIALS.unpack(found)[1] == os.geteuid())

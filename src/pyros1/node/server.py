@@ -18,7 +18,7 @@ from pyros1.net.hosts import make_uri
 from pyros1.net.ports import listening_socket
 from pyros1.net.xmlrpc_server import XmlRpcServer
 from pyros1.node.log.levels import WARN
-from pyros1.node.same_host import is_own, listen, name_beside
+from pyros1.node.same_host import is_same_user, listen, socket_name_for
 from pyros1.wire.handshake import Refusal
 from pyros1.wire.header import HeaderReader, encode_header
 
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from pyros1.node.services.server import ServiceServer
 
 HEADER_TIMEOUT = 10.0
-MOST_GREETINGS = 256
+MAX_HANDSHAKES = 256
 """Most connections whose header is not complete; the oldest is closed for a new one."""
 
 
-class _Greeting:
+class _Handshake:
     """A connection whose header is not complete."""
 
     def __init__(self, sock: socket.socket) -> None:
@@ -69,12 +69,12 @@ class TcprosServer:
     ) -> None:
         self._context = context
         self._services = services
-        self._greetings: dict[socket.socket, _Greeting] = {}
+        self._handshakes: dict[socket.socket, _Handshake] = {}
         listener = listening_socket(address.bind, port, address.ports)
         self.port: int = listener.getsockname()[1]
         self.uri = make_uri(address.advertised, self.port, "rosrpc").rstrip("/")
-        say, guests = context.tell_trouble, context.guests
-        self._acceptor = Acceptor(context.loop, listener, self._accepted, say, guests=guests)
+        warn, allowlist = context.warn_once, context.allowlist
+        self._acceptor = Acceptor(context.loop, listener, self._accepted, warn, allowlist=allowlist)
         self._local_acceptor: Acceptor | None = None
         self._local_name = ""
         context.local_name = self.local_name
@@ -83,17 +83,17 @@ class TcprosServer:
         """Return the name of the socket for programs that share memory; empty if there is none. On the loop."""
         if self._local_acceptor is None and self._context.local_key:
             try:
-                listener, self._local_name = listen(name_beside(self.uri, self._context.local_key))
+                listener, self._local_name = listen(socket_name_for(self.uri, self._context.local_key))
             except OSError as error:
-                self._context.tell_trouble(f"no socket for programs of this machine: {error.strerror or error}")
+                self._context.warn_once(f"no socket for programs of this machine: {error.strerror or error}")
                 return ""
             context = self._context
-            self._local_acceptor = Acceptor(context.loop, listener, self._accepted_local, context.tell_trouble)
+            self._local_acceptor = Acceptor(context.loop, listener, self._accepted_local, context.warn_once)
         return self._local_name
 
     def _accepted_local(self, sock: socket.socket) -> None:
         try:
-            own = is_own(sock)
+            own = is_same_user(sock)
         except OSError:
             own = False
         if own:
@@ -102,37 +102,37 @@ class TcprosServer:
             sock.close()
 
     def _accepted(self, sock: socket.socket) -> None:
-        if len(self._greetings) >= MOST_GREETINGS:
-            self._end(next(iter(self._greetings.values())))
-        greeting = _Greeting(sock)
-        self._greetings[sock] = greeting
-        greeting.timer = self._context.loop.call_later(HEADER_TIMEOUT, self._end, greeting)
-        self._context.loop.register(sock, selectors.EVENT_READ, lambda _: self._read(greeting))
+        if len(self._handshakes) >= MAX_HANDSHAKES:
+            self._discard(next(iter(self._handshakes.values())))
+        handshake = _Handshake(sock)
+        self._handshakes[sock] = handshake
+        handshake.timer = self._context.loop.call_later(HEADER_TIMEOUT, self._discard, handshake)
+        self._context.loop.register(sock, selectors.EVENT_READ, lambda _: self._read(handshake))
 
-    def _read(self, greeting: _Greeting) -> None:
+    def _read(self, handshake: _Handshake) -> None:
         try:
-            data = greeting.sock.recv(65536)
+            data = handshake.sock.recv(65536)
         except BlockingIOError:
             return
         except OSError:
             data = b""
         if not data:
-            self._end(greeting)
+            self._discard(handshake)
             return
         try:
-            header = greeting.reader.feed(data)
+            header = handshake.reader.feed(data)
         except ProtocolError as error:
             http = data.startswith((b"POST ", b"GET "))
             self._refuse(
-                greeting, "this is an HTTP request; the node's API is on another port" if http else str(error), None
+                handshake, "this is an HTTP request; the node's API is on another port" if http else str(error), None
             )
             return
         if header is not None:
-            self._hand_over(greeting, header)
+            self._dispatch(handshake, header)
 
-    def _hand_over(self, greeting: _Greeting, header: dict[str, str]) -> None:
-        self._release(greeting)
-        sock = greeting.sock
+    def _dispatch(self, handshake: _Handshake, header: dict[str, str]) -> None:
+        self._release(handshake)
+        sock = handshake.sock
         try:
             if "topic" in header:
                 topic = header["topic"]
@@ -145,19 +145,19 @@ class TcprosServer:
                 service = self._services().get(header["service"])
                 if service is None:
                     raise Refusal(f"[{self._context.name}] is not a provider of [{header['service']}]")
-                service.accept(sock, header, greeting.reader.rest)
+                service.accept(sock, header, handshake.reader.rest)
             else:
                 raise Refusal("no topic or service name detected")
         except (Refusal, Error) as refusal:
-            self._refuse(greeting, str(refusal), header)
+            self._refuse(handshake, str(refusal), header)
         except OSError:
             sock.close()
 
-    def _refuse(self, greeting: _Greeting, reason: str, header: dict[str, str] | None) -> None:
+    def _refuse(self, handshake: _Handshake, reason: str, header: dict[str, str] | None) -> None:
         """Send the reason to the peer, log it, and close."""
-        self._release(greeting)
+        self._release(handshake)
         if self._context.stopping.is_set():
-            greeting.sock.close()  # who heard of this node a moment ago comes too late: nothing is wrong
+            handshake.sock.close()  # who heard of this node a moment ago comes too late: nothing is wrong
             return
         header = header or {}
         what = header.get("topic") or header.get("service")
@@ -166,30 +166,30 @@ class TcprosServer:
             self._context.log.peer(WARN, "refused a connection from %s for %s: %s", who, what, reason)
         else:  # not a ROS node, or a broken one
             text = "refused a connection from %s that names no topic or service: %s"
-            self._context.log.peer(WARN, text, _host(greeting.sock), reason)
+            self._context.log.peer(WARN, text, _host(handshake.sock), reason)
         with contextlib.suppress(OSError):
-            greeting.sock.send(encode_header({"error": reason}))
-            greeting.sock.shutdown(socket.SHUT_WR)
-        greeting.sock.close()
+            handshake.sock.send(encode_header({"error": reason}))
+            handshake.sock.shutdown(socket.SHUT_WR)
+        handshake.sock.close()
 
-    def _release(self, greeting: _Greeting) -> None:
+    def _release(self, handshake: _Handshake) -> None:
         """Let the loop forget a connection, whose socket stays open."""
-        if self._greetings.pop(greeting.sock, None) is not None:
-            self._context.loop.unregister(greeting.sock)
-        if greeting.timer is not None:
-            greeting.timer.cancel()
+        if self._handshakes.pop(handshake.sock, None) is not None:
+            self._context.loop.unregister(handshake.sock)
+        if handshake.timer is not None:
+            handshake.timer.cancel()
 
-    def _end(self, greeting: _Greeting) -> None:
-        self._release(greeting)
-        greeting.sock.close()
+    def _discard(self, handshake: _Handshake) -> None:
+        self._release(handshake)
+        handshake.sock.close()
 
     def close(self) -> None:
         """Stop to listen. On the loop."""
         self._acceptor.close()
         if self._local_acceptor is not None:
             self._local_acceptor.close()
-        for greeting in list(self._greetings.values()):
-            self._end(greeting)
+        for handshake in list(self._handshakes.values()):
+            self._discard(handshake)
 
 
 def _host(sock: socket.socket) -> str:
@@ -221,9 +221,9 @@ def open_ports(
         NodeError: it cannot listen there.
     """
     if address.allowed is not None:
-        from pyros1.net.guests import Guests  # noqa: PLC0415 - slow to import, and most nodes let everybody in
+        from pyros1.net.allowlist import Allowlist  # noqa: PLC0415 - slow to import, and most nodes let everybody in
 
-        context.guests = Guests(address.allowed, lambda text: context.log.warn("%s", text))
+        context.allowlist = Allowlist(address.allowed, lambda text: context.log.warn("%s", text))
     tcpros: TcprosServer | None = None
     try:
         tcpros = TcprosServer(context, address, services, ports[1])
@@ -234,8 +234,8 @@ def open_ports(
             advertised_host=address.advertised,
             port=ports[0],
             ports=address.ports,
-            guests=context.guests,
-            say=context.tell_trouble,
+            allowlist=context.allowlist,
+            warn=context.warn_once,
         )
     except OSError as error:
         if tcpros is not None:

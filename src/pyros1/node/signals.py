@@ -1,6 +1,6 @@
 """Handlers of SIGINT and SIGTERM: the first ends the node, a second interrupts the program wherever it is.
 
-Signals that follow too closely to be deliberate count as one, see `Insistence`.
+Signals that follow too closely to be deliberate count as one, see `InterruptCounter`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
-from pyros1.ground.interrupts import Insistence, catch, is_usual
+from pyros1.ground.interrupts import InterruptCounter, install_handler, is_default_handler
 
 
 class SignalHandlers:
@@ -26,13 +26,13 @@ class SignalHandlers:
     def __init__(self, on_signal: Callable[[int], None]) -> None:
         self._on_signal = on_signal
         self._previous: dict[int, Any] = {}
-        self._insistence = Insistence()
-        self._over = False
+        self._interrupts = InterruptCounter()
+        self._restored = False
 
     @property
     def count(self) -> int:
         """The number of signals so far; those that came together count as one."""
-        return self._insistence.count
+        return self._interrupts.count
 
     def install(self) -> None:
         """Install the handlers; do nothing outside the main thread, where Python does not allow it."""
@@ -40,14 +40,14 @@ class SignalHandlers:
             return
         numbers = (signal.SIGINT, signal.SIGTERM)
         self._previous = {number: signal.getsignal(number) for number in numbers}
-        catch(self._handle, numbers)
+        install_handler(self._handle, numbers)
 
     def restore(self) -> None:
         """Restore the former handlers, unless others have been installed meanwhile."""
         if threading.current_thread() is not threading.main_thread():
             return
         if self.count:
-            self._over = (
+            self._restored = (
                 True  # the handlers stay: another signal may follow the first at once, and would cut the shutdown short
             )
             return
@@ -57,9 +57,9 @@ class SignalHandlers:
         self._previous.clear()
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
-        counts = self._insistence.again()
+        counts = self._interrupts.count_signal()
         previous = self._previous.get(number)
-        if self._over:
+        if self._restored:
             if counts:
                 signal.signal(number, signal.SIG_DFL if previous is None else previous)
                 os.kill(os.getpid(), number)
@@ -78,7 +78,7 @@ class SignalHandlers:
 
     def _is_default(self, handler: Any) -> bool:
         """Return whether that handler is a default one, which ours replaces."""
-        return is_usual(handler)
+        return is_default_handler(handler)
 
     def _interrupt(self, number: int) -> None:
         if number == signal.SIGTERM:

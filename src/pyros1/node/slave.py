@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Triple = list[Any]
 
-_NAMESAKE = r"\[(/[^\]]*)\] Reason: new node registered with same name"
+_NAMESAKE_REASON = r"\[(/[^\]]*)\] Reason: new node registered with same name"
 """What a master tells a node whose name another one has taken (M34)."""
 
 
@@ -81,12 +81,12 @@ class SlaveApi:
         known = self._methods.get(method)
         if known is None:
             raise XmlRpcFault(1, f'method "{method}" is not supported')
-        function, fewest, most = known
+        function, min_arguments, max_arguments = known
         if not params:
             return [-1, "missing required caller_id parameter", 0]
         if not isinstance(params[0], str):
             return [-1, "caller_id must be a string", 0]
-        if not fewest <= len(params) - 1 <= most:
+        if not min_arguments <= len(params) - 1 <= max_arguments:
             return [-1, "Error: bad call arity", 0]
         try:
             return function(*params[1:])
@@ -150,24 +150,24 @@ class SlaveApi:
         if not isinstance(publishers, list):
             raise _BadArgumentError("parameter [publishers] must be a list")
         subscription = self._context.subscriptions.get(topic)
-        good, wrong = [], ""  # one publisher with a wrong address does not hide the others
+        valid, invalid = [], ""  # one publisher with a wrong address does not hide the others
         for uri in publishers:
             if not isinstance(uri, str):
-                wrong = "publishers must be a list of strings"
-            elif subscription is not None and subscription.knows(uri):
-                good.append(uri)  # it has been looked at: there may be a thousand, and one that is new
+                invalid = "publishers must be a list of strings"
+            elif subscription is not None and subscription.has_publisher(uri):
+                valid.append(uri)  # it has been looked at: there may be a thousand, and one that is new
             else:
                 try:
                     parse_uri(uri)
-                    good.append(uri)
+                    valid.append(uri)
                 except Error as error:
-                    wrong = f"publishers: {error}"
+                    invalid = f"publishers: {error}"
         if subscription is not None:
-            subscription.update_publishers(good)
-            if wrong:
-                self._context.log.peer(WARN, "the master names a wrong publisher of %s: %s", topic, wrong)
-        if wrong:
-            raise _BadArgumentError(wrong)
+            subscription.update_publishers(valid)
+            if invalid:
+                self._context.log.peer(WARN, "the master names a wrong publisher of %s: %s", topic, invalid)
+        if invalid:
+            raise _BadArgumentError(invalid)
         return [1, "", 0]
 
     def _request_topic(self, topic: Any, protocols: Any) -> Triple:
@@ -196,10 +196,10 @@ class SlaveApi:
 
         publication = self._context.publications[topic]
         try:
-            wanted = read_offer(offer)
-            if wanted is None:
+            requested = read_offer(offer)
+            if requested is None:
                 return None
-            link = publication.accept_datagrams(*wanted)
+            link = publication.accept_datagrams(*requested)
         except (Refusal, Error) as refusal:
             self._context.log.peer(WARN, "refused datagrams for %s: %s", topic, refusal)
             return [0, str(refusal), 0]
@@ -208,9 +208,9 @@ class SlaveApi:
     def _shutdown(self, reason: Any = "") -> Triple:
         if not isinstance(reason, str):
             raise _BadArgumentError("parameter [msg] must be a string")
-        meant = re.fullmatch(_NAMESAKE, reason)
-        if meant is not None and meant[1] != self._context.name:  # a dead node had our port, and was started again
-            self._context.log.peer(WARN, "a shutdown request that was meant for %s is ignored", meant[1])
+        match = re.fullmatch(_NAMESAKE_REASON, reason)
+        if match is not None and match[1] != self._context.name:  # a dead node had our port, and was started again
+            self._context.log.peer(WARN, "a shutdown request that was meant for %s is ignored", match[1])
             return [1, "shutdown", 0]
         self._on_shutdown(reason)
         return [1, "shutdown", 0]

@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pyros1.ground.errors import Error, NodeError, WaitTimeoutError
-from pyros1.net.bell import Event
+from pyros1.net.signal_safe import Event
 from pyros1.node import checks
-from pyros1.node.clock import LONGEST_PERIOD
+from pyros1.node.clock import MAX_PERIOD
 from pyros1.node.log.levels import WARN
-from pyros1.node.publishing.publication import FAREWELL, Publication
+from pyros1.node.publishing.publication import CLOSE_TIMEOUT, Publication
 from pyros1.node.publishing.publisher import Publisher
-from pyros1.node.subscribing.hints import USUAL, Hints
+from pyros1.node.subscribing.hints import DEFAULT_TRANSPORTS, Hints
 from pyros1.node.subscribing.subscriber import Subscriber, array_view
 from pyros1.node.subscribing.subscription import Stream, Subscription
 from pyros1.node.topic_type import topic_type
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from pyros1.node.registrar import Registrar
     from pyros1.node.subscribing.deadline import Deadline, Missed
     from pyros1.node.subscribing.drivers import Driver
-    from pyros1.node.watching.telling import Tellers
+    from pyros1.node.watching.notifiers import Notifiers
     from pyros1.wire.handshake import TopicType
 
 _M = TypeVar("_M")
 _Call = Callable[[Any], object]
 _SUBSCRIBE = "subscribe(topic, type, callback)"
-LONGEST_CALLBACK = 5.0
+MAX_CALLBACK_WAIT = 5.0
 """Seconds that running callbacks have at the end of the node."""
 
 
@@ -68,7 +68,7 @@ class Topics:
     ) -> Publisher[Any]:
         """Publish on a topic; see ``Node.advertise``."""
         context = self._context
-        context.check_here()
+        context.check_process()
         with self._lock:
             context.check_running()
             publication = self.publications.get(name)
@@ -96,18 +96,18 @@ class Topics:
             registered()
         except BaseException as error:
             self._drop_publication(created)
-            self._take_back(error, "registerPublisher", name, wire_type.name, context.uri)
+            self._undo_registration(error, "registerPublisher", name, wire_type.name, context.uri)
             raise
         return Publisher(created, message_class, lambda: self._unadvertise(created))
 
-    def _take_back(self, error: BaseException, *registration: str) -> None:
+    def _undo_registration(self, error: BaseException, *registration: str) -> None:
         """Undo a registration for which a thread waited no longer: a signal handler raised. The master may be away."""
         if not isinstance(error, Error):
             with contextlib.suppress(NodeError):
                 self._registrar().begin_unregister(*registration)
 
     def _unadvertise(self, publication: Publication) -> None:
-        if self._context.forked:
+        if self._context.is_forked:
             return
         with self._lock:
             publication.handles -= 1
@@ -165,7 +165,7 @@ class Topics:
         """
         context = self._context
         view = array_view(arrays)
-        context.check_here()
+        context.check_process()
         with self._lock:
             context.check_running()
             subscription = self.subscriptions.get(name)
@@ -199,7 +199,7 @@ class Topics:
                 uris = registered()
             except BaseException as error:
                 self._drop_subscription(subscription)
-                self._take_back(error, "registerSubscriber", name, subscription.type.name, context.uri)
+                self._undo_registration(error, "registerSubscriber", name, subscription.type.name, context.uri)
                 raise
             self.publishers_found(name, uris)
         if deadline is not None:
@@ -221,7 +221,7 @@ class Topics:
             self._context.loop.call_soon(subscription.update_publishers, known, False)
 
     def _unsubscribe(self, subscriber: Subscriber[Any]) -> None:
-        if self._context.forked:
+        if self._context.is_forked:
             return
         with self._lock:
             subscription = self.subscriptions.get(subscriber.name)
@@ -265,7 +265,7 @@ class Topics:
 
     def close(self) -> None:
         """End all links and the threads that receive."""
-        until = time.perf_counter() + LONGEST_CALLBACK  # one deadline for all: many callbacks may not return
+        until = time.perf_counter() + MAX_CALLBACK_WAIT  # one deadline for all: many callbacks may not return
         for subscription in self.subscriptions.values():
             subscription.delivery.stop()
         for subscription in self.subscriptions.values():
@@ -274,7 +274,7 @@ class Topics:
         with self._lock:  # no new subscriber finds a publication that is about to close
             publications = self.publications
             self._publish({})
-        until = time.perf_counter() + FAREWELL  # one deadline for all: a stuck subscriber may have many topics
+        until = time.perf_counter() + CLOSE_TIMEOUT  # one deadline for all: a stuck subscriber may have many topics
         for publication in publications.values():
             publication.close(until)
 
@@ -285,7 +285,7 @@ class TopicMethods:
     resolve: Callable[[str], str]
     _clock: Clock
     _context: Context
-    _tellers: Tellers
+    _notifiers: Notifiers
     _topics: Topics
 
     def advertise(
@@ -330,7 +330,7 @@ class TopicMethods:
         queue_size: int | None = None,
         tcp_nodelay: bool = True,
         arrays: str | None = None,
-        transports: str | Iterable[str] = USUAL,
+        transports: str | Iterable[str] = DEFAULT_TRANSPORTS,
         max_datagram_size: int = 1500,
         low_latency: bool = False,
         deadline: float | None = None,
@@ -389,11 +389,11 @@ class TopicMethods:
             return None
         if seconds is None or on_missed is None:
             raise ValueError("subscribe: deadline and on_missed belong together: give both or neither")
-        checks.check_positive(seconds, "subscribe: deadline", "s", LONGEST_PERIOD)
+        checks.check_positive(seconds, "subscribe: deadline", "s", MAX_PERIOD)
         checks.check_callback(on_missed, _SUBSCRIBE, "on_missed")
         from pyros1.node.subscribing.deadline import Deadline  # noqa: PLC0415 - few have one
 
-        return Deadline(seconds, callback, on_missed, self._context, self._clock, self._tellers)
+        return Deadline(seconds, callback, on_missed, self._context, self._clock, self._notifiers)
 
     def wait_for_message(self, topic: str, type: type[_M] | str, timeout: float | None = None) -> _M:
         """Wait for one message of a topic and return it.

@@ -6,20 +6,20 @@ import struct
 
 import numpy as np
 
-from pyros1.observe.image_files import MOST_PIXELS, ImageFileError, Pixels, decode
+from pyros1.observe.image_files import MAX_PIXELS, ImageFileError, Pixels, decode
 
 HEAD = struct.Struct("<iff")
 """What is before the PNG file: the format, and two numbers that say what its values mean."""
 _KINDS = ("16UC1", "32FC1")
 
 
-def decode_depth(form: str, data: bytes, most: int = MOST_PIXELS) -> Pixels:
+def decode_depth(form: str, data: bytes, max_pixels: int = MAX_PIXELS) -> Pixels:
     """Return the depths of a message, of shape (height, width).
 
     Args:
         form: the ``format`` of the sensor_msgs/CompressedImage.
         data: its ``data``.
-        most: an image with more pixels is refused.
+        max_pixels: an image with more pixels is refused.
 
     Returns:
         Millimetres as uint16 if the format begins with 16UC1; metres as float32, NaN where there is no depth, if it
@@ -34,7 +34,7 @@ def decode_depth(form: str, data: bytes, most: int = MOST_PIXELS) -> Pixels:
         raise ImageFileError(f"not a depth image of {' or '.join(_KINDS)}, but an image of the format {form[:200]}")
     if data[HEAD.size :][:4] != b"\x89PNG":
         raise ImageFileError("only PNG is supported for compressed depth images")
-    found = decode(data[HEAD.size :], most)
+    found = decode(data[HEAD.size :], max_pixels)
     if found.ndim != 2:
         raise ImageFileError("compressed depths with colours")
     if kind == _KINDS[0]:

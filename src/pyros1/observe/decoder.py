@@ -12,7 +12,7 @@ class Decoder:
     Args:
         type_name: the type that the master has for the topic, if all messages are of one: it counts more than what a
             publisher says, as for stock's tools.
-        by_name: see `pyros1.msgs.odd_definitions.find_class`.
+        by_name: see `pyros1.msgs.nonstandard_definitions.find_class`.
     """
 
     def __init__(self, type_name: str = "", *, by_name: bool = True) -> None:

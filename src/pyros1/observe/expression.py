@@ -32,7 +32,7 @@ TIME_METHODS = frozenset({"secs", "nsecs", "to_sec", "to_nsec", "to_time", "is_z
 _DESCRIPTION = frozenset({"_type", "_md5sum", "_full_text", "_slot_types", "_has_header", "__slots__", "__name__"})
 """What a message's class says of its type."""
 _OF_MESSAGE = _DESCRIPTION - {"__name__"} | {"_connection_header"}
-_LOOKS = frozenset({"getattr", "hasattr", "type"})
+_REFLECTION = frozenset({"getattr", "hasattr", "type"})
 
 
 class Expression:
@@ -78,7 +78,7 @@ class MessageLanguage(Interpreter):
         """Return the value of a name; see `Interpreter`."""
         if name in names:
             return names[name]
-        if name in _LOOKS:
+        if name in _REFLECTION:
             return {"hasattr": self._has, "getattr": self._get, "type": _kind_of}[name]
         if name in FUNCTIONS:
             return FUNCTIONS[name]
@@ -148,7 +148,7 @@ class _Filter(MessageLanguage):
         super().check(node)
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not self._is_function(node.func.id):
             functions = [name for name, value in self._more.items() if not isinstance(value, Module)]
-            known = ", ".join(sorted({*FUNCTIONS, *_LOOKS, *functions}))
+            known = ", ".join(sorted({*FUNCTIONS, *_REFLECTION, *functions}))
             raise ExpressionError(f"unknown function {node.func.id}; known functions: {known}")
 
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
@@ -162,4 +162,4 @@ class _Filter(MessageLanguage):
 
 def is_function(name: str) -> bool:
     """Return whether every expression may call a function of this name."""
-    return name in FUNCTIONS or name in _LOOKS
+    return name in FUNCTIONS or name in _REFLECTION

@@ -15,15 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pyros1.ground.errors import Error, MessageError
-from pyros1.observe import deep_png
+from pyros1.observe import png16
 
 Pixels = NDArray[Any]
-MOST_PIXELS = 1 << 27
+MAX_PIXELS = 1 << 27
 """Most pixels of an image that is unpacked, unless a caller wants fewer."""
 _FORMATS = ("JPEG", "PNG", "BMP", "TIFF", "WEBP", "PPM", "JPEG2000")
 _NAMES = {"jpg": "JPEG", "jpe": "JPEG", "tif": "TIFF", "dib": "BMP", "jp2": "JPEG2000", "pgm": "PPM", "pbm": "PPM"}
 """Extensions of files that Pillow's formats do not have as names."""
-_DEEP = 4
+_DEEP_COST = 4
 """Files with 16 bits per channel need so much more memory than others for a pixel."""
 _BLOCK = 1 << 16
 """Pixels that are calculated at a time."""
@@ -50,12 +50,12 @@ def pillow() -> Any:
         raise Error(f"compressed images need Pillow ({error}): pip install 'pyros1[images]'") from None
 
 
-def decode(data: bytes, most: int = MOST_PIXELS) -> Pixels:
+def decode(data: bytes, max_pixels: int = MAX_PIXELS) -> Pixels:
     """Return the pixels of an image file.
 
     Args:
         data: the file. A JPEG file may be cut off: what is missing is grey, as with other readers.
-        most: an image with more pixels is refused.
+        max_pixels: an image with more pixels is refused.
 
     Returns:
         An array of shape (height, width), or (height, width, 3 or 4) with red, green, blue and opacity; of uint8, or of
@@ -69,18 +69,18 @@ def decode(data: bytes, most: int = MOST_PIXELS) -> Pixels:
     _ignore_warnings()
     try:
         with module.open(BytesIO(data + _END_OF_JPEG), formats=_FORMATS) as picture:
-            head = deep_png.header(data)
+            head = png16.header(data)
             # Of several headers in a file, Pillow takes the last.
             width, height = map(max, picture.size, (head.width, head.height) if head else (0, 0))
-            if width * height > (most // _DEEP if head is not None and head.bits == 16 else most):
-                raise _too_large(most, f" of {width} x {height} pixels")
+            if width * height > (max_pixels // _DEEP_COST if head is not None and head.bits == 16 else max_pixels):
+                raise _too_large(max_pixels, f" of {width} x {height} pixels")
             return _unpacked(module, picture, data)
     except MessageError:
         raise
     except module.UnidentifiedImageError:
         raise ImageFileError("the image cannot be read: its format is not known") from None
     except module.DecompressionBombError:
-        raise _too_large(most) from None
+        raise _too_large(max_pixels) from None
     except Exception as error:  # noqa: BLE001 - Pillow raises many kinds for damaged files
         raise ImageFileError(f"the image cannot be read: {error}") from None
 
@@ -105,7 +105,7 @@ def encode(image: Pixels, form: str, **options: Any) -> bytes:
         raise ImageFileError(f"an image with the shape {image.shape} cannot be written as {form}")
     kind = image.dtype.str[1:]
     if name == "PNG" and kind == "u2" and image.ndim == 3:
-        return deep_png.write(image, options.get("compress_level", 6))
+        return png16.write(image, options.get("compress_level", 6))
     deep = {"PNG": ("u2",), "TIFF": _TIFF_KINDS, "PPM": ("u2",), "JPEG2000": ("u2",)}.get(name, ())
     if kind not in deep and name not in ("TIFF", "PPM", "JPEG2000"):
         image = to_bytes(image)
@@ -134,8 +134,8 @@ def _ignore_warnings() -> None:
         warnings.filterwarnings("ignore", module=pattern)
 
 
-def _too_large(most: int, size: str = "") -> ImageFileError:
-    return ImageFileError(f"the image{size} is too large: at most {most} pixels can be read")
+def _too_large(max_pixels: int, size: str = "") -> ImageFileError:
+    return ImageFileError(f"the image{size} is too large: at most {max_pixels} pixels can be read")
 
 
 def to_bytes(image: Pixels) -> NDArray[np.uint8]:
@@ -149,9 +149,9 @@ def to_bytes(image: Pixels) -> NDArray[np.uint8]:
 
 
 def _unpacked(module: Any, picture: Any, data: bytes) -> Pixels:
-    head = deep_png.header(data)
+    head = png16.header(data)
     if head is not None and head.bits == 16 and head.colour:
-        found = deep_png.read(data, module)
+        found = png16.read(data, module)
         return np.dstack([found[:, :, :1]] * 3 + [found[:, :, 1:]]) if found.shape[2] == 2 else found
     mode, name = picture.mode, picture.format
     if mode in ("RGB", "RGBA", "LA", "La", "CMYK") and _is_deep(picture, data):

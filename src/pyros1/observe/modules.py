@@ -34,9 +34,9 @@ class Module:
             ExpressionError: no member has that name.
         """
         if name not in self._members:
-            there = ", ".join(sorted(self._members))
+            known = ", ".join(sorted(self._members))
             raise ExpressionError(
-                f"expressions cannot use {self.name}.{name}; they can use these members of {self.name}: {there}"
+                f"expressions cannot use {self.name}.{name}; they can use these members of {self.name}: {known}"
             )
         return self._members[name]
 

@@ -20,8 +20,8 @@ class Summary(NamedTuple):
     """The statistics of a window."""
 
     mean: float
-    least: float
-    most: float
+    minimum: float
+    maximum: float
     deviation: float
 
 
@@ -44,7 +44,7 @@ class RateMeter:
         size = HZ_WINDOW if window < 0 else window
         self._intervals: deque[float] = deque(maxlen=max(1, size - 1))
         self._last: float | None = None
-        self._fresh = False
+        self._is_changed = False
 
     def arrived(self, now: float) -> None:
         """Count a message at the time ``now`` in seconds. A time that jumps back restarts the measurement."""
@@ -55,16 +55,16 @@ class RateMeter:
             self._intervals.clear()
             return
         self._intervals.append(now - last)
-        self._fresh = True
+        self._is_changed = True
 
     def figures(self) -> tuple[float, Summary, int] | None:
         """Return the rate in Hz, the intervals' statistics, and the number of messages in the window.
 
         None if no message came since the last call."""
         intervals = list(self._intervals)  # the callback may add to it meanwhile
-        if not self._fresh or not intervals:
+        if not self._is_changed or not intervals:
             return None
-        self._fresh = False
+        self._is_changed = False
         summary = summarise(intervals)
         rate = 1.0 / summary.mean if summary.mean > 0 else 0.0
         return rate, summary, len(intervals) + 1
@@ -73,7 +73,7 @@ class RateMeter:
 def rate_lines(rate: float, summary: Summary, window: int) -> str:
     """Return what ``hz`` prints for one topic."""
     return (
-        f"average rate: {rate:.3f}\n\tmin: {summary.least:.3f}s max: {summary.most:.3f}s "
+        f"average rate: {rate:.3f}\n\tmin: {summary.minimum:.3f}s max: {summary.maximum:.3f}s "
         f"std dev: {summary.deviation:.5f}s window: {window}"
     )
 
@@ -82,7 +82,7 @@ def rate_table(figures: Mapping[str, tuple[float, Summary, int]]) -> str:
     """Return what ``hz`` prints for several topics."""
     header = ["topic", "rate", "min_delta", "max_delta", "std_dev", "window"]
     rows = [
-        [topic, *(f"{x:.4}" for x in (rate, summary.least, summary.most, summary.deviation)), str(window)]
+        [topic, *(f"{x:.4}" for x in (rate, summary.minimum, summary.maximum, summary.deviation)), str(window)]
         for topic, (rate, summary, window) in figures.items()
     ]
     widths = [max(len(row[column]) for row in [header, *rows]) for column in range(len(header))]
@@ -101,14 +101,14 @@ class BandwidthMeter:
     """
 
     def __init__(self, window: int = -1) -> None:
-        self._least = BW_WINDOW if window < 0 else 0
+        self._min_messages = BW_WINDOW if window < 0 else 0
         self._entries: deque[tuple[float, int]] = deque(maxlen=HZ_WINDOW if window < 0 else max(1, window))
 
     def arrived(self, now: float, size: int) -> None:
         """Count a message of ``size`` bytes at the time ``now`` in seconds."""
         entries = self._entries
         entries.append((now, size))
-        while self._least and len(entries) > self._least and entries[0][0] < now - BW_SECONDS:
+        while self._min_messages and len(entries) > self._min_messages and entries[0][0] < now - BW_SECONDS:
             entries.popleft()
 
     def lines(self, now: float) -> str | None:
@@ -124,8 +124,8 @@ def size_lines(sizes: Sequence[int], seconds: float) -> str:
     rate = sum(sizes) / seconds
     unit, factor = ("B", 1) if rate < 1000 else ("KB", 1000) if rate < 1_000_000 else ("MB", 1_000_000)
     values = (rate, sum(sizes) / len(sizes), min(sizes), max(sizes))
-    speed, mean, least, most = (f"{value / factor:.2f}{unit}" for value in values)
-    return f"average: {speed}/s\n\tmean: {mean} min: {least} max: {most} window: {len(sizes)}"
+    speed, mean, minimum, maximum = (f"{value / factor:.2f}{unit}" for value in values)
+    return f"average: {speed}/s\n\tmean: {mean} min: {minimum} max: {maximum} window: {len(sizes)}"
 
 
 class DelayMeter:
@@ -137,25 +137,25 @@ class DelayMeter:
 
     def __init__(self, window: int = -1) -> None:
         self._delays: deque[float] = deque(maxlen=HZ_WINDOW if window < 0 else max(1, window))
-        self._fresh = False
+        self._is_changed = False
 
     def arrived(self, delay: float) -> None:
         """Count a message that arrives ``delay`` seconds old."""
         self._delays.append(delay)
-        self._fresh = True
+        self._is_changed = True
 
     def lines(self) -> str | None:
         """Return what ``delay`` prints, None if no message came since the last call."""
         delays = list(self._delays)
-        if not self._fresh:
+        if not self._is_changed:
             return None
-        self._fresh = False
+        self._is_changed = False
         return delay_lines(summarise(delays), len(delays))
 
 
 def delay_lines(summary: Summary, window: int) -> str:
     """Return what ``delay`` prints."""
     return (
-        f"average delay: {summary.mean:.3f}\n\tmin: {summary.least:.3f}s max: {summary.most:.3f}s "
+        f"average delay: {summary.mean:.3f}\n\tmin: {summary.minimum:.3f}s max: {summary.maximum:.3f}s "
         f"std dev: {summary.deviation:.5f}s window: {window}"
     )

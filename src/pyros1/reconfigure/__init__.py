@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["CallbackError", "Client", "Config", "Group", "ParameterError", "Parameters", "Server"]
 
-_HOMES = {
+_EXPORTS = {
     "CallbackError": "pyros1.reconfigure.server",
     "Client": "pyros1.reconfigure.client",
     "Config": "pyros1.reconfigure.config",
@@ -48,7 +48,7 @@ def __getattr__(name: str) -> Any:
     """Load and return a public name when it is first used."""
     from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
 
-    return load(__name__, _HOMES, name)
+    return load(__name__, _EXPORTS, name)
 
 
 def __dir__() -> list[str]:

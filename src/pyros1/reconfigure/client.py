@@ -11,7 +11,7 @@ from pyros1.msgs.dynamic_reconfigure.msg import Config as ConfigMessage
 from pyros1.msgs.dynamic_reconfigure.msg import ConfigDescription
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
 from pyros1.msgs.fill import fill_message
-from pyros1.net.bell import STEP, Bell
+from pyros1.net.signal_safe import POLL_INTERVAL, Condition
 from pyros1.reconfigure.config import Config
 from pyros1.reconfigure.encoding import Make, decode, decode_description, parameters_of, with_groups
 from pyros1.reconfigure.values import request
@@ -50,15 +50,15 @@ class Client:
         self.name = node.resolve(name, remap=remap)
         self.on_config, self.on_description = on_config, on_description
         self._node, self._make = node, make
-        self._bell = Bell()
+        self._condition = Condition()
         self._config: Any = None
         self._description: Any = None  # as a message
         self._tree: Any = None
         node.wait_for_service(f"{self.name}/set_parameters", timeout)
         self._service = node.service(f"{self.name}/set_parameters", Reconfigure)
         self._subscribers: list[Any] = [
-            node.subscribe(f"{self.name}/parameter_descriptions", ConfigDescription, self._described),
-            node.subscribe(f"{self.name}/parameter_updates", ConfigMessage, self._updated),
+            node.subscribe(f"{self.name}/parameter_descriptions", ConfigDescription, self._on_description_message),
+            node.subscribe(f"{self.name}/parameter_updates", ConfigMessage, self._on_update_message),
         ]
 
     def config(self, timeout: float | None = None) -> Any:
@@ -114,23 +114,23 @@ class Client:
         names = {group.id: [each.name for each in group.parameters] for group in self._description.groups}
         return with_groups(values, message.groups, names, self._make)
 
-    def _described(self, message: Any) -> None:
+    def _on_description_message(self, message: Any) -> None:
         self._tree = decode_description(message, self._make)
         self._description = message
-        self._bell.ring()
+        self._condition.notify_all()
         if self.on_description is not None:
             self.on_description(self.description())
 
-    def _updated(self, message: Any) -> None:
+    def _on_update_message(self, message: Any) -> None:
         self._config = message
-        self._bell.ring()
+        self._condition.notify_all()
         if self.on_config is not None:
             self.on_config(self._with_groups(message))
 
     def _await(self, ready: Callable[[], bool], what: str, timeout: float | None) -> None:
-        until = None if timeout is None else time.monotonic() + timeout
-        while not self._bell.wait(ready, STEP):
+        deadline = None if timeout is None else time.monotonic() + timeout
+        while not self._condition.wait_for(ready, POLL_INTERVAL):
             if not self._node.ok():
                 raise NodeShutdownError(f"{self._node.name} is shutting down")
-            if until is not None and time.monotonic() >= until:
+            if deadline is not None and time.monotonic() >= deadline:
                 raise WaitTimeoutError(f"timeout exceeded while waiting for {what} of {self.name}")

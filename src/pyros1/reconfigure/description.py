@@ -9,7 +9,7 @@ from typing import Any
 from pyros1.reconfigure.values import INT_RANGE
 
 _INFINITY = float("inf")
-_USUAL: dict[str, tuple[type, Any, Any, Any]] = {
+_DEFAULTS_BY_TYPE: dict[str, tuple[type, Any, Any, Any]] = {
     "int": (int, 0, INT_RANGE[0], INT_RANGE[-1]),
     "double": (float, 0.0, -_INFINITY, _INFINITY),
     "str": (str, "", "", ""),
@@ -69,16 +69,16 @@ class Group:
         if not isinstance(description, str):
             raise TypeError(f"'{name}': the description must be a string, not {description!r}")
         kind = type if type is not None else _KINDS.get(default.__class__, "")
-        if kind not in _USUAL:
+        if kind not in _DEFAULTS_BY_TYPE:
             raise TypeError(f"'{name}' must have a default, or a type, of bool, int, double (float) or str")
-        _, usual, low, high = _USUAL[kind]
+        _, default_value, low, high = _DEFAULTS_BY_TYPE[kind]
         if choices:
             entries = [{"name": key, "type": kind, "value": value, "description": ""} for key, value in choices.items()]
             edit_method = repr({"enum": entries, "enum_description": description})
         parameter = {
             "name": name,
             "type": kind,
-            "default": checked(name, kind, "default", usual if default is None else default),
+            "default": checked(name, kind, "default", default_value if default is None else default),
             "level": level,
             "description": description,
             "min": checked(name, kind, "min", low if minimum is None else minimum),
@@ -175,8 +175,8 @@ def checked(name: str, kind: str, field: str, value: Any) -> Any:
     Raises:
         TypeError: it has another type.
     """
-    wanted = _USUAL[kind][0]
-    fits = isinstance(value, (int, float) if wanted is float else wanted)
-    if not fits or (wanted is not bool and isinstance(value, bool)):
+    expected = _DEFAULTS_BY_TYPE[kind][0]
+    fits = isinstance(value, (int, float) if expected is float else expected)
+    if not fits or (expected is not bool and isinstance(value, bool)):
         raise TypeError(f"'{name}' has type {kind}, but {field} is {value!r}")
-    return wanted(value)
+    return expected(value)

@@ -66,7 +66,7 @@ class Server:
         self._lock = threading.RLock()  # a callback may ask for a change
         self._written: dict[str, Any] = {}
         values = make({name: node.params.get(self.namespace + name, value) for name, value in self._defaults()})
-        self.config = initial(self._fitting(values), description.config_description, make)
+        self.config = initial(self._clamped(values), description.config_description, make)
         self.message = describe(
             description.config_description, description.max, description.min, dict(description.defaults)
         )
@@ -77,7 +77,7 @@ class Server:
         try:
             with self._lock:
                 self._change(self.config, -1)
-            self.service = node.advertise_service(f"{self.namespace}set_parameters", Reconfigure, self._asked)
+            self.service = node.advertise_service(f"{self.namespace}set_parameters", Reconfigure, self._on_request)
         except BaseException:
             self.close()
             raise
@@ -102,14 +102,14 @@ class Server:
             config.update({name: changes[name] for name in changes if name in self._types or name == "groups"})
             for name in changes.keys() - config.keys():
                 self._node.log.warn("reconfigure: there is no parameter %s", name, throttle=60)
-            self._fitting(config)
+            self._clamped(config)
             level = 0
             for name, bits in self.description.level.items():
                 if config[name] != self.config[name]:
                     level |= bits
             return self._change(config, level)
 
-    def _fitting(self, config: Any) -> Any:
+    def _clamped(self, config: Any) -> Any:
         """Give all values their types, and put them within the limits."""
         for name, kind in self._types.items():
             value, low, high = KINDS[kind](config[name]), self.description.min[name], self.description.max[name]
@@ -131,7 +131,7 @@ class Server:
         self.updates.publish(encode(config, self._types))
         return config
 
-    def _asked(self, request: Any) -> Any:
+    def _on_request(self, request: Any) -> Any:
         """Answer the service."""
         with self._lock:
             changes = decode(request.config, dict)

@@ -84,8 +84,8 @@ def converted(value: Any, parameter: Any) -> Any:
                 raise ParameterError(f"can't set parameter '{name}' of {kind}: {value!r} is neither true nor false")
             value = _WORDS[word]
         elif chosen and kind is not str and not _is_number(value):
-            wanted = f"{value!r} is not one of {', '.join(chosen)}"
-            raise ParameterError(f"can't set parameter '{name}' of {kind}: {wanted}", did_you_mean(value, chosen))
+            expected = f"{value!r} is not one of {', '.join(chosen)}"
+            raise ParameterError(f"can't set parameter '{name}' of {kind}: {expected}", did_you_mean(value, chosen))
     try:
         result = kind(value)
     except (TypeError, ValueError, OverflowError) as error:
@@ -112,12 +112,12 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _groups(wanted: Any, description: Any, config: Any) -> dict[str, list[dict[str, Any]]]:
+def _groups(expected: Any, description: Any, config: Any) -> dict[str, list[dict[str, Any]]]:
     """Return the field for groups. Empty if nothing changes: stock's server in Python does not accept groups."""
     states = {group.id: group.state for group in config.groups} if config is not None else {}
-    if not isinstance(wanted, Mapping):
-        raise ParameterError(f"groups must be a dictionary of names and states, not {wanted!r}")
-    by_name = _states(wanted) if "id" in wanted and "groups" in wanted else dict(wanted)
+    if not isinstance(expected, Mapping):
+        raise ParameterError(f"groups must be a dictionary of names and states, not {expected!r}")
+    by_name = _states(expected) if "id" in expected and "groups" in expected else dict(expected)
     known = [group.name for group in description.groups]
     for name, state in by_name.items():
         if name not in known:

@@ -76,18 +76,18 @@ def _await(node: Node, wanted: list[dict[str, Any]], known: _List, type_of: _Typ
     """
     await_clock(node)
     missing = {entry["name"]: entry for entry in wanted}
-    patience = max((float(entry["timeout"]) for entry in missing.values()), default=0.0)
-    began = time.monotonic()
-    while missing and (elapsed := time.monotonic() - began) <= patience:
+    timeout = max((float(entry["timeout"]) for entry in missing.values()), default=0.0)
+    start = time.monotonic()
+    while missing and (elapsed := time.monotonic() - start) <= timeout:
         for name in [name for name in known() if name in missing]:
-            _judge(missing.pop(name), elapsed, type_of)
+            _check_entry(missing.pop(name), elapsed, type_of)
         if missing:
             pause(node, STEP)
     for name, entry in missing.items():
         require(entry["negative"], f"{name} did not appear within {entry['timeout']} s")
 
 
-def _judge(entry: dict[str, Any], elapsed: float, type_of: _TypeOf) -> None:
+def _check_entry(entry: dict[str, Any], elapsed: float, type_of: _TypeOf) -> None:
     name, expected = entry["name"], entry["type"]
     require(not entry["negative"], f"{name} exists, but should not")
     require(elapsed < float(entry["timeout"]), f"{name} appeared only after {elapsed:.1f} s")

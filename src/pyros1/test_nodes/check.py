@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 Test = Callable[[], None]
 """A test case. It raises FailedError if the system does not meet the expectations."""
-CLOCK_PATIENCE = 10.0
+CLOCK_TIMEOUT = 10.0
 """Seconds of wall time to wait for the first message on /clock."""
 STEP = 0.05
 """Seconds between two checks of the system."""
@@ -78,9 +78,9 @@ def pause(node: Node, seconds: float) -> None:
     Raises:
         Error: the node was told to end, so the test has no result.
     """
-    ends = time.monotonic() + seconds
-    while (left := ends - time.monotonic()) > 0 and node.ok():
-        time.sleep(min(left, STEP))
+    deadline = time.monotonic() + seconds
+    while (remaining := deadline - time.monotonic()) > 0 and node.ok():
+        time.sleep(min(remaining, STEP))
     if not node.ok():
         raise Error("the test was interrupted")
 
@@ -91,11 +91,11 @@ def await_clock(node: Node) -> None:
     Raises:
         FailedError: no message arrives on /clock.
     """
-    ends = time.monotonic() + CLOCK_PATIENCE
+    deadline = time.monotonic() + CLOCK_TIMEOUT
     while node.params.get("/use_sim_time", False) and node.now().is_zero():
         require(
-            time.monotonic() < ends,
-            f"/use_sim_time is set, but no message arrived on /clock within {CLOCK_PATIENCE:g} s",
+            time.monotonic() < deadline,
+            f"/use_sim_time is set, but no message arrived on /clock within {CLOCK_TIMEOUT:g} s",
         )
         pause(node, STEP)
 
@@ -112,12 +112,12 @@ def run_case(name: str, classname: str, test: Test) -> Case:
         The result: a failure if the system does not meet the expectations, an error if the check was not possible.
     """
     case = Case(name, classname)
-    began = time.monotonic()
+    start = time.monotonic()
     try:
         test()
     except FailedError as error:
         case.failures.append(("AssertionError", str(error)))
     except Exception as error:  # noqa: BLE001 - parameters may have any value, and the other cases must still run
         case.errors.append((type(error).__name__, str(error)))
-    case.seconds = time.monotonic() - began
+    case.seconds = time.monotonic() - start
     return case

@@ -32,9 +32,9 @@ class Meter:
         self.seen = threading.Event()
         self.count = 0
         self._hz = hz
-        self._least, self._most = hz - hzerror, hz + hzerror
+        self._min_interval, self._max_interval = hz - hzerror, hz + hzerror
         self._check_intervals = check_intervals
-        self._odd: list[str] = []
+        self._bad_interval: list[str] = []
         self._first = self._last = 0.0
         self._lock = threading.Lock()  # messages of several publishers arrive in several threads
 
@@ -57,10 +57,14 @@ class Meter:
             self._last = now
 
     def _check(self, interval: float) -> None:
-        if self._most > 0 and interval < 1 / self._most:
-            self._odd.append(f"an interval of {interval:.6f} s is too short: at least {1 / self._most:.6f} s")
-        elif self._least > 0 and interval > 1 / self._least:
-            self._odd.append(f"an interval of {interval:.6f} s is too long: at most {1 / self._least:.6f} s")
+        if self._max_interval > 0 and interval < 1 / self._max_interval:
+            self._bad_interval.append(
+                f"an interval of {interval:.6f} s is too short: at least {1 / self._max_interval:.6f} s"
+            )
+        elif self._min_interval > 0 and interval > 1 / self._min_interval:
+            self._bad_interval.append(
+                f"an interval of {interval:.6f} s is too long: at most {1 / self._min_interval:.6f} s"
+            )
 
     def verdict(self) -> None:
         """Check the rate.
@@ -73,12 +77,18 @@ class Meter:
                 require(not self.count, f"expected no messages, but {self.count} arrived")
                 return
             require(self.count, "no messages arrived while the time was valid")
-            require(not self._odd, "\n".join(self._odd))
+            require(not self._bad_interval, "\n".join(self._bad_interval))
             span = self._last - self._first
             require(span > 0, "one message is not enough to measure a rate")
             rate = (self.count - 1) / span
-            require(rate >= self._least, f"the rate of {rate:.3f} Hz is below the minimum of {self._least:.3f} Hz")
-            require(rate <= self._most, f"the rate of {rate:.3f} Hz is above the maximum of {self._most:.3f} Hz")
+            require(
+                rate >= self._min_interval,
+                f"the rate of {rate:.3f} Hz is below the minimum of {self._min_interval:.3f} Hz",
+            )
+            require(
+                rate <= self._max_interval,
+                f"the rate of {rate:.3f} Hz is above the maximum of {self._max_interval:.3f} Hz",
+            )
 
 
 def tests(node: Node) -> dict[str, Test]:
@@ -111,8 +121,8 @@ def _test_hz(node: Node) -> None:
 
     subscriber = node.subscribe(topic, AnyMsg, came)
     node.log.info(f"waiting up to {wait:g} s for the first message")
-    ends = time.monotonic() + wait
-    while not meter.seen.is_set() and time.monotonic() < ends:
+    deadline = time.monotonic() + wait
+    while not meter.seen.is_set() and time.monotonic() < deadline:
         pause(node, min(STEP, wait))
     if hz:
         require(meter.seen.is_set(), f"no message on {subscriber.name} within {wait:g} s")

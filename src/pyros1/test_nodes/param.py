@@ -32,8 +32,8 @@ def _test_param(node: Node) -> None:
     require(duration > 0, f"~test_duration must be greater than 0: {duration}")
     require(name, "~param_name_target is empty")
     value = None
-    ends = time.monotonic() + wait
-    while value is None and time.monotonic() < ends:
+    deadline = time.monotonic() + wait
+    while value is None and time.monotonic() < deadline:
         value = node.params.get(name)
         if value is None:
             pause(node, STEP)

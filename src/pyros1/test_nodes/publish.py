@@ -28,15 +28,15 @@ def tests(node: Node) -> dict[str, Test]:
     return {"test_publish": lambda: _test_publish(node, topics)}
 
 
-class _Awaited:
+class _TopicCheck:
     """A topic that is checked until its timeout, in the node's time."""
 
     def __init__(self, node: Node, topic: dict[str, Any]) -> None:
         self._node = node
         self._topic = topic
-        self._ends = node.now() + Duration.from_sec(float(topic["timeout"]))
-        self._came = threading.Event()
-        node.subscribe(topic["name"], AnyMsg, lambda _message: self._came.set())
+        self._deadline = node.now() + Duration.from_sec(float(topic["timeout"]))
+        self._num_messages = threading.Event()
+        node.subscribe(topic["name"], AnyMsg, lambda _message: self._num_messages.set())
 
     def settled(self) -> bool:
         """Return whether the check of this topic is complete.
@@ -45,10 +45,10 @@ class _Awaited:
             FailedError: it does not meet the expectations.
         """
         name, timeout, negative = self._topic["name"], self._topic["timeout"], self._topic["negative"]
-        if self._came.is_set():
+        if self._num_messages.is_set():
             require(not negative, f"a message arrived on {name}")
             return True
-        if self._node.now() > self._ends:
+        if self._node.now() > self._deadline:
             require(negative, f"no message arrived on {name} within {timeout} s")
             return True
         return False
@@ -59,6 +59,6 @@ def _test_publish(node: Node, topics: list[dict[str, Any]]) -> None:
     for topic in topics:
         wanted = "no message" if topic["negative"] else "a message"
         node.log.info(f"waiting up to {topic['timeout']} s for {wanted} on {topic['name']}")
-    waiting = [_Awaited(node, topic) for topic in topics]
+    waiting = [_TopicCheck(node, topic) for topic in topics]
     while waiting := [topic for topic in waiting if not topic.settled()]:
         pause(node, STEP / 5)

@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 __all__ = ["Heard", "Program"]
 
-_HOMES = {"Heard": "pyros1.testing.heard", "Program": "pyros1.testing.programs"}
+_EXPORTS = {"Heard": "pyros1.testing.heard", "Program": "pyros1.testing.programs"}
 
 
 def __getattr__(name: str) -> Any:
     """Load and return a public name when it is first used: pytest loads this package in each of its runs."""
     from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
 
-    return load(__name__, _HOMES, name)
+    return load(__name__, _EXPORTS, name)
 
 
 def __dir__() -> list[str]:

@@ -11,9 +11,9 @@ from typing import Any, Generic, TypeVar
 from pyros1.node import Node
 
 M = TypeVar("M")
-KEPT = 10_000
+MAX_MESSAGES = 10_000
 """How many messages are kept; older ones are forgotten."""
-PATIENCE = 10.0
+DEFAULT_TIMEOUT = 10.0
 """Seconds that a wait lasts if the test does not say."""
 _SHOWN = 300  # characters of a message
 
@@ -35,24 +35,24 @@ class Heard(Generic[M]):
         self.topic = node.resolve(topic)
         self.count = 0
         self._node = node
-        self._kept: deque[M] = deque(maxlen=KEPT)
-        self._news = threading.Condition()
-        self._taken = 0
-        self._subscriber: Any = node.subscribe(topic, type, self._hear)
+        self._messages: deque[M] = deque(maxlen=MAX_MESSAGES)
+        self._changed = threading.Condition()
+        self._num_taken = 0
+        self._subscriber: Any = node.subscribe(topic, type, self._on_message)
 
-    def _hear(self, message: M) -> None:
-        with self._news:
-            self._kept.append(message)
+    def _on_message(self, message: M) -> None:
+        with self._changed:
+            self._messages.append(message)
             self.count += 1
-            self._news.notify_all()
+            self._changed.notify_all()
 
     @property
     def messages(self) -> list[M]:
         """The messages that have come, the oldest first; at most the last 10,000."""
-        with self._news:
-            return list(self._kept)
+        with self._changed:
+            return list(self._messages)
 
-    def next(self, timeout: float = PATIENCE) -> M:
+    def next(self, timeout: float = DEFAULT_TIMEOUT) -> M:
         """Return the next message that neither `next` nor `wait` has returned.
 
         Args:
@@ -63,7 +63,7 @@ class Heard(Generic[M]):
         """
         return self.wait(1, timeout)[0]
 
-    def wait(self, count: int, timeout: float = PATIENCE) -> list[M]:
+    def wait(self, count: int, timeout: float = DEFAULT_TIMEOUT) -> list[M]:
         """Return the next messages that neither `next` nor `wait` has returned.
 
         Args:
@@ -73,17 +73,19 @@ class Heard(Generic[M]):
         Raises:
             AssertionError: fewer came in time.
         """
-        with self._news:
-            if not self._news.wait_for(lambda: self.count - self._taken >= count, timeout):
-                came = self.count - self._taken
-                raise AssertionError(f"{came} of {count} messages arrived within {timeout:g} s. {self._known()}")
-            skipped = self._taken - (self.count - len(self._kept))
+        with self._changed:
+            if not self._changed.wait_for(lambda: self.count - self._num_taken >= count, timeout):
+                came = self.count - self._num_taken
+                raise AssertionError(f"{came} of {count} messages arrived within {timeout:g} s. {self._status_text()}")
+            skipped = self._num_taken - (self.count - len(self._messages))
             if skipped < 0:
-                raise AssertionError(f"{-skipped} messages of {self.topic} were forgotten: only {KEPT} are kept")
-            self._taken += count
-            return list(self._kept)[skipped : skipped + count]
+                raise AssertionError(
+                    f"{-skipped} messages of {self.topic} were forgotten: only {MAX_MESSAGES} are kept"
+                )
+            self._num_taken += count
+            return list(self._messages)[skipped : skipped + count]
 
-    def first(self, fits: Callable[[M], object] = lambda _: True, timeout: float = PATIENCE) -> M:
+    def first(self, fits: Callable[[M], object] = lambda _: True, timeout: float = DEFAULT_TIMEOUT) -> M:
         """Return the first of all messages that fits, whether it has come already or comes now.
 
         Args:
@@ -95,15 +97,15 @@ class Heard(Generic[M]):
         """
         end = time.monotonic() + timeout
         seen = 0
-        with self._news:
+        with self._changed:
             while True:
-                new = min(self.count - seen, len(self._kept))
-                for message in list(self._kept)[len(self._kept) - new :] if new else ():
+                new = min(self.count - seen, len(self._messages))
+                for message in list(self._messages)[len(self._messages) - new :] if new else ():
                     if fits(message):
                         return message
                 seen = self.count
-                if not self._news.wait_for(lambda: self.count > seen, end - time.monotonic()):  # noqa: B023
-                    raise AssertionError(f"no matching message arrived within {timeout:g} s. {self._known()}")
+                if not self._changed.wait_for(lambda: self.count > seen, end - time.monotonic()):  # noqa: B023
+                    raise AssertionError(f"no matching message arrived within {timeout:g} s. {self._status_text()}")
 
     def nothing(self, seconds: float) -> None:
         """Wait, and make sure that there is no message that neither `next` nor `wait` has returned.
@@ -114,24 +116,24 @@ class Heard(Generic[M]):
         Raises:
             AssertionError: there is one, or one came.
         """
-        with self._news:
-            if self._news.wait_for(lambda: self.count > self._taken, seconds):
-                raise AssertionError(f"an unexpected message arrived. {self._known()}")
+        with self._changed:
+            if self._changed.wait_for(lambda: self.count > self._num_taken, seconds):
+                raise AssertionError(f"an unexpected message arrived. {self._status_text()}")
 
     def clear(self) -> None:
         """Forget what has come so far."""
-        with self._news:
-            self._kept.clear()
-            self.count = self._taken = 0
+        with self._changed:
+            self._messages.clear()
+            self.count = self._num_taken = 0
 
-    def _known(self) -> str:
+    def _status_text(self) -> str:
         """What helps to see why a message is missing."""
         connected = self._subscriber.num_connections
         if not connected:
             return f"{self.topic}: no node publishes this topic, or it has a different type: see `pyros1 topic info`."
         if not self.count:
             return f"{self.topic}: connected to {connected} publisher(s), which sent nothing."
-        last = str(self._kept[-1])
+        last = str(self._messages[-1])
         return (
             f"{self.topic}: {self.count} arrived in all, the last one:\n{last[:_SHOWN]}{'...' * (len(last) > _SHOWN)}"
         )

@@ -10,11 +10,11 @@ import sys
 import threading
 from collections.abc import Mapping, Sequence
 
-from pyros1.testing.heard import PATIENCE
+from pyros1.testing.heard import DEFAULT_TIMEOUT
 
-KEPT = 1_000_000
+MAX_OUTPUT = 1_000_000
 """How many characters of a program's output are kept; the beginning is forgotten."""
-GRACE = (10.0, 3.0, 10.0)
+STOP_TIMEOUTS = (10.0, 3.0, 10.0)
 """Seconds that a program has to end after SIGINT, SIGTERM and SIGKILL."""
 
 
@@ -28,7 +28,7 @@ class Program:
 
     def __init__(self, words: Sequence[str], environ: Mapping[str, str]) -> None:
         self.words = list(words)
-        self._news = threading.Condition()
+        self._changed = threading.Condition()
         self._text = ""
         self._closed = False
         self._process = subprocess.Popen(
@@ -46,17 +46,17 @@ class Program:
         assert self._process.stdout is not None
         with self._process.stdout as pipe:
             while data := os.read(pipe.fileno(), 65536):
-                with self._news:
-                    self._text = (self._text + data.decode("utf-8", "replace"))[-KEPT:]
-                    self._news.notify_all()
-        with self._news:
+                with self._changed:
+                    self._text = (self._text + data.decode("utf-8", "replace"))[-MAX_OUTPUT:]
+                    self._changed.notify_all()
+        with self._changed:
             self._closed = True
-            self._news.notify_all()
+            self._changed.notify_all()
 
     @property
     def output(self) -> str:
         """What it has printed so far, on standard output and standard error: the last million characters."""
-        with self._news:
+        with self._changed:
             return self._text
 
     @property
@@ -64,7 +64,7 @@ class Program:
         """Whether it still runs."""
         return self._process.poll() is None
 
-    def wait_for(self, pattern: str, timeout: float = PATIENCE) -> re.Match[str]:
+    def wait_for(self, pattern: str, timeout: float = DEFAULT_TIMEOUT) -> re.Match[str]:
         """Wait until it has printed something.
 
         Args:
@@ -76,15 +76,15 @@ class Program:
             AssertionError: it ended without, or did not print it in time; the text shows what it did print.
         """
         wanted = re.compile(pattern, re.MULTILINE)
-        with self._news:
-            self._news.wait_for(lambda: wanted.search(self._text) or self._closed, timeout)
+        with self._changed:
+            self._changed.wait_for(lambda: wanted.search(self._text) or self._closed, timeout)
             found = wanted.search(self._text)
             if found:
                 return found
             why = "exited without printing" if self._closed else f"did not print within {timeout:g} s"
             raise AssertionError(f"{' '.join(self.words)}\n{why} {pattern!r}, but:\n{self._text or '(nothing)'}")
 
-    def wait(self, timeout: float = PATIENCE) -> int:
+    def wait(self, timeout: float = DEFAULT_TIMEOUT) -> int:
         """Wait for its end.
 
         Args:
@@ -110,7 +110,7 @@ class Program:
             The exit code; negative: the signal that ended it.
         """
         ways = (self._interrupt, self._process.terminate, self._process.kill)
-        for end, grace in zip(ways, GRACE, strict=True):
+        for end, grace in zip(ways, STOP_TIMEOUTS, strict=True):
             if not self.running:
                 break
             end()

@@ -47,7 +47,7 @@ __all__ = [
     "TransformListener",
 ]
 
-_HOMES = {
+_EXPORTS = {
     "Buffer": "pyros1.tf.buffer",
     "BufferClient": "pyros1.tf.buffer_client",
     "BufferServer": "pyros1.tf.buffer_server",
@@ -67,7 +67,7 @@ def __getattr__(name: str) -> Any:
     """Load and return a public name when it is first used: a static publisher needs no buffer."""
     from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
 
-    return load(__name__, _HOMES, name)
+    return load(__name__, _EXPORTS, name)
 
 
 def __dir__() -> list[str]:

@@ -9,20 +9,20 @@ from time import monotonic
 from typing import Any, NamedTuple, TypeVar
 
 from pyros1.ground.errors import NodeShutdownError
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
 from pyros1.tf.description import as_dot, as_string, as_yaml
 from pyros1.tf.errors import ConnectivityException, ExtrapolationException, LookupException
+from pyros1.tf.fast_decoder import Row
 from pyros1.tf.frame import to_sec
-from pyros1.tf.received import Row
 from pyros1.tf.rotation import Transform
 from pyros1.tf.tree import Tree
 
 _T = TypeVar("_T")
 _NS = 1_000_000_000
 _new = object.__new__
-_LATE = (LookupException, ConnectivityException, ExtrapolationException)
+_RETRY_ERRORS = (LookupException, ConnectivityException, ExtrapolationException)
 """The errors that may end when further transforms arrive."""
 
 When = Any
@@ -82,7 +82,7 @@ class Buffer:
         self._waiting = 0
         self._now: Callable[[], float] = monotonic
         self._ended = False
-        self._told: dict[str, int] = {}
+        self._num_ignored: dict[str, int] = {}
         self._stamped: Any = load_message("geometry_msgs/TransformStamped")
         self._header: Any = load_message("std_msgs/Header")
         self._transform: Any = load_message("geometry_msgs/Transform")
@@ -127,17 +127,17 @@ class Buffer:
             if self._waiting:
                 self._changed.notify_all()
         for problem in problems:
-            self._tell(problem)
+            self._warn_ignored(problem)
 
     def clear(self) -> None:
         """Remove all transforms except static ones."""
         with self._changed:
             self._tree.clear()
 
-    def _tell(self, problem: str) -> None:
+    def _warn_ignored(self, problem: str) -> None:
         """Report why a transform is ignored: the first time, then more and more rarely, as it may happen every time."""
         words = problem.split(" at time ", maxsplit=1)[0].split(" in the transform ", maxsplit=1)[0]
-        count = self._told[words] = self._told.get(words, 0) + 1
+        count = self._num_ignored[words] = self._num_ignored.get(words, 0) + 1
         if count > 1:
             if str(count).strip("0") != "1":
                 return
@@ -336,7 +336,7 @@ class Buffer:
             while True:
                 try:
                     return ask()
-                except _LATE:
+                except _RETRY_ERRORS:
                     if not timeout:
                         raise
                     if deadline is None:
@@ -355,12 +355,12 @@ class Buffer:
         """Wait for a change; return False at the timeout. The caller must hold the lock."""
         if self._ended:
             raise NodeShutdownError("the wait for a transform was interrupted because the node has shut down")
-        left = deadline - self._now()
-        if left <= 0:
+        remaining = deadline - self._now()
+        if remaining <= 0:
             return False
         self._waiting += 1
         try:
-            self._changed.wait(left if self._now is monotonic else None)
+            self._changed.wait(remaining if self._now is monotonic else None)
         finally:
             self._waiting -= 1
         return True

@@ -24,12 +24,12 @@ _QUEUE = 10
 _SUCCEEDED = 3
 _ENDED = frozenset({2, 3, 4, 5, 8})
 """Final values of actionlib_msgs/GoalStatus."""
-_STEP = 0.1
+_POLL_INTERVAL = 0.1
 """Seconds between checks of simulated time."""
 
 
 @dataclass
-class _Question:
+class _PendingGoal:
     """A lookup that waits for its answer.
 
     Attributes:
@@ -59,15 +59,15 @@ class BufferClient:
         self._padding = _seconds(timeout_padding)
         self._numbers = itertools.count(1)
         self._changed = threading.Condition()
-        self._questions: dict[str, _Question] = {}
+        self._pending: dict[str, _PendingGoal] = {}
         self._action_goal: Any = load_message("tf2_msgs/LookupTransformActionGoal")
         self._goal: Any = load_message("tf2_msgs/LookupTransformGoal")
         self._goal_id: Any = load_message("actionlib_msgs/GoalID")
         self._goals = node.advertise(f"{self.name}/goal", self._action_goal, queue_size=_QUEUE)
         self._cancels = node.advertise(f"{self.name}/cancel", self._goal_id, queue_size=_QUEUE)
         result = "tf2_msgs/LookupTransformActionResult"
-        self._results = self._subscribe(f"{self.name}/result", result, self._result_came)
-        self._statuses = self._subscribe(f"{self.name}/status", "actionlib_msgs/GoalStatusArray", self._status_came)
+        self._results = self._subscribe(f"{self.name}/result", result, self._on_result)
+        self._statuses = self._subscribe(f"{self.name}/status", "actionlib_msgs/GoalStatusArray", self._on_status)
         node.on_shutdown(self._wake)
 
     def _subscribe(self, topic: str, kind: str, callback: Callable[[Any], None]) -> Subscriber[Any]:
@@ -84,10 +84,10 @@ class BufferClient:
         Returns:
             Whether it is connected.
         """
-        ends = None if timeout is None else monotonic() + _seconds(timeout)
-        if not self._goals.wait_for_subscribers(timeout=_left(ends)):
+        deadline = None if timeout is None else monotonic() + _seconds(timeout)
+        if not self._goals.wait_for_subscribers(timeout=_remaining(deadline)):
             return False
-        return self._results.wait_for_publishers(timeout=_left(ends))
+        return self._results.wait_for_publishers(timeout=_remaining(deadline))
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> Any:
         """Return where ``source_frame`` is in ``target_frame``, as `Buffer.lookup_transform` does.
@@ -98,7 +98,7 @@ class BufferClient:
             NodeShutdownError: the node ended during the wait.
         """
         goal = self._goal(target_frame=target_frame, source_frame=source_frame, source_time=_time(time))
-        return self._ask(goal, _seconds(timeout))
+        return self._send_goal(goal, _seconds(timeout))
 
     def lookup_transform_full(
         self,
@@ -120,7 +120,7 @@ class BufferClient:
             fixed_frame=fixed_frame,
             advanced=True,
         )
-        return self._ask(goal, _seconds(timeout))
+        return self._send_goal(goal, _seconds(timeout))
 
     def can_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> bool:
         """Return whether `lookup_transform` succeeds, now or within ``timeout`` seconds.
@@ -157,16 +157,16 @@ class BufferClient:
         self._results.unregister()
         self._statuses.unregister()
 
-    def _ask(self, goal: Any, timeout: float) -> Any:
+    def _send_goal(self, goal: Any, timeout: float) -> Any:
         goal.timeout = Duration.from_sec(timeout)
         allowed = timeout + self._padding
         if not self.wait_for_server(allowed):
             self._check_running()
             raise TimeoutException(f"there is no buffer server at {self.name}")
-        ends = self._node.now() + Duration.from_sec(allowed)
+        deadline = self._node.now() + Duration.from_sec(allowed)
         answer = None
         while answer is None:  # a server that noticed this client too late has answered only others: ask again
-            answer = self._ask_once(goal, ends)
+            answer = self._send_goal_once(goal, deadline)
         if answer.status.status != _SUCCEEDED:
             raise TransformException(f"the server has cancelled the lookup (status {answer.status.status})")
         error = answer.result.error
@@ -174,40 +174,40 @@ class BufferClient:
             raise CODES.get(error.error, TransformException)(error.error_string)
         return answer.result.transform
 
-    def _ask_once(self, goal: Any, ends: Time) -> Any:
+    def _send_goal_once(self, goal: Any, deadline: Time) -> Any:
         """Send a goal and wait for the answer; return None if the answer was lost."""
         now = self._node.now()
         goal_id = self._goal_id(now, f"{self._node.name}-{next(self._numbers)}-{now.to_sec():.9f}")
         message = self._action_goal(goal_id=goal_id, goal=goal)
         message.header.stamp = now
-        question = self._questions[goal_id.id] = _Question()
+        pending = self._pending[goal_id.id] = _PendingGoal()
         try:
             self._goals.publish(message)
             with self._changed:
-                while question.answer is None and question.ended < 2:
+                while pending.answer is None and pending.ended < 2:
                     self._check_running()
-                    left = (ends - self._node.now()).to_sec()
-                    if left <= 0:
+                    remaining = (deadline - self._node.now()).to_sec()
+                    if remaining <= 0:
                         self._cancels.publish(goal_id)
                         raise TimeoutException(f"the buffer server at {self.name} did not answer")
-                    self._changed.wait(min(left, _STEP))
+                    self._changed.wait(min(remaining, _POLL_INTERVAL))
         finally:
-            del self._questions[goal_id.id]
-        return question.answer
+            del self._pending[goal_id.id]
+        return pending.answer
 
-    def _result_came(self, message: Any) -> None:
+    def _on_result(self, message: Any) -> None:
         with self._changed:
-            question = self._questions.get(message.status.goal_id.id)
-            if question is not None:  # else: an answer for another client
-                question.answer = message
+            pending = self._pending.get(message.status.goal_id.id)
+            if pending is not None:  # else: an answer for another client
+                pending.answer = message
                 self._changed.notify_all()
 
-    def _status_came(self, message: Any) -> None:
+    def _on_status(self, message: Any) -> None:
         with self._changed:
             for status in message.status_list:
-                question = self._questions.get(status.goal_id.id)
-                if question is not None and status.status in _ENDED:
-                    question.ended += 1
+                pending = self._pending.get(status.goal_id.id)
+                if pending is not None and status.status in _ENDED:
+                    pending.ended += 1
                     self._changed.notify_all()
 
     def _wake(self) -> None:
@@ -219,8 +219,8 @@ class BufferClient:
             raise NodeShutdownError("the wait for a transform was interrupted because the node has shut down")
 
 
-def _left(ends: float | None) -> float | None:
-    return None if ends is None else max(0.0, ends - monotonic())
+def _remaining(deadline: float | None) -> float | None:
+    return None if deadline is None else max(0.0, deadline - monotonic())
 
 
 def _time(when: When) -> Time:

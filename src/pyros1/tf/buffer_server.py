@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 ACTION = "tf2_buffer_server"
 """Default name of the action."""
-_CHECK = 0.01
-_STATUS = 0.2
-KEPT = Duration(5)
+_CHECK_INTERVAL = 0.01
+_STATUS_INTERVAL = 0.2
+STATUS_RETENTION = Duration(5)
 """Seconds for which the status of a goal is published after its end."""
 _QUEUE = 50
 
@@ -86,12 +86,15 @@ class BufferServer:
         feedback: Any = load_message("tf2_msgs/LookupTransformActionFeedback")
         self._feedback = node.advertise(f"{name}/feedback", feedback, queue_size=_QUEUE)  # part of the protocol
         self._results = node.advertise(f"{name}/result", self._outcome, queue_size=_QUEUE)
-        self._told = node.advertise(f"{name}/status", self._statuses, queue_size=_QUEUE, latch=True)
+        self._status_publisher = node.advertise(f"{name}/status", self._statuses, queue_size=_QUEUE, latch=True)
         self._subscribers = [
-            node.subscribe(f"{name}/goal", "tf2_msgs/LookupTransformActionGoal", self._goal_came),
-            node.subscribe(f"{name}/cancel", "actionlib_msgs/GoalID", self._cancel_came),
+            node.subscribe(f"{name}/goal", "tf2_msgs/LookupTransformActionGoal", self._on_goal_message),
+            node.subscribe(f"{name}/cancel", "actionlib_msgs/GoalID", self._on_cancel_message),
         ]
-        self._timers = [node.timer(_CHECK, lambda _: self._check()), node.timer(_STATUS, lambda _: self._tell())]
+        self._timers = [
+            node.timer(_CHECK_INTERVAL, lambda _: self._check()),
+            node.timer(_STATUS_INTERVAL, lambda _: self._publish_status()),
+        ]
         node.on_shutdown(self._stop)
 
     def close(self) -> None:
@@ -99,7 +102,7 @@ class BufferServer:
         self._stop()
         for subscriber in self._subscribers:
             subscriber.unregister()
-        for publisher in (self._feedback, self._results, self._told):
+        for publisher in (self._feedback, self._results, self._status_publisher):
             publisher.unregister()
 
     def _stop(self) -> None:
@@ -109,7 +112,7 @@ class BufferServer:
         with self._lock:
             self._closed = True
 
-    def _goal_came(self, message: Any) -> None:
+    def _on_goal_message(self, message: Any) -> None:
         goal_id, now = message.goal_id, self._node.now()
         if not goal_id.id:
             goal_id.id = f"{self._node.name}-{next(self._numbers)}-{now.to_sec():.9f}"
@@ -125,7 +128,7 @@ class BufferServer:
                 if goal_id.stamp <= self._cancelled:
                     self._end(goal, self._status.RECALLED)
                 elif not self._answer(goal):
-                    self._tell_all()
+                    self._publish_status_locked()
             elif known.status.status == self._status.RECALLING:
                 self._end(known, self._status.RECALLED)
 
@@ -136,7 +139,7 @@ class BufferServer:
             goal.target_frame, goal.target_time, goal.source_frame, goal.source_time, goal.fixed_frame
         )
 
-    def _cancel_came(self, goal_id: Any) -> None:
+    def _on_cancel_message(self, goal_id: Any) -> None:
         """Cancel the goal with the id, all goals up to the stamp, or all goals if both are empty."""
         with self._lock:
             if self._closed:
@@ -179,20 +182,22 @@ class BufferServer:
         goal.status.status, goal.ended = status, self._node.now()
         result = self._result() if result is None else result
         self._results.publish(self._outcome(self._stamp(), goal.status, result))
-        self._tell_all()
+        self._publish_status_locked()
 
-    def _tell(self) -> None:
+    def _publish_status(self) -> None:
         with self._lock:
             if not self._closed:
-                self._tell_all()
+                self._publish_status_locked()
 
-    def _tell_all(self) -> None:
+    def _publish_status_locked(self) -> None:
         """Publish the status of all goals, and remove those that ended long ago. Lock held."""
         now = self._node.now()
         for name, goal in list(self._goals.items()):
-            if goal.ended is not None and not goal.ended <= now <= goal.ended + KEPT:  # simulated time may jump back
+            if (
+                goal.ended is not None and not goal.ended <= now <= goal.ended + STATUS_RETENTION
+            ):  # simulated time may jump back
                 del self._goals[name]
-        self._told.publish(self._statuses(self._stamp(), [goal.status for goal in self._goals.values()]))
+        self._status_publisher.publish(self._statuses(self._stamp(), [goal.status for goal in self._goals.values()]))
 
     def _stamp(self) -> Any:
         return self._header(stamp=self._node.now())

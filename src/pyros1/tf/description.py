@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 from pyros1.tf.frame import Frame, to_sec
 
 

@@ -7,7 +7,7 @@ from math import acos, sin, sqrt
 
 from pyros1.tf.rotation import Transform
 
-_COMPACT = 512
+_COMPACT_AFTER = 512
 
 Entry = tuple["Frame", Transform, float]
 """A frame's parent, the transform from the frame into it, and the square of its quaternion's length."""
@@ -24,7 +24,7 @@ class Frame:
         stamps, entries: times and transforms, in order of time; those before the head are out of date.
     """
 
-    __slots__ = ("_answer", "_asked", "_head", "authority", "entries", "name", "stamps", "static")
+    __slots__ = ("_cached_entry", "_cached_time", "_head", "authority", "entries", "name", "stamps", "static")
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -33,8 +33,10 @@ class Frame:
         self.stamps: list[int] = []
         self.entries: list[Entry] = []
         self._head = 0  # items before it are removed many at a time
-        self._asked: int | None = None  # the time of the last interpolation, and its result: programs ask for the
-        self._answer: Entry | None = None  # same time again, of several frames, or whether it is there and then for it
+        self._cached_time: int | None = None  # the time of the last interpolation, and its result: programs ask for the
+        self._cached_entry: Entry | None = (
+            None  # same time again, of several frames, or whether it is there and then for it
+        )
 
     def insert(self, time: int, entry: Entry, keep: int) -> str | None:
         """Take a transform.
@@ -54,22 +56,22 @@ class Frame:
         if not stamps or time > stamps[-1]:
             self.append(time, entry, time - keep)
             return None
-        self._asked = None
+        self._cached_time = None
         if stamps[-1] > time + keep:
             return (
                 "TF_OLD_DATA ignoring data from the past (Possible reasons are listed at "
                 "http://wiki.ros.org/tf/Errors%20explained)"
             )
-        place = bisect_right(stamps, time, self._head)
-        if place > self._head and stamps[place - 1] == time:
+        index = bisect_right(stamps, time, self._head)
+        if index > self._head and stamps[index - 1] == time:
             return "TF_REPEATED_DATA ignoring data with redundant timestamp"
-        stamps.insert(place, time)
-        self.entries.insert(place, entry)
+        stamps.insert(index, time)
+        self.entries.insert(index, entry)
         return None
 
     def append(self, time: int, entry: Entry, oldest: int) -> None:
         """Take a transform that is newer than all others, and forget those from before ``oldest``."""
-        self._asked = None
+        self._cached_time = None
         stamps = self.stamps
         stamps.append(time)
         self.entries.append(entry)
@@ -77,7 +79,7 @@ class Frame:
         if stamps[head] < oldest:
             while stamps[head] < oldest:
                 head += 1
-            if head > _COMPACT:
+            if head > _COMPACT_AFTER:
                 del stamps[:head], self.entries[:head]
                 head = 0
             self._head = head
@@ -90,23 +92,23 @@ class Frame:
         entries = self.entries
         if self.static or (not time and entries):
             return entries[-1]
-        if time == self._asked:
-            return self._answer
+        if time == self._cached_time:
+            return self._cached_entry
         stamps = self.stamps
         if not stamps or time >= stamps[-1]:
             return entries[-1] if stamps and time == stamps[-1] else None
-        place = bisect_right(stamps, time, self._head) - 1
-        if place < self._head:
+        index = bisect_right(stamps, time, self._head) - 1
+        if index < self._head:
             return None
-        before = stamps[place]
-        older = entries[place]
+        before = stamps[index]
+        older = entries[index]
         if before == time:
             return older
         parent, (x, y, z, ax, ay, az, aw), square = older
-        newer, (x2, y2, z2, bx, by, bz, bw), square2 = entries[place + 1]
+        newer, (x2, y2, z2, bx, by, bz, bw), square2 = entries[index + 1]
         if newer is not parent:
             return older  # the frame has changed its parent between the two
-        part = (time - before) / (stamps[place + 1] - before)
+        part = (time - before) / (stamps[index + 1] - before)
         rest = 1.0 - part
         x = rest * x + part * x2
         y = rest * y + part * y2
@@ -131,8 +133,8 @@ class Frame:
             )
         else:
             step = x, y, z, ax, ay, az, aw
-        self._asked = time
-        self._answer = answer = parent, step, 1.0  # nobody interpolates on from here
+        self._cached_time = time
+        self._cached_entry = answer = parent, step, 1.0  # nobody interpolates on from here
         return answer
 
     def before(self, time: int) -> Entry | None:
@@ -143,8 +145,8 @@ class Frame:
         stamps = self.stamps
         if not stamps or time >= stamps[-1]:
             return entries[-1] if stamps and time == stamps[-1] else None
-        place = bisect_right(stamps, time, self._head) - 1
-        return entries[place] if place >= self._head else None
+        index = bisect_right(stamps, time, self._head) - 1
+        return entries[index] if index >= self._head else None
 
     def why_not(self, time: int) -> str:
         """Return the reason why there is no transform at a time, as tf2's text."""
@@ -172,7 +174,7 @@ class Frame:
             self.stamps = []
             self.entries = []
             self._head = 0
-            self._asked = None
+            self._cached_time = None
 
     @property
     def latest(self) -> int:

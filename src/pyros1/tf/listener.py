@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import NodeError
 from pyros1.msgs import load_message
-from pyros1.tf.received import Received, received_class
+from pyros1.tf.fast_decoder import ReceivedTransforms, received_class
 
 if TYPE_CHECKING:
     from pyros1.node import Node
@@ -57,18 +57,18 @@ class TransformListener:
         return topics.subscribe(name, message_class, callback, queue_size, direct=True)
 
     def _received(self, message: Any) -> None:
-        self._look_at_time()
+        self._check_time()
         fill(self.buffer, message, _sender(message), static=False)
 
     def _received_static(self, message: Any) -> None:
-        self._look_at_time()
+        self._check_time()
         fill(self.buffer, message, _sender(message), static=True)
 
     def _ticked(self, _: Any) -> None:
-        self._look_at_time()
+        self._check_time()
         self.buffer.wake()
 
-    def _look_at_time(self) -> None:
+    def _check_time(self) -> None:
         with self._lock:
             now = self._node.now()
             jump = (now - self._last).to_sec()
@@ -97,7 +97,7 @@ class TransformListener:
 
 def fill(buffer: Any, message: Any, sender: str, *, static: bool) -> None:
     """Put a message into a buffer: a TFMessage, or what is received in its place."""
-    if message.__class__ is Received:
+    if message.__class__ is ReceivedTransforms:
         buffer.set_rows(message.rows, sender, static=static)
     else:
         buffer.set_transforms(message.transforms, sender, static=static)

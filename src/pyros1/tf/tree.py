@@ -13,8 +13,8 @@ from pyros1.tf.errors import (
     LookupException,
     TransformException,
 )
+from pyros1.tf.fast_decoder import Row
 from pyros1.tf.frame import Entry, Frame, to_sec
-from pyros1.tf.received import Row
 from pyros1.tf.rotation import IDENTITY, Transform, chain, chain_normalized, invert, product
 
 _MAX_DEPTH = 1000
@@ -178,14 +178,14 @@ class Tree:
 
     def _walk(self, target: Frame, source: Frame, time: int) -> tuple[int, Transform]:
         """Return stamp and transform of ``source`` in ``target``."""
-        time, ups, downs = self._way(target, source, time, Frame.at)
-        up = product(ups) if ups else IDENTITY
-        if not downs:
+        time, source_steps, target_steps = self._path(target, source, time, Frame.at)
+        up = product(source_steps) if source_steps else IDENTITY
+        if not target_steps:
             return time, up
-        down = invert(product(downs))
-        return time, chain(down, up) if ups else down
+        down = invert(product(target_steps))
+        return time, chain(down, up) if source_steps else down
 
-    def _way(
+    def _path(
         self, target: Frame, source: Frame, time: int, find: Callable[[Frame, int], Entry | None]
     ) -> tuple[int, list[Transform], list[Transform]]:
         """Go up from both frames to their common ancestor.
@@ -200,20 +200,20 @@ class Tree:
             return time or source.latest, [], []
         if not time:
             time = self._common_time(target, source)
-        ups: list[Transform] = []
+        source_steps: list[Transform] = []
         top = source
         for _ in range(_MAX_DEPTH):
             entry = find(top, time)
             if entry is None:
                 break
             top, step, _square = entry
-            ups.append(step)
+            source_steps.append(step)
             if top is target:
-                return time, ups, []
+                return time, source_steps, []
         else:
             raise self._loop()
         stuck = top
-        downs: list[Transform] = []
+        target_steps: list[Transform] = []
         frame = target
         while frame is not top:
             entry = find(frame, time)
@@ -224,12 +224,12 @@ class Tree:
                     raise ExtrapolationException(stuck.why_not(time) + _between(source, target))
                 raise _apart(source, target)
             frame, step, _ = entry
-            downs.append(step)
+            target_steps.append(step)
             if frame is source:
-                return time, [], downs
-            if len(downs) > _MAX_DEPTH:
+                return time, [], target_steps
+            if len(target_steps) > _MAX_DEPTH:
                 raise self._loop()
-        return time, ups, downs
+        return time, source_steps, target_steps
 
     def _common_time(self, target: Frame, source: Frame) -> int:
         if target is source:
@@ -266,17 +266,17 @@ class Tree:
         raise _apart(source, target)
 
     def _names(self, target: Frame, source: Frame, time: int) -> list[str]:
-        time, _, _ = self._way(target, source, time, Frame.before)
-        ups = self._ancestors(source, time)
-        downs = self._ancestors(target, time)
-        while len(ups) > 1 and len(downs) > 1 and ups[-2] is downs[-2]:
-            ups.pop()
-            downs.pop()
-        if target in ups:
-            return [frame.name for frame in ups[: ups.index(target) + 1]]
-        if source in downs:
-            return [frame.name for frame in reversed(downs[: downs.index(source) + 1])]
-        return [frame.name for frame in [*ups, *reversed(downs[:-1])]]
+        time, _, _ = self._path(target, source, time, Frame.before)
+        source_steps = self._ancestors(source, time)
+        target_steps = self._ancestors(target, time)
+        while len(source_steps) > 1 and len(target_steps) > 1 and source_steps[-2] is target_steps[-2]:
+            source_steps.pop()
+            target_steps.pop()
+        if target in source_steps:
+            return [frame.name for frame in source_steps[: source_steps.index(target) + 1]]
+        if source in target_steps:
+            return [frame.name for frame in reversed(target_steps[: target_steps.index(source) + 1])]
+        return [frame.name for frame in [*source_steps, *reversed(target_steps[:-1])]]
 
     @staticmethod
     def _ancestors(frame: Frame, time: int) -> list[Frame]:
@@ -315,7 +315,7 @@ class Tree:
 
     def _try(self, target: str, source: str, time: int) -> str | None:
         try:
-            self._way(self.frames[target], self.frames[source], time, Frame.before)
+            self._path(self.frames[target], self.frames[source], time, Frame.before)
         except TransformException as error:
             return str(error)
         return None

@@ -10,7 +10,7 @@ from pyros1.node import Node
 from pyros1.topic_tools.output import QUEUE_SIZE, Output
 from pyros1.topic_tools.selection import Selection
 
-PATIENCE = 0.5
+CONNECT_DELAY = 0.5
 """Seconds that the first message on a new topic waits, so that subscribers can connect."""
 
 
@@ -25,13 +25,13 @@ class Demux:
 
     def __init__(self, node: Node, source: str, targets: Sequence[str]) -> None:
         self._node = node
-        self._ended = threading.Event()
-        node.on_shutdown(self._ended.set)
+        self._shutdown = threading.Event()
+        node.on_shutdown(self._shutdown.set)
         self._selection = Selection(node, "demux", targets)
         self._outputs: dict[str, Output] = {}
         for topic in self._selection.topics:
-            self._added(topic)
-        self._selection.added, self._selection.removed = self._added, self._removed
+            self._add_output(topic)
+        self._selection.added, self._selection.removed = self._add_output, self._remove_output
         node.subscribe(source, AnyMsg, self._receive, queue_size=QUEUE_SIZE)
         self._selection.serve()
 
@@ -39,10 +39,10 @@ class Demux:
         """Forward until the node shuts down."""
         self._node.spin()
 
-    def _added(self, topic: str) -> None:
+    def _add_output(self, topic: str) -> None:
         self._outputs = {**self._outputs, topic: Output(self._node, topic, latch=False)}
 
-    def _removed(self, topic: str) -> None:
+    def _remove_output(self, topic: str) -> None:
         output = self._outputs[topic]
         self._outputs = {name: other for name, other in self._outputs.items() if other is not output}
         output.close()
@@ -50,9 +50,9 @@ class Demux:
     def _receive(self, message: AnyMsg) -> None:
         outputs = self._outputs
         selected = outputs.get(self._selection.selected or "")
-        fresh = selected is not None and not selected.advertised
-        good = [message._connection_header is each.header or each.admit(message) for each in outputs.values()]
-        if fresh and all(good):
-            self._ended.wait(PATIENCE)
+        is_new = selected is not None and not selected.advertised
+        admitted = [message._connection_header is each.header or each.admit(message) for each in outputs.values()]
+        if is_new and all(admitted):
+            self._shutdown.wait(CONNECT_DELAY)
         if selected is not None and message._connection_header is selected.header:
             selected.publish(message)

@@ -24,7 +24,7 @@ class Mux:
         initial: the topic to select first, or ``__none``; empty selects the first topic.
         lazy: once the type is known, subscribe only to the selected topic, and only while the output has subscribers.
         latch: latch the output.
-        patience: seconds that the first message waits for a subscriber at most.
+        connect_timeout: seconds that the first message waits for a subscriber at most.
     """
 
     def __init__(
@@ -35,19 +35,19 @@ class Mux:
         initial: str = "",
         lazy: bool = False,
         latch: bool = False,
-        patience: float = 0.0,
+        connect_timeout: float = 0.0,
     ) -> None:
         self._node = node
         self._lazy = lazy
-        self._patience = patience
+        self._connect_timeout = connect_timeout
         self._output = Output(node, target, latch)
         self._subscribers: dict[str, Subscriber[AnyMsg]] = {}
-        self._stir = threading.Event()  # the type is known now, no subscriber is left, or the node ends
-        node.on_shutdown(self._stir.set)
+        self._wake = threading.Event()  # the type is known now, no subscriber is left, or the node ends
+        node.on_shutdown(self._wake.set)
         self._selection = Selection(node, "mux", sources, initial)
-        self._selection.added = self._selection.removed = self._arrange
-        self._selection.changed = self._arrange
-        self._arrange()
+        self._selection.added = self._selection.removed = self._update_subscriptions
+        self._selection.changed = self._update_subscriptions
+        self._update_subscriptions()
         self._selection.serve()
         self._deprecated = f"{target}_select"
         node.advertise_service(self._deprecated, "topic_tools/MuxSelect", self._select_deprecated)
@@ -57,25 +57,27 @@ class Mux:
         if not self._lazy:
             self._node.spin()
         while self._node.ok():
-            self._stir.wait()
-            self._stir.clear()
-            self._arrange()
-            self._output.wait_until_heard()
-            self._arrange()
+            self._wake.wait()
+            self._wake.clear()
+            self._update_subscriptions()
+            self._output.wait_for_subscriber()
+            self._update_subscriptions()
 
     def _select_deprecated(self, request: Any) -> Mapping[str, str]:
         self._node.log.warn("the service %s is deprecated: use mux/select", self._deprecated)
         return self._selection.select(request)
 
-    def _arrange(self, *_: object) -> None:
+    def _update_subscriptions(self, *_: object) -> None:
         """Subscribe to the currently needed topics, and unsubscribe from all others."""
         with self._selection.lock:
-            wanted = self._selection.topics
+            needed = self._selection.topics
             if self._lazy and self._output.advertised:
-                wanted = [topic for topic in wanted if topic == self._selection.selected and self._output.heard]
-            for topic in [topic for topic in self._subscribers if topic not in wanted]:
+                needed = [
+                    topic for topic in needed if topic == self._selection.selected and self._output.has_subscribers
+                ]
+            for topic in [topic for topic in self._subscribers if topic not in needed]:
                 self._subscribers.pop(topic).unregister()
-            for topic in wanted:
+            for topic in needed:
                 if topic not in self._subscribers and self._node.ok():
                     receive = partial(self._receive, topic)
                     self._subscribers[topic] = self._node.subscribe(topic, AnyMsg, receive, queue_size=QUEUE_SIZE)
@@ -83,15 +85,15 @@ class Mux:
     def _receive(self, topic: str, message: AnyMsg) -> None:
         output = self._output
         if message._connection_header is not output.header:
-            first = not output.advertised
+            is_first = not output.advertised
             if not output.admit(message):
                 return
-            if first:
-                output.wait_until_heard(self._patience)
-                self._stir.set()
+            if is_first:
+                output.wait_for_subscriber(self._connect_timeout)
+                self._wake.set()
         if topic != self._selection.selected:
             return
-        if self._lazy and not output.heard:
-            self._stir.set()
+        if self._lazy and not output.has_subscribers:
+            self._wake.set()
         else:
             output.publish(message)

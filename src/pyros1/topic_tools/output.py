@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 
 from pyros1.ground.errors import Error
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
 from pyros1.node.log.levels import ERROR
@@ -14,8 +14,8 @@ from pyros1.wire.handshake import TopicType
 
 QUEUE_SIZE = 100
 """Queue size, in messages, for a slow subscriber and before a slow forwarder."""
-LARGE = 1 << 16
-FEW = 10
+LARGE_BYTES = 1 << 16
+SMALL_QUEUE_SIZE = 10
 """Queue size, in messages, for a slow subscriber if the first message has more than LARGE bytes."""
 
 
@@ -33,7 +33,7 @@ class Output:
 
     def __init__(self, node: Node, topic: str, latch: bool | None = None) -> None:
         self.topic = node.resolve(topic)
-        self._given = topic  # a resolved name would be remapped twice
+        self._given_name = topic  # a resolved name would be remapped twice
         self.header: dict[str, str] | None = None
         self._node = node
         self._latch = latch
@@ -47,7 +47,7 @@ class Output:
         return self._publisher is not None
 
     @property
-    def heard(self) -> bool:
+    def has_subscribers(self) -> bool:
         """Whether the topic has subscribers."""
         return self._publisher is not None and self._publisher.num_connections > 0
 
@@ -57,23 +57,36 @@ class Output:
         Call this whenever ``message._connection_header`` is not `header`.
         """
         header = message._connection_header or {}
-        found = TopicType(header.get("type", "*"), header.get("md5sum", "*"), header.get("message_definition", ""))
+        message_type = TopicType(
+            header.get("type", "*"), header.get("md5sum", "*"), header.get("message_definition", "")
+        )
         with self._lock:
             if self._type is None:
-                self._advertise(found, header.get("latching") == "1", FEW if len(message._buff) > LARGE else QUEUE_SIZE)
-            wanted = self._type or found
-            if wanted.md5sum != found.md5sum:
-                text, who = "%s has the type %s, not %s: messages from %s are dropped", header.get("callerid", "?")
-                self._node.log.peer(ERROR, text, self.topic, wanted.name, found.name, who)
+                self._advertise(
+                    message_type,
+                    header.get("latching") == "1",
+                    SMALL_QUEUE_SIZE if len(message._buff) > LARGE_BYTES else QUEUE_SIZE,
+                )
+            topic_type = self._type or message_type
+            if topic_type.md5sum != message_type.md5sum:
+                text, publisher_name = (
+                    "%s has the type %s, not %s: messages from %s are dropped",
+                    header.get("callerid", "?"),
+                )
+                self._node.log.peer(ERROR, text, self.topic, topic_type.name, message_type.name, publisher_name)
                 return False
             self.header = header
             return True
 
-    def _advertise(self, found: TopicType, latching: bool, queue_size: int) -> None:
+    def _advertise(self, message_type: TopicType, latching: bool, queue_size: int) -> None:
         latch = latching if self._latch is None else self._latch
-        self._publisher = self._node.advertise(self._given, AnyMsg, queue_size=queue_size, latch=latch, raw_type=found)
-        self._type = found
-        self._node.log.info("advertised %s, %s%s", self.topic, one_line(found.name), ", latched" if latch else "")
+        self._publisher = self._node.advertise(
+            self._given_name, AnyMsg, queue_size=queue_size, latch=latch, raw_type=message_type
+        )
+        self._type = message_type
+        self._node.log.info(
+            "advertised %s, %s%s", self.topic, one_line(message_type.name), ", latched" if latch else ""
+        )
 
     def publish(self, message: AnyMsg) -> None:
         """Send an admitted message."""
@@ -81,7 +94,7 @@ class Output:
         if publisher is not None:
             publisher.publish(message)
 
-    def wait_until_heard(self, timeout: float | None = None) -> None:
+    def wait_for_subscriber(self, timeout: float | None = None) -> None:
         """Wait for a subscriber, or until the node shuts down.
 
         Args:

@@ -44,8 +44,8 @@ class Relay:
         self._output = output
         self._gate = gate
         self._transports = transports
-        self._unheard = threading.Event()  # the last message had no subscriber, or the node ends
-        node.on_shutdown(self._unheard.set)
+        self._no_subscriber = threading.Event()  # the last message had no subscriber, or the node ends
+        node.on_shutdown(self._no_subscriber.set)
 
     def run(self) -> None:
         """Forward until the node shuts down."""
@@ -58,10 +58,10 @@ class Relay:
     def run_lazy(self) -> None:
         """Forward until the node shuts down. Stay subscribed only while the output has subscribers."""
         while self._node.ok():
-            with self._subscribe(self._receive_heard):
-                self._unheard.wait()
-            self._unheard.clear()
-            self._output.wait_until_heard()
+            with self._subscribe(self._receive_lazily):
+                self._no_subscriber.wait()
+            self._no_subscriber.clear()
+            self._output.wait_for_subscriber()
 
     def run_stealth(self, monitored: str, period: float) -> None:
         """Forward until the node shuts down. Stay subscribed only while another node subscribes to a topic.
@@ -72,23 +72,23 @@ class Relay:
         """
         monitored = self._node.resolve(monitored)
         subscriber = None
-        wanted = True
+        is_needed = True
         while self._node.ok():
-            if wanted and subscriber is None:
+            if is_needed and subscriber is None:
                 subscriber = self._subscribe(self._receive)
-            elif not wanted and subscriber is not None:
+            elif not is_needed and subscriber is not None:
                 subscriber.unregister()
                 subscriber = None
-            self._unheard.wait(period)
-            wanted = self._watched(monitored, wanted)
+            self._no_subscriber.wait(period)
+            is_needed = self._has_subscribers(monitored, is_needed)
 
-    def _watched(self, topic: str, before: bool) -> bool:
+    def _has_subscribers(self, topic: str, previously: bool) -> bool:
         try:
             _, subscribers, _ = self._node.master.get_system_state()
         except Error as error:
             if self._node.ok():
                 self._node.log.error("cannot find the subscribers of %s: %s", topic, error, throttle=10.0)
-            return before
+            return previously
         return any(set(nodes) - {self._node.name} for name, nodes in subscribers if name == topic)
 
     def _receive(self, message: AnyMsg) -> None:
@@ -98,8 +98,8 @@ class Relay:
         ):
             output.publish(message)
 
-    def _receive_heard(self, message: AnyMsg) -> None:
-        if self._output.admit(message) and not self._output.heard:
-            self._unheard.set()
+    def _receive_lazily(self, message: AnyMsg) -> None:
+        if self._output.admit(message) and not self._output.has_subscribers:
+            self._no_subscriber.set()
         else:
             self._receive(message)

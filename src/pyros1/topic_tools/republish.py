@@ -13,7 +13,7 @@ from pyros1.ground.errors import Error, MessageError
 from pyros1.msgs.sensor_msgs.msg import CompressedImage, Image
 from pyros1.node import Node
 from pyros1.reconfigure import Parameters, Server
-from pyros1.topic_tools.pictures import FORMATS, compress, decompress
+from pyros1.topic_tools.image_encoding import FORMATS, compress, decompress
 
 USAGE = "Usage: republish in_transport in:=<in_base_topic> [out_transport] out:=<out_base_topic>\n"
 TRANSPORTS = ("raw", "compressed")

@@ -46,14 +46,14 @@ class Selection:
         self._node = node
         self._kind = kind
         self._prefix = node.resolve(kind)
-        said = self.selected
+        message = self.selected
         if initial:
             self.selected = None if initial == NONE else self._known(initial)
-            said = initial if self.selected else NONE
+            message = initial if self.selected else NONE
         self._publisher: Publisher[Any] = node.advertise(
             f"{self._prefix}/selected", "std_msgs/String", queue_size=1, latch=True
         )
-        self._publisher.publish(said)
+        self._publisher.publish(message)
 
     def serve(self) -> None:
         """Provide the services."""

@@ -39,14 +39,14 @@ class ByteThrottle:
     """A gate for `Relay`: a message passes while fewer than a number of bytes have passed within a window of time.
 
     Args:
-        most: the number of bytes.
+        max_bytes: the number of bytes.
         window: the window in nanoseconds.
         now: returns the time in nanoseconds.
         jumped: called when time has jumped back; the window is then empty.
     """
 
-    def __init__(self, most: int, window: int, now: Callable[[], int], jumped: Callable[[], object]) -> None:
-        self._most = most
+    def __init__(self, max_bytes: int, window: int, now: Callable[[], int], jumped: Callable[[], object]) -> None:
+        self._max_bytes = max_bytes
         self._window = window
         self._now = now
         self._jumped = jumped
@@ -63,7 +63,7 @@ class ByteThrottle:
             self._bytes = 0
         while sent and sent[0][0] < now - self._window:
             self._bytes -= sent.popleft()[1]
-        if self._bytes >= self._most:
+        if self._bytes >= self._max_bytes:
             return False
         size = len(message._buff)
         sent.append((now, size))

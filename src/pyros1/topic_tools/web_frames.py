@@ -1,7 +1,8 @@
 """tf2_web_republisher: transforms for web pages, which would be buried under all of /tf.
 
 A page names frames; it gets those that moved, through the action ``tf2_web_republisher`` or a topic of its own from the
-service ``republish_tfs``. This is what roslibjs's TFClient, and so ros3djs, expects (https://wiki.ros.org/tf2_web_republisher).
+service ``republish_tfs``. This is what roslibjs's TFClient, and so ros3djs, expects
+(https://wiki.ros.org/tf2_web_republisher).
 """
 
 from __future__ import annotations
@@ -21,15 +22,15 @@ from pyros1.msgs.tf2_web_republisher.srv import RepublishTFs
 from pyros1.node import Node
 from pyros1.tf import Buffer, TransformException, TransformListener
 
-MOST = 200
+MAX_PAGES = 200
 """Most pages that are served."""
-MOST_FRAMES = 1000
+MAX_FRAMES = 1000
 """Most frames of a page."""
-_RATE, _SLOWEST, _FASTEST = 10.0, 0.1, 100.0
-_LEAST_TIMEOUT = 1.0
+_DEFAULT_RATE, _MIN_RATE, _MAX_RATE = 10.0, 0.1, 100.0
+_MIN_TIMEOUT = 1.0
 
 
-class Moves:
+class MovedFrames:
     """Tells which frames have moved since it was last asked.
 
     Args:
@@ -44,8 +45,8 @@ class Moves:
     """
 
     def __init__(self, buffer: Buffer, target: str, sources: Sequence[str], angle: float, distance: float) -> None:
-        if len(sources) > MOST_FRAMES:
-            raise ValueError(f"{len(sources)} frames are too many: at most {MOST_FRAMES}")
+        if len(sources) > MAX_FRAMES:
+            raise ValueError(f"{len(sources)} frames are too many: at most {MAX_FRAMES}")
         self._buffer = buffer
         self._target = target.lstrip("/")
         self._sources = dict.fromkeys(source.lstrip("/") for source in sources)
@@ -62,12 +63,12 @@ class Moves:
             except TransformException:
                 continue
             last = self._last.get(source)
-            if last is None or self._is_elsewhere(last.transform, found.transform):
+            if last is None or self._has_moved(last.transform, found.transform):
                 self._last[source] = found
                 moved.append(found)
         return moved
 
-    def _is_elsewhere(self, old: Any, new: Any) -> bool:
+    def _has_moved(self, old: Any, new: Any) -> bool:
         a, b = old.translation, new.translation
         if math.dist((a.x, a.y, a.z), (b.x, b.y, b.z)) > self._distance:
             return True
@@ -96,8 +97,8 @@ class Republisher:
         self._lock = threading.Lock()
         self._pages = 0
         self._numbers = itertools.count()
-        self._server = Server(node, node.name, TFSubscriptionAction, self._goal_came)
-        self._service = node.advertise_service("republish_tfs", RepublishTFs, self._asked)
+        self._server = Server(node, node.name, TFSubscriptionAction, self._on_goal)
+        self._service = node.advertise_service("republish_tfs", RepublishTFs, self._on_request)
 
     def close(self) -> None:
         """End all."""
@@ -105,64 +106,70 @@ class Republisher:
         self._server.close()
         self._listener.close()
 
-    def _begin(self, want: Any) -> tuple[Moves, float]:
+    def _add_page(self, subscription: Any) -> tuple[MovedFrames, float]:
         """Return what a page gets, and the seconds between two looks; raises ValueError."""
-        moves = Moves(self._buffer, want.target_frame, want.source_frames, want.angular_thres, want.trans_thres)
-        rate = min(max(want.rate, _SLOWEST), _FASTEST) if want.rate > 0 else _RATE
+        moved_frames = MovedFrames(
+            self._buffer,
+            subscription.target_frame,
+            subscription.source_frames,
+            subscription.angular_thres,
+            subscription.trans_thres,
+        )
+        rate = min(max(subscription.rate, _MIN_RATE), _MAX_RATE) if subscription.rate > 0 else _DEFAULT_RATE
         with self._lock:
-            if self._pages >= MOST:
-                raise ValueError(f"{MOST} pages are already being served")
+            if self._pages >= MAX_PAGES:
+                raise ValueError(f"{MAX_PAGES} pages are already being served")
             self._pages += 1
-        return moves, 1.0 / rate
+        return moved_frames, 1.0 / rate
 
-    def _end(self) -> None:
+    def _remove_page(self) -> None:
         with self._lock:
             self._pages -= 1
 
-    def _goal_came(self, goal: Any) -> None:
+    def _on_goal(self, goal: Any) -> None:
         try:
-            moves, period = self._begin(goal.goal)
+            moved_frames, period = self._add_page(goal.goal)
         except ValueError as error:
             goal.reject(text=str(error))
             return
         goal.accept()
 
-        def look(_: Any) -> None:
+        def on_timer(_: Any) -> None:
             if goal.cancel_requested:
                 timer.shutdown()
-                self._end()
+                self._remove_page()
                 goal.cancel()
-            elif moved := moves.take():
+            elif moved := moved_frames.take():
                 goal.feedback(TFSubscriptionFeedback(moved))
 
-        timer = self._node.timer(period, look)
+        timer = self._node.timer(period, on_timer)
 
-    def _asked(self, request: Any) -> str:
+    def _on_request(self, request: Any) -> str:
         try:
-            moves, period = self._begin(request)
+            moved_frames, period = self._add_page(request)
         except ValueError as error:
             raise ServiceRefusal(str(error)) from None
         topic = f"~tf_repub_{next(self._numbers)}"
         publisher = self._node.advertise(topic, TFArray, queue_size=10)
         known: dict[str, TransformStamped] = {}
         publisher.watch(lambda peer: peer.publish(TFArray(list(known.values()))) if known else None)
-        patience = max(request.timeout.to_sec(), _LEAST_TIMEOUT)
-        heard = monotonic()
+        timeout = max(request.timeout.to_sec(), _MIN_TIMEOUT)
+        last_subscribed = monotonic()
 
-        def look(_: Any) -> None:
-            nonlocal heard, known
+        def on_timer(_: Any) -> None:
+            nonlocal last_subscribed, known
             if publisher.num_connections:
-                heard = monotonic()
-            elif monotonic() - heard > patience:
+                last_subscribed = monotonic()
+            elif monotonic() - last_subscribed > timeout:
                 timer.shutdown()
                 publisher.unregister()
-                self._end()
+                self._remove_page()
                 return
-            if moved := moves.take():
+            if moved := moved_frames.take():
                 known = known | {each.child_frame_id: each for each in moved}  # never changed: another thread reads it
                 publisher.publish(TFArray(moved))
 
-        timer = self._node.timer(period, look)
+        timer = self._node.timer(period, on_timer)
         return self._node.resolve(topic)
 
 

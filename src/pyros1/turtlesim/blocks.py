@@ -55,9 +55,9 @@ def _shrink(picture: Any, across: int, down: int) -> Any:
     columns = numpy.arange(across * _SAMPLES) * width // (across * _SAMPLES)
     parts = picture[rows][:, columns].reshape(down, _SAMPLES, across, _SAMPLES, 3).swapaxes(1, 2)
     parts = parts.reshape(down, across, _SAMPLES * _SAMPLES, 3)
-    usual = numpy.median(picture[:: _SAMPLES * 2, :: _SAMPLES * 2].reshape(-1, 3), axis=0)
-    strange = numpy.abs(parts - usual).sum(axis=3).argmax(axis=2)
-    return numpy.take_along_axis(parts, strange[:, :, None, None], axis=2)[:, :, 0].tolist()
+    background = numpy.median(picture[:: _SAMPLES * 2, :: _SAMPLES * 2].reshape(-1, 3), axis=0)
+    drawn = numpy.abs(parts - background).sum(axis=3).argmax(axis=2)
+    return numpy.take_along_axis(parts, drawn[:, :, None, None], axis=2)[:, :, 0].tolist()
 
 
 def _marks(
@@ -69,8 +69,8 @@ def _marks(
             continue
         column = min(max(int(x * PIXELS_PER_UNIT * across / width), 0), across - 1)
         row = min(max(int((height - 1 - y * PIXELS_PER_UNIT) * down / height), 0), down - 1)
-        for place, letter in enumerate(name[: max(across - column - 2, 0)], column + 2):
-            marks.setdefault((place, row), letter)
+        for position, letter in enumerate(name[: max(across - column - 2, 0)], column + 2):
+            marks.setdefault((position, row), letter)
         marks[column, row] = _ARROWS[round(theta / (pi / 4)) % len(_ARROWS)]
     return marks
 

@@ -6,7 +6,7 @@ from math import ceil, floor
 
 import numpy
 
-from pyros1.turtlesim.turtle import PIXELS, PIXELS_PER_UNIT, Pen, Place
+from pyros1.turtlesim.turtle import PIXELS, PIXELS_PER_UNIT, Pen, Position
 
 Colour = tuple[int, int, int]
 """Red, green and blue, 0 to 255."""
@@ -32,29 +32,29 @@ class Canvas:
         self._pixels[:] = background
         self.version += 1
 
-    def line(self, start: Place, end: Place, pen: Pen) -> None:
+    def line(self, start: Position, end: Position, pen: Pen) -> None:
         """Draw a straight line, with round ends, if the pen is not off."""
         if pen.off:
             return
         (x, y), (to_x, to_y) = _pixel(start), _pixel(end)
         radius = max(pen.width, 1) / 2
-        left, right = _range(x, to_x, radius)
+        first_column, last_column = _range(x, to_x, radius)
         top, bottom = _range(y, to_y, radius)
-        if left >= right or top >= bottom:
+        if first_column >= last_column or top >= bottom:
             return  # beyond the walls
         across, down = to_x - x, to_y - y
-        columns = numpy.arange(left, right) - x
+        columns = numpy.arange(first_column, last_column) - x
         rows = (numpy.arange(top, bottom) - y)[:, None]
         # How far along the line the nearest point is, from 0 to 1.
         length = across * across + down * down
         along = numpy.clip((columns * across + rows * down) / length, 0, 1) if length else 0
         distance = (columns - along * across) ** 2 + (rows - along * down) ** 2
-        self._pixels[top:bottom, left:right][distance <= radius * radius] = pen[:3]
+        self._pixels[top:bottom, first_column:last_column][distance <= radius * radius] = pen[:3]
         self.version += 1
 
-    def colour(self, place: Place) -> Colour:
+    def colour(self, position: Position) -> Colour:
         """Return the colour of a place within the walls."""
-        x, y = _pixel(place)
+        x, y = _pixel(position)
         red, green, blue = self._pixels[round(y), round(x)].tolist()
         return red, green, blue
 
@@ -63,8 +63,8 @@ class Canvas:
         return self._pixels.tobytes()
 
 
-def _pixel(place: Place) -> tuple[float, float]:
-    return place.x * PIXELS_PER_UNIT, PIXELS - 1 - place.y * PIXELS_PER_UNIT
+def _pixel(position: Position) -> tuple[float, float]:
+    return position.x * PIXELS_PER_UNIT, PIXELS - 1 - position.y * PIXELS_PER_UNIT
 
 
 def _range(one: float, other: float, radius: float) -> tuple[int, int]:

@@ -31,9 +31,9 @@ class Broadcaster:
         self._node = node
         self._frame = turtle.strip("/")
         self._broadcaster = TransformBroadcaster(node)
-        node.subscribe(f"{turtle}/pose", Pose, self._tell, queue_size=1)
+        node.subscribe(f"{turtle}/pose", Pose, self._send_transform, queue_size=1)
 
-    def _tell(self, pose: Any) -> None:
+    def _send_transform(self, pose: Any) -> None:
         found = TransformStamped()
         found.header.stamp, found.header.frame_id, found.child_frame_id = self._node.now(), _WORLD, self._frame
         found.transform.translation.x, found.transform.translation.y = pose.x, pose.y
@@ -59,11 +59,11 @@ class Follower:
     def step(self) -> bool:
         """Tell the turtle how to move now; return False if nobody knows where the two are."""
         try:
-            there = self._buffer.lookup_transform(*self._frames).transform.translation
+            offset = self._buffer.lookup_transform(*self._frames).transform.translation
         except TransformException:
             return False
         twist = Twist()
-        twist.linear.x, twist.angular.z = chase(there.x, there.y)
+        twist.linear.x, twist.angular.z = chase(offset.x, offset.y)
         self._publisher.publish(twist)
         return True
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from pyros1.ground.errors import Error
 
-_BEGUN = re.compile(r"\x1b[\[O]?\Z")
+_PARTIAL_KEY = re.compile(r"\x1b[\[O]?\Z")
 _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
 
 
@@ -32,42 +32,42 @@ class Keys:
 
     def __init__(self) -> None:
         self._descriptor = -1
-        self._former: Any = None
-        self._former_handler: Any = None
-        self._begun = ""  # the first characters of an arrow key, whose rest comes with the next read
+        self._saved_attributes: Any = None
+        self._saved_handler: Any = None
+        self._partial_key = ""  # the first characters of an arrow key, whose rest comes with the next read
 
     def __enter__(self) -> Keys:
         try:
             import termios  # noqa: PLC0415 - not on Windows
 
             self._descriptor = sys.stdin.fileno()
-            self._former = termios.tcgetattr(self._descriptor)
+            self._saved_attributes = termios.tcgetattr(self._descriptor)
         except (ImportError, ValueError, AttributeError, OSError, termios.error):
             raise NoTerminalError(
                 "standard input is not a terminal: run it in a terminal of its own, without < or |"
             ) from None
-        if not _ours(self._descriptor):
+        if not _in_foreground(self._descriptor):
             raise NoTerminalError("it is running in the background, where it cannot read keys: run it without &")
-        self._take_up()
+        self._set_cbreak()
         with contextlib.suppress(ValueError):  # not in the main thread
-            self._former_handler = signal.signal(signal.SIGCONT, lambda *_: self._take_up())
+            self._saved_handler = signal.signal(signal.SIGCONT, lambda *_: self._set_cbreak())
         return self
 
     def __exit__(self, *_: object) -> None:
         import termios  # noqa: PLC0415 - as above
 
-        if self._former_handler is not None:
-            signal.signal(signal.SIGCONT, self._former_handler)
+        if self._saved_handler is not None:
+            signal.signal(signal.SIGCONT, self._saved_handler)
         with contextlib.suppress(OSError, termios.error):  # the terminal has been closed
-            if _ours(self._descriptor):
-                termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._former)
+            if _in_foreground(self._descriptor):
+                termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._saved_attributes)
 
-    def _take_up(self) -> None:
+    def _set_cbreak(self) -> None:
         import termios  # noqa: PLC0415 - as above
         import tty  # noqa: PLC0415 - as above
 
         with contextlib.suppress(OSError, termios.error):
-            if _ours(self._descriptor):
+            if _in_foreground(self._descriptor):
                 tty.setcbreak(self._descriptor)
 
     def wait(self, seconds: float) -> list[str] | None:
@@ -77,10 +77,10 @@ class Keys:
             if not ready:
                 return []
             if data := os.read(self._descriptor, 100):
-                text = self._begun + data.decode("latin-1")
-                whole = _BEGUN.sub("", text)
-                self._begun = text[len(whole) :]
-                return names(whole)
+                text = self._partial_key + data.decode("latin-1")
+                complete = _PARTIAL_KEY.sub("", text)
+                self._partial_key = text[len(complete) :]
+                return names(complete)
         return None
 
 
@@ -96,7 +96,7 @@ def names(text: str) -> list[str]:
     return [name for name in found if name]
 
 
-def _ours(descriptor: int) -> bool:
+def _in_foreground(descriptor: int) -> bool:
     """Return whether keys come to this process: it is in the foreground, or has none of the shell's job control."""
     try:
         return os.tcgetpgrp(descriptor) == os.getpgrp()

@@ -13,7 +13,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import Error, NodeError, ServiceRefusal
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_srvs.srv import Empty
@@ -45,9 +45,9 @@ class Simulator:
         self._node = node
         self._world = World()
         self._lock = threading.Lock()  # of the world; nobody waits while holding it
-        self._changes = threading.Lock()  # of who is there: the master is told, which takes a while
-        self._faces: dict[str, _Face] = {}
-        self._drawn, self._drawn_at = -1, float("-inf")
+        self._population_lock = threading.Lock()  # of who is there: the master is told, which takes a while
+        self._interfaces: dict[str, _TurtleInterface] = {}
+        self._drawn_version, self._drawn_at = -1, float("-inf")
         for name, value in zip(_COLOURS, BACKGROUND, strict=True):
             if f"~background_{name}" not in node.params:
                 node.params[f"~background_{name}"] = value
@@ -69,34 +69,34 @@ class Simulator:
 
     def _on_reset(self, request: Any) -> Any:
         self._node.log.info("Resetting turtlesim.")
-        with _refusals(self._node), self._changes:
+        with _refuse_errors(self._node), self._population_lock:
             with self._lock:
                 self._world.reset()
-            for name in [name for name in self._faces if name != "turtle1"]:
-                self._faces.pop(name).close()
-            if "turtle1" not in self._faces:
-                self._faces["turtle1"] = _Face(self._node, "turtle1", self._world, self._lock)
+            for name in [name for name in self._interfaces if name != "turtle1"]:
+                self._interfaces.pop(name).close()
+            if "turtle1" not in self._interfaces:
+                self._interfaces["turtle1"] = _TurtleInterface(self._node, "turtle1", self._world, self._lock)
         self._clear()
         return Empty._response_class()
 
     def _on_spawn(self, request: Any) -> Any:
-        with _refusals(self._node):
+        with _refuse_errors(self._node):
             return self._spawn(request.name, request.x, request.y, request.theta)
 
     def _on_kill(self, request: Any) -> Any:
-        with _refusals(self._node), self._changes:
+        with _refuse_errors(self._node), self._population_lock:
             with self._lock:
                 self._world.kill(request.name)
-            if face := self._faces.pop(request.name, None):
-                face.close()
+            if interface := self._interfaces.pop(request.name, None):
+                interface.close()
         return Kill._response_class()
 
     def _spawn(self, name: str, x: float, y: float, theta: float) -> str:
-        with self._changes:
+        with self._population_lock:
             with self._lock:
                 name = self._world.spawn(name, x, y, theta)
             try:
-                self._faces[name] = _Face(self._node, name, self._world, self._lock)
+                self._interfaces[name] = _TurtleInterface(self._node, name, self._world, self._lock)
             except BaseException:
                 with self._lock:
                     self._world.kill(name)
@@ -110,16 +110,18 @@ class Simulator:
             self._world.canvas.clear(background)
 
     def _background(self) -> Colour:
-        red, green, blue = (self._part(name, usual) for name, usual in zip(_COLOURS, BACKGROUND, strict=True))
+        red, green, blue = (
+            self._colour_param(name, default) for name, default in zip(_COLOURS, BACKGROUND, strict=True)
+        )
         return red, green, blue
 
-    def _part(self, name: str, usual: int) -> int:
-        value = self._node.params.get(f"~background_{name}", usual)
+    def _colour_param(self, name: str, default: int) -> int:
+        value = self._node.params.get(f"~background_{name}", default)
         if type(value) is int and 0 <= value <= 255:
             return value
-        said = one_line(repr(value), 100)
-        self._node.log.error("the parameter ~background_%s must be a number from 0 to 255, not %s", name, said)
-        return usual
+        value_given = one_line(repr(value), 100)
+        self._node.log.error("the parameter ~background_%s must be a number from 0 to 255, not %s", name, value_given)
+        return default
 
     # Steps ------------------------------------------------------------------------------------------------------------
 
@@ -128,18 +130,18 @@ class Simulator:
         with self._lock:
             steps = self._world.step(monotonic())
         for step in steps:
-            face = self._faces.get(step.name)
-            if face is not None:  # else it comes or goes just now
-                face.show(step)
+            interface = self._interfaces.get(step.name)
+            if interface is not None:  # else it comes or goes just now
+                interface.publish(step)
         self._draw()
 
     def _draw(self) -> None:
         with self._lock:
             version, now = self._world.canvas.version, monotonic()
-            if version == self._drawn or now - self._drawn_at < _DRAWING_PERIOD:
+            if version == self._drawn_version or now - self._drawn_at < _DRAWING_PERIOD:
                 return
             pixels = self._world.canvas.pixels()
-        self._drawn, self._drawn_at = version, now
+        self._drawn_version, self._drawn_at = version, now
         message = Image(height=PIXELS, width=PIXELS, encoding="rgb8", step=3 * PIXELS, data=pixels)
         message.header.stamp = self._node.now()
         self._drawing.publish(message)
@@ -152,7 +154,7 @@ class Simulator:
             rate.sleep()
 
 
-class _Face:
+class _TurtleInterface:
     """The topics and services of a turtle.
 
     Raises:
@@ -174,31 +176,31 @@ class _Face:
             undo.callback(commands.unregister)
             services: tuple[tuple[str, Any, Callable[[Any], None]], ...] = (
                 ("set_pen", SetPen, self._set_pen),
-                ("teleport_absolute", TeleportAbsolute, self._put),
-                ("teleport_relative", TeleportRelative, self._hop),
+                ("teleport_absolute", TeleportAbsolute, self._teleport_absolute),
+                ("teleport_relative", TeleportRelative, self._teleport_relative),
             )
             for service, kind, handle in services:
-                undo.callback(node.advertise_service(f"{base}/{service}", kind, self._answer(kind, handle)).shutdown)
+                undo.callback(node.advertise_service(f"{base}/{service}", kind, self._handler(kind, handle)).shutdown)
             self._undo = undo.pop_all()
 
     def close(self) -> None:
         """End them."""
         self._undo.close()
 
-    def show(self, step: Step) -> None:
+    def publish(self, step: Step) -> None:
         """Publish what a step did, and say if it ended at a wall."""
         turtle = step.turtle
-        if step.wanted is not None:
+        if step.requested is not None:
             # As stock says it, whose y is that of its window: downwards.
-            x, y = step.wanted.x, SIZE - step.wanted.y
+            x, y = step.requested.x, SIZE - step.requested.y
             self._node.log.warn("Oh no! I hit the wall! (Clamping from [x=%f, y=%f])", x, y)
         with suppress(NodeError):  # it goes just now
             self._pose.publish(Pose(turtle.x, turtle.y, turtle.theta, turtle.speed, turtle.turning))
             self._colour.publish(Color(*step.colour))
 
-    def _answer(self, kind: Any, handle: Callable[[Any], None]) -> Callable[[Any], Any]:
+    def _handler(self, kind: Any, handle: Callable[[Any], None]) -> Callable[[Any], Any]:
         def answer(request: Any) -> Any:
-            with _refusals(self._node), self._lock:
+            with _refuse_errors(self._node), self._lock:
                 handle(request)
             return kind._response_class()
 
@@ -208,11 +210,11 @@ class _Face:
         pen = Pen(request.r, request.g, request.b, max(request.width, 1), bool(request.off))
         self._world.set_pen(self._name, pen)
 
-    def _put(self, request: Any) -> None:
-        self._world.put(self._name, request.x, request.y, request.theta)
+    def _teleport_absolute(self, request: Any) -> None:
+        self._world.teleport_absolute(self._name, request.x, request.y, request.theta)
 
-    def _hop(self, request: Any) -> None:
-        self._world.hop(self._name, request.linear, request.angular)
+    def _teleport_relative(self, request: Any) -> None:
+        self._world.teleport_relative(self._name, request.linear, request.angular)
 
     def _command(self, message: Any) -> None:
         try:
@@ -224,7 +226,7 @@ class _Face:
 
 
 @contextmanager
-def _refusals(node: Node) -> Iterator[None]:
+def _refuse_errors(node: Node) -> Iterator[None]:
     """Tell who calls, and the log, what cannot be done."""
     try:
         yield

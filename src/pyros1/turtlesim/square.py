@@ -9,14 +9,14 @@ from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.std_srvs.srv import Empty
 from pyros1.msgs.turtlesim.msg import Pose
 from pyros1.node import Node
-from pyros1.turtlesim.turtle import PERIOD, Place, normal
+from pyros1.turtlesim.turtle import PERIOD, Position, normal
 
 SIDE = 2.0
 """Length of a side in units."""
 SPEED = 1.0
 TURNING = 0.4
-_STILL = 1e-4
-_NEAR_ANGLE = 0.01
+_STANDSTILL = 1e-4
+_ANGLE_TOLERANCE = 0.01
 
 
 class Square:
@@ -30,8 +30,8 @@ class Square:
         self._walking = True
         self._stopping = False
         self._theta = theta
-        self._start = Place(x, y)
-        self.goal = self._ahead()
+        self._start = Position(x, y)
+        self.goal = self._next_corner()
         """Where it walks to, and where it shall look in the end."""
 
     def next(self, x: float, y: float, theta: float, moving: bool) -> tuple[float, float]:
@@ -47,22 +47,22 @@ class Square:
             self._stopping = False
             self._walking = not self._walking
             if self._walking:
-                self._start, self._theta = Place(x, y), theta
-                self.goal = self._ahead()
+                self._start, self._theta = Position(x, y), theta
+                self.goal = self._next_corner()
             else:
-                place, looks = self.goal
-                self.goal = place, normal(looks + pi / 2)
+                position, heading = self.goal
+                self.goal = position, normal(heading + pi / 2)
         if self._walking:
             if hypot(x - self._start.x, y - self._start.y) < SIDE:
                 return SPEED, 0.0
-        elif normal(self.goal[1] - theta) > _NEAR_ANGLE:
+        elif normal(self.goal[1] - theta) > _ANGLE_TOLERANCE:
             return 0.0, TURNING
         self._stopping = True
         return 0.0, 0.0
 
-    def _ahead(self) -> tuple[Place, float]:
+    def _next_corner(self) -> tuple[Position, float]:
         x, y = self._start
-        return Place(x + cos(self._theta) * SIDE, y + sin(self._theta) * SIDE), self._theta
+        return Position(x + cos(self._theta) * SIDE, y + sin(self._theta) * SIDE), self._theta
 
 
 def main(argv: list[str]) -> int:
@@ -88,7 +88,7 @@ def main(argv: list[str]) -> int:
         while node.ok():
             for pose in tuple(newest):
                 square = square or Square(pose.x, pose.y, pose.theta)
-                moving = max(abs(pose.linear_velocity), abs(pose.angular_velocity)) > _STILL
+                moving = max(abs(pose.linear_velocity), abs(pose.angular_velocity)) > _STANDSTILL
                 twist = Twist()
                 twist.linear.x, twist.angular.z = square.next(pose.x, pose.y, pose.theta, moving)
                 publisher.publish(twist)

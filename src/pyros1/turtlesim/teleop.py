@@ -16,7 +16,7 @@ from pyros1.turtlesim.keys import Keys
 
 ARROWS = {"up": (1.0, 0.0), "down": (-1.0, 0.0), "left": (0.0, 1.0), "right": (0.0, -1.0)}
 """Key -> speed and angular speed, before they are scaled."""
-LOOKS = {"g": 0.0, "t": pi / 4, "r": pi / 2, "e": 3 * pi / 4, "d": pi, "c": -3 * pi / 4, "v": -pi / 2, "b": -pi / 4}
+HEADINGS = {"g": 0.0, "t": pi / 4, "r": pi / 2, "e": 3 * pi / 4, "d": pi, "c": -3 * pi / 4, "v": -pi / 2, "b": -pi / 4}
 """Key -> where to look, as the keys lie around F, in radians."""
 HELP = """\
 Reading from keyboard
@@ -25,9 +25,9 @@ Use arrow keys to move the turtle.
 Use g|b|v|c|d|e|r|t keys to look where the key lies from f, and f to stop.
 'q' to quit.
 """
-_PATIENCE = 0.2
+_POLL_PERIOD = 0.2
 """Seconds between two looks whether the node has ended."""
-_ANSWER = 2.0
+_SERVICE_TIMEOUT = 2.0
 """Seconds that the simulator has to turn the turtle."""
 
 
@@ -42,14 +42,14 @@ class Teleop:
         self._node = node
         self._scales = [_number(node, name) for name in ("scale_linear", "scale_angular")]
         self._pose: Any = None
-        self._heard = threading.Event()
+        self._pose_received = threading.Event()
         self._publisher = node.advertise("turtle1/cmd_vel", Twist, queue_size=1)
         self._teleport = node.service("turtle1/teleport_absolute", TeleportAbsolute)
-        node.subscribe("turtle1/pose", Pose, self._hear, queue_size=1)
+        node.subscribe("turtle1/pose", Pose, self._on_pose, queue_size=1)
 
-    def _hear(self, pose: Any) -> None:
+    def _on_pose(self, pose: Any) -> None:
         self._pose = pose
-        self._heard.set()
+        self._pose_received.set()
 
     def press(self, key: str) -> bool:
         """Do what a key says; return False for the one that quits."""
@@ -61,23 +61,23 @@ class Teleop:
             twist = Twist()
             twist.linear.x, twist.angular.z = speed * self._scales[0], turning * self._scales[1]
             self._publisher.publish(twist)
-        elif key in LOOKS:
-            self._look(LOOKS[key])
+        elif key in HEADINGS:
+            self._turn_to(HEADINGS[key])
         return True
 
-    def _look(self, theta: float) -> None:
+    def _turn_to(self, theta: float) -> None:
         pose = self._pose
         if pose is None:
             self._node.log.warn("there is no turtle yet: no node publishes %s", self._node.resolve("turtle1/pose"))
             return
         try:
-            self._teleport.call(TeleportAbsolute._request_class(pose.x, pose.y, theta), _ANSWER)
+            self._teleport.call(TeleportAbsolute._request_class(pose.x, pose.y, theta), _SERVICE_TIMEOUT)
         except Error as error:
             self._node.log.error("%s", error)
 
     def wait(self, timeout: float) -> bool:
         """Wait until the turtle is heard; return whether it was within some seconds."""
-        return self._heard.wait(timeout)
+        return self._pose_received.wait(timeout)
 
 
 def _number(node: Node, name: str) -> float:
@@ -99,7 +99,7 @@ def main(argv: list[str]) -> int:
             with Keys() as keys:
                 sys.stdout.write(HELP)
                 sys.stdout.flush()
-                while node.ok() and (pressed := keys.wait(_PATIENCE)) is not None:
+                while node.ok() and (pressed := keys.wait(_POLL_PERIOD)) is not None:
                     if not all(teleop.press(key) for key in pressed):
                         break
         except Error as error:

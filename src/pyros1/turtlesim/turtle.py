@@ -16,7 +16,7 @@ SIZE = 11.088889122009277
 """
 PERIOD = 0.016
 """Seconds of a step."""
-HOLDS = 1.0
+COMMAND_TIMEOUT = 1.0
 """Seconds for which a command holds."""
 
 
@@ -36,7 +36,7 @@ class Pen(NamedTuple):
     off: bool = False
 
 
-class Place(NamedTuple):
+class Position(NamedTuple):
     """A point of the world, in its units."""
 
     x: float
@@ -66,9 +66,9 @@ class Turtle:
     commanded: float = float("-inf")
 
     @property
-    def place(self) -> Place:
+    def position(self) -> Position:
         """Where it is."""
-        return Place(self.x, self.y)
+        return Position(self.x, self.y)
 
     @property
     def speed(self) -> float:
@@ -79,17 +79,17 @@ class Turtle:
         """Move with these speeds from the next step on, see the attributes."""
         self.forward, self.sideways, self.turning, self.commanded = forward, sideways, turning, now
 
-    def put(self, x: float, y: float, theta: float) -> None:
+    def teleport_absolute(self, x: float, y: float, theta: float) -> None:
         """Be elsewhere. Beyond the walls it is until the next step only, and never above the upper one."""
         self.x, self.y, self.theta = x, min(y, SIZE), theta
 
-    def hop(self, distance: float, angle: float) -> None:
+    def teleport_relative(self, distance: float, angle: float) -> None:
         """Turn by an angle (radians), then be a distance (units) further on."""
         self.theta += angle
         self.x += cos(self.theta) * distance
         self.y += sin(self.theta) * distance
 
-    def step(self, now: float, seconds: float = PERIOD) -> Place | None:
+    def step(self, now: float, seconds: float = PERIOD) -> Position | None:
         """Move for a while: turn first, then go.
 
         Args:
@@ -99,16 +99,16 @@ class Turtle:
         Returns:
             Where it would be now if there were no wall; None if there was none on its way.
         """
-        if now - self.commanded > HOLDS:
+        if now - self.commanded > COMMAND_TIMEOUT:
             self.forward = self.sideways = self.turning = 0.0
         self.theta = normal(self.theta + self.turning * seconds)
         ahead, left = self.forward * seconds, self.sideways * seconds
-        wanted = Place(
+        requested = Position(
             self.x + cos(self.theta) * ahead - sin(self.theta) * left,
             self.y + sin(self.theta) * ahead + cos(self.theta) * left,
         )
-        self.x, self.y = min(max(wanted.x, 0.0), SIZE), min(max(wanted.y, 0.0), SIZE)
-        return None if wanted == self.place else wanted
+        self.x, self.y = min(max(requested.x, 0.0), SIZE), min(max(requested.y, 0.0), SIZE)
+        return None if requested == self.position else requested
 
 
 def normal(angle: float) -> float:

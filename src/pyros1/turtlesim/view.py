@@ -10,7 +10,7 @@ from typing import Any, TextIO
 
 from pyros1.graph import Graph
 from pyros1.ground.errors import Error
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.turtlesim.msg import Pose
 from pyros1.node import Node
@@ -21,7 +21,7 @@ from pyros1.turtlesim.turtle import PIXELS
 from pyros1.turtlesim.world import BACKGROUND
 
 _HZ = 10.0
-_LOOK = 1.0
+_REFRESH_PERIOD = 1.0
 """Seconds between two looks at which turtles there are."""
 _OPEN = "\x1b[?1049h\x1b[?25l\x1b[2J"
 _CLOSE = "\x1b[?25h\x1b[?1049l"
@@ -39,13 +39,13 @@ class View:
 
     def __init__(self, node: Node, simulator: str = "") -> None:
         self._node = node
-        self._wanted = simulator and node.resolve(simulator)
+        self._requested_node = simulator and node.resolve(simulator)
         self._graph = Graph(node.master)
-        self._shown = ""  # the node
+        self._shown_node = ""  # the node
         self._poses: dict[str, Any] = {}
         self._subscribers: dict[str, Any] = {}  # topic ->
         self._pixels = self._blank = Canvas(BACKGROUND).pixels()
-        self._looked = float("-inf")
+        self._refreshed_at = float("-inf")
 
     def lines(self, columns: int, rows: int) -> list[str]:
         """Return what to show now.
@@ -53,26 +53,26 @@ class View:
         Args:
             columns, rows: the room that there is, in characters.
         """
-        if monotonic() - self._looked >= _LOOK:
-            self._look()
-            self._looked = monotonic()
-        if not self._shown:
-            what = f"{self._wanted} is not there" if self._wanted else "there are no turtles"
-            return [f"{what}; to start some: pyros1 run turtlesim turtlesim_node"[:columns]]
+        if monotonic() - self._refreshed_at >= _REFRESH_PERIOD:
+            self._refresh()
+            self._refreshed_at = monotonic()
+        if not self._shown_node:
+            problem = f"{self._requested_node} is not there" if self._requested_node else "there are no turtles"
+            return [f"{problem}; to start some: pyros1 run turtlesim turtlesim_node"[:columns]]
         turtles = {one_line(name): (pose.x, pose.y, pose.theta) for name, pose in self._poses.copy().items()}
-        places = ", ".join(f"{name} ({x:.2f}, {y:.2f})" for name, (x, y, _) in turtles.items())
+        positions = ", ".join(f"{name} ({x:.2f}, {y:.2f})" for name, (x, y, _) in turtles.items())
         picture = blocks(self._pixels, PIXELS, PIXELS, turtles, columns, rows - 1)
-        return [f"{one_line(self._shown)}: {places}"[:columns], *picture]
+        return [f"{one_line(self._shown_node)}: {positions}"[:columns], *picture]
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         try:
             found = simulators(self._graph.published_types(), self._graph.state().publishers)
         except Error:
             return  # the master is away; the turtles go on
-        node = self._wanted or next(iter(found), "")
+        node = self._requested_node or next(iter(found), "")
         turtles = found.get(node, {})
         topics: dict[str, tuple[Any, Callable[[Any], object]]] = {
-            topic: (Pose, self._keeper(turtle)) for turtle, topic in turtles.items()
+            topic: (Pose, self._pose_callback(turtle)) for turtle, topic in turtles.items()
         }
         if turtles:
             topics[drawing_of(node)] = (Image, self._draw)
@@ -82,15 +82,15 @@ class View:
             kind, callback = topics[topic]
             self._subscribers[topic] = self._node.subscribe(topic, kind, callback, queue_size=1)
         self._poses = {name: pose for name, pose in self._poses.copy().items() if name in turtles}
-        if node != self._shown:
+        if node != self._shown_node:
             self._pixels = self._blank
-        self._shown = node if turtles else ""
+        self._shown_node = node if turtles else ""
 
-    def _keeper(self, turtle: str) -> Callable[[Any], None]:
-        def keep(pose: Any) -> None:
+    def _pose_callback(self, turtle: str) -> Callable[[Any], None]:
+        def on_pose(pose: Any) -> None:
             self._poses[turtle] = pose
 
-        return keep
+        return on_pose
 
     def _draw(self, image: Any) -> None:
         if (image.encoding, image.width, image.height) == ("rgb8", PIXELS, PIXELS) and len(image.data) == 3 * PIXELS**2:

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 from pyros1.ground.errors import Error
 from pyros1.turtlesim.canvas import Canvas, Colour
-from pyros1.turtlesim.turtle import PERIOD, Pen, Place, Turtle
+from pyros1.turtlesim.turtle import PERIOD, Pen, Position, Turtle
 
 BACKGROUND: Colour = (69, 86, 255)
-MOST = 100
+MAX_TURTLES = 100
 """Most turtles."""
-_LARGEST = 1e9
+_MAX_VALUE = 1e9
 
 
 class TurtleError(Error):
@@ -26,13 +26,13 @@ class Step(NamedTuple):
         name: the turtle's.
         turtle: a copy of the turtle.
         colour: of what was below it when it came.
-        wanted: where it would be without the wall; None if it hit none.
+        requested: where it would be without the wall; None if it hit none.
     """
 
     name: str
     turtle: Turtle
     colour: Colour
-    wanted: Place | None
+    requested: Position | None
 
 
 class World:
@@ -58,15 +58,15 @@ class World:
         Raises:
             TurtleError: there is one of that name, there are too many, or the place is none.
         """
-        if len(self.turtles) >= MOST:
-            raise TurtleError(f"There are {MOST} turtles already")
+        if len(self.turtles) >= MAX_TURTLES:
+            raise TurtleError(f"There are {MAX_TURTLES} turtles already")
         check(x=x, y=y, theta=theta)
         if not name:
             name = self._free_name()
         if name in self.turtles:
             raise TurtleError(f"A turtle named [{name}] already exists")
         turtle = self.turtles[name] = Turtle()
-        turtle.put(x, y, theta)
+        turtle.teleport_absolute(x, y, theta)
         return name
 
     def _free_name(self) -> str:
@@ -108,29 +108,29 @@ class World:
         turtle = self._turtle(name)
         turtle.pen = turtle.pen._replace(off=True) if pen.off else pen
 
-    def put(self, name: str, x: float, y: float, theta: float) -> None:
-        """See `Turtle.put`; draws a line.
+    def teleport_absolute(self, name: str, x: float, y: float, theta: float) -> None:
+        """See `Turtle.teleport_absolute`; draws a line.
 
         Raises:
             TurtleError: the place is none, or there is no such turtle.
         """
         check(x=x, y=y, theta=theta)
         turtle = self._turtle(name)
-        before = turtle.place
-        turtle.put(x, y, theta)
-        self.canvas.line(before, turtle.place, turtle.pen)
+        previous = turtle.position
+        turtle.teleport_absolute(x, y, theta)
+        self.canvas.line(previous, turtle.position, turtle.pen)
 
-    def hop(self, name: str, distance: float, angle: float) -> None:
-        """See `Turtle.hop`; draws a line.
+    def teleport_relative(self, name: str, distance: float, angle: float) -> None:
+        """See `Turtle.teleport_relative`; draws a line.
 
         Raises:
             TurtleError: a number is none, or there is no such turtle.
         """
         check(linear=distance, angular=angle)
         turtle = self._turtle(name)
-        before = turtle.place
-        turtle.hop(distance, angle)
-        self.canvas.line(before, turtle.place, turtle.pen)
+        previous = turtle.position
+        turtle.teleport_relative(distance, angle)
+        self.canvas.line(previous, turtle.position, turtle.pen)
 
     def _turtle(self, name: str) -> Turtle:
         try:
@@ -142,12 +142,12 @@ class World:
         """Move all turtles, see `Turtle.step`."""
         steps = []
         for name, turtle in self.turtles.items():
-            before = turtle.place
-            wanted = turtle.step(now, seconds)
+            previous = turtle.position
+            requested = turtle.step(now, seconds)
             # First the colour: a turtle does not see the line that it just draws.
-            steps.append(Step(name, replace(turtle), self.canvas.colour(turtle.place), wanted))
-            if turtle.place != before:
-                self.canvas.line(before, turtle.place, turtle.pen)
+            steps.append(Step(name, replace(turtle), self.canvas.colour(turtle.position), requested))
+            if turtle.position != previous:
+                self.canvas.line(previous, turtle.position, turtle.pen)
         return steps
 
 
@@ -158,5 +158,5 @@ def check(**numbers: float) -> None:
         TurtleError: one is not.
     """
     for name, number in numbers.items():
-        if not abs(number) <= _LARGEST:
-            raise TurtleError(f"{name} must be a number from {-_LARGEST:.0e} to {_LARGEST:.0e}, not {number}")
+        if not abs(number) <= _MAX_VALUE:
+            raise TurtleError(f"{name} must be a number from {-_MAX_VALUE:.0e} to {_MAX_VALUE:.0e}, not {number}")

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from math import isfinite, pi
 from typing import Any
 
-from pyros1.ground.shown import one_line
-from pyros1.urdf.model import MOVING, Joint, Mimic, Robot, UrdfError, cut
+from pyros1.ground.terminal_text import one_line
+from pyros1.urdf.model import MOVING, Joint, Mimic, Robot, UrdfError, limit_warnings
 
-MOST_SOURCES = 100
+MAX_SOURCES = 100
 SLIDERS = "sliders"
 """The topic of the node joint_state_publisher, below its own name, on which a page says where joints shall be."""
 
@@ -55,8 +55,8 @@ def options(get: Callable[[str, Any], Any]) -> Options:
     sources = get("source_list", [])
     if not isinstance(sources, (list, tuple)) or not all(isinstance(each, str) for each in sources):
         raise UrdfError("the parameter source_list must be a list of topics")
-    if len(sources) > MOST_SOURCES:
-        raise UrdfError(f"the parameter source_list has more than {MOST_SOURCES} topics")
+    if len(sources) > MAX_SOURCES:
+        raise UrdfError(f"the parameter source_list has more than {MAX_SOURCES} topics")
     rate = _number(get("rate", 10), "rate")
     if rate <= 0:
         raise UrdfError("the parameter rate must be above 0")
@@ -84,7 +84,7 @@ def options(get: Callable[[str, Any], Any]) -> Options:
 
 
 @dataclass
-class Free:
+class FreeJoint:
     """A joint that follows no other.
 
     Attributes:
@@ -135,11 +135,13 @@ class JointStates:
         leaders.update({name: each for name, each in options.dependent_joints.items() if name in joints})
         for name in [*options.zeros, *options.dependent_joints]:
             if name not in joints:
-                self.warnings.append(f"{_shown(name)} has a parameter, but is not a movable joint")
+                self.warnings.append(f"{_quoted(name)} has a parameter, but is not a movable joint")
         for name in [name for name, each in leaders.items() if each.joint not in joints]:
-            self.warnings.append(f"joint {_shown(name)} follows {_shown(leaders.pop(name).joint)}, which does not move")
+            self.warnings.append(
+                f"joint {_quoted(name)} follows {_quoted(leaders.pop(name).joint)}, which does not move"
+            )
         self.followers = _followers(leaders, self.warnings)
-        self.warnings = cut(self.warnings)
+        self.warnings = limit_warnings(self.warnings)
         self.names = tuple(joints)
         self.kinds = {name: joint.type for name, joint in joints.items()}
         self.free = {name: self._free(joint) for name, joint in joints.items() if name not in self.followers}
@@ -181,7 +183,7 @@ class JointStates:
         efforts = [self._of(name).effort or 0.0 for name in self.names] if working else []
         return list(self.names), positions, velocities, efforts
 
-    def _of(self, name: str) -> Free:
+    def _of(self, name: str) -> FreeJoint:
         follower = self.followers.get(name)
         return self.free[follower.joint if follower else name]
 
@@ -196,10 +198,10 @@ class JointStates:
         follower = self.followers.get(name)
         return (self._of(name).velocity or 0.0) * (follower.multiplier if follower else 1.0)
 
-    def _free(self, joint: Joint) -> Free:
+    def _free(self, joint: Joint) -> FreeJoint:
         lower, upper = limits(joint, self.options.use_smallest_joint_limits)
         zero = self.options.zeros.get(joint.name, (lower + upper) / 2 if lower > 0 or upper < 0 else 0.0)
-        made = Free(joint, lower, upper, zero)
+        made = FreeJoint(joint, lower, upper, zero)
         if self.options.publish_default_positions:
             made.position = zero
         if self.options.publish_default_velocities:
@@ -241,7 +243,7 @@ def _followers(leaders: Mapping[str, Mimic], warnings: list[str]) -> dict[str, M
             each = leaders[each].joint
         if each in path:
             free.add(each)
-            warnings.append(f"joint {_shown(each)} follows itself: it is free")
+            warnings.append(f"joint {_quoted(each)} follows itself: it is free")
         for follower in reversed(path):
             if follower not in free:
                 mimic = leaders[follower]
@@ -258,22 +260,22 @@ def _dependent(value: object, name: str) -> Mimic:
     values = _mapping(value, name)
     parent = values.get("parent")
     if not isinstance(parent, str):
-        raise UrdfError(f"the parameter {_shown(name)} must have a parent: the name of a joint")
+        raise UrdfError(f"the parameter {_quoted(name)} must have a parent: the name of a joint")
     factor, offset = _number(values.get("factor", 1.0), f"{name}/factor"), _number(values.get("offset", 0.0), name)
     return Mimic(parent, factor, offset)
 
 
 def _mapping(value: object, name: str) -> Mapping[str, Any]:
     if not isinstance(value, Mapping):
-        raise UrdfError(f"the parameter {_shown(name)} must be a mapping: joint -> value")
+        raise UrdfError(f"the parameter {_quoted(name)} must be a mapping: joint -> value")
     return value
 
 
 def _number(value: object, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
-        raise UrdfError(f"the parameter {_shown(name)} must be a number")
+        raise UrdfError(f"the parameter {_quoted(name)} must be a number")
     return float(value)
 
 
-def _shown(name: str) -> str:
+def _quoted(name: str) -> str:
     return one_line(name, 200)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from math import cos, sin
 from typing import NamedTuple
 
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 from pyros1.tf.rotation import IDENTITY, Transform, chain_normalized
 from pyros1.urdf.model import MOVING, Joint, Robot, UrdfError
 

@@ -12,7 +12,7 @@ MOVING = frozenset({"revolute", "continuous", "prismatic"})
 TYPES = MOVING | {"fixed", "floating", "planar"}
 
 
-MOST_WARNINGS = 50
+MAX_WARNINGS = 50
 
 
 class UrdfError(Error):
@@ -84,7 +84,7 @@ class Robot:
     warnings: tuple[str, ...] = field(default=())
 
 
-def cut(warnings: list[str]) -> list[str]:
-    """Return at most `MOST_WARNINGS`, and a word about the others."""
-    more = len(warnings) - MOST_WARNINGS
-    return [*warnings[:MOST_WARNINGS], f"and {more} more like these"] if more > 0 else warnings
+def limit_warnings(warnings: list[str]) -> list[str]:
+    """Return at most `MAX_WARNINGS`, and a word about the others."""
+    more = len(warnings) - MAX_WARNINGS
+    return [*warnings[:MAX_WARNINGS], f"and {more} more like these"] if more > 0 else warnings

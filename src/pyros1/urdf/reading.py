@@ -10,17 +10,17 @@ from collections.abc import Iterable
 from math import isfinite, sqrt
 from xml.etree.ElementTree import Element, ParseError
 
-from pyros1.ground.shown import one_line
 from pyros1.ground.suggest import did_you_mean
+from pyros1.ground.terminal_text import one_line
 from pyros1.tf.rotation import IDENTITY, Transform, Vector, from_angles
-from pyros1.urdf.model import MOVING, TYPES, Joint, Limit, Mimic, Robot, UrdfError, cut
+from pyros1.urdf.model import MOVING, TYPES, Joint, Limit, Mimic, Robot, UrdfError, limit_warnings
 
-MOST = 64 << 20
+MAX_LENGTH = 64 << 20
 """Most characters of a description."""
-MOST_JOINTS = 100_000
-_HINTS = 1_000
+MAX_JOINTS = 100_000
+_MAX_HINT_NAMES = 1_000
 """Most names that a misspelt one is compared with."""
-_HELPED = 5
+_MAX_HINTS = 5
 """Most misspelt names that are compared, if each is only worth a warning."""
 _SPACE = "{http://www.ros.org/wiki/xacro}"
 
@@ -37,47 +37,47 @@ def read(text: str) -> Robot:
     root = _parse(text)
     links = _links(root)
     elements = root.findall("joint")
-    if len(elements) > MOST_JOINTS:
-        raise UrdfError(f"a robot has at most {MOST_JOINTS} joints")
+    if len(elements) > MAX_JOINTS:
+        raise UrdfError(f"a robot has at most {MAX_JOINTS} joints")
     warnings: list[str] = []
     joints: dict[str, Joint] = {}
     children: dict[str, str] = {}
     for element in elements:
         joint = _joint(element, warnings)
         if joint.name in joints:
-            raise UrdfError(f"there are two joints {_shown(joint.name)}: give one of them another name")
+            raise UrdfError(f"there are two joints {_quoted(joint.name)}: give one of them another name")
         for word, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in links:
-                hint = did_you_mean(name, list(links)[:_HINTS])
+                hint = did_you_mean(name, list(links)[:_MAX_HINT_NAMES])
                 raise UrdfError(
-                    f"joint {_shown(joint.name)}: its {word} {_shown(name)} is not a link of the robot{hint}"
+                    f"joint {_quoted(joint.name)}: its {word} {_quoted(name)} is not a link of the robot{hint}"
                 )
         if joint.child in children:
             raise UrdfError(
-                f"link {_shown(joint.child)} is the child of two joints, {_shown(children[joint.child])} and "
-                f"{_shown(joint.name)}: a link has one parent"
+                f"link {_quoted(joint.child)} is the child of two joints, {_quoted(children[joint.child])} and "
+                f"{_quoted(joint.name)}: a link has one parent"
             )
         children[joint.child] = joint.name
         joints[joint.name] = joint
     _check_mimics(joints, warnings)
-    return Robot(root.get("name", ""), tuple(links), joints, tuple(cut(warnings)))
+    return Robot(root.get("name", ""), tuple(links), joints, tuple(limit_warnings(warnings)))
 
 
 def _parse(text: str) -> Element:
     from defusedxml.common import DefusedXmlException  # type: ignore[import-untyped] # noqa: PLC0415 - not for --help
     from defusedxml.ElementTree import fromstring  # type: ignore[import-untyped] # noqa: PLC0415
 
-    if len(text) > MOST:
-        raise UrdfError(f"the description has {len(text)} characters, more than {MOST}")
+    if len(text) > MAX_LENGTH:
+        raise UrdfError(f"the description has {len(text)} characters, more than {MAX_LENGTH}")
     try:
         root: Element = fromstring(text)
     except (ParseError, DefusedXmlException, ValueError, LookupError) as error:
         hint = "; is it xacro? Then: xacro FILE.xacro" if "xacro:" in text else ""
-        raise UrdfError(f"the description is not readable XML: {_shown(str(error))}{hint}") from None
+        raise UrdfError(f"the description is not readable XML: {_quoted(str(error))}{hint}") from None
     if root.tag == "COLLADA" or root.tag.endswith("}COLLADA"):
         raise UrdfError("the description is COLLADA, which is not supported for robots: convert it to URDF")
     if root.tag != "robot":
-        raise UrdfError(f"the description begins with <{_shown(root.tag)}>, where URDF has <robot>")
+        raise UrdfError(f"the description begins with <{_quoted(root.tag)}>, where URDF has <robot>")
     if any(str(element.tag).startswith(_SPACE) for element in root):
         raise UrdfError("the description is xacro, not URDF: set the parameter to the output of xacro FILE.xacro")
     return root
@@ -90,7 +90,7 @@ def _links(root: Element) -> dict[str, None]:
         if not name:
             raise UrdfError("a link has no name: <link name=...>")
         if name in links:
-            raise UrdfError(f"there are two links {_shown(name)}: give one of them another name")
+            raise UrdfError(f"there are two links {_quoted(name)}: give one of them another name")
         links[name] = None
     if not links:
         raise UrdfError("the robot has no links: <link name=...>")
@@ -101,10 +101,10 @@ def _joint(element: Element, warnings: list[str]) -> Joint:
     name = element.get("name", "")
     if not name:
         raise UrdfError("a joint has no name: <joint name=... type=...>")
-    what = f"joint {_shown(name)}"
+    what = f"joint {_quoted(name)}"
     kind = element.get("type", "")
     if kind not in TYPES:
-        raise UrdfError(f"{what}: its type is {_shown(kind)}; there are {', '.join(sorted(TYPES))}")
+        raise UrdfError(f"{what}: its type is {_quoted(kind)}; there are {', '.join(sorted(TYPES))}")
     ends = []
     for word in ("parent", "child"):
         end = element.find(word)
@@ -174,15 +174,15 @@ def _check_mimics(joints: dict[str, Joint], warnings: list[str]) -> None:
         each = joints.get(name)
         while each is not None and each.mimic is not None and each.name not in checked:
             if each.name in path:
-                raise UrdfError(f"joint {_shown(name)} follows itself, by way of mimic: {_names(path)}")
+                raise UrdfError(f"joint {_quoted(name)} follows itself, by way of mimic: {_names(path)}")
             path[each.name] = None
             leader = joints.get(each.mimic.joint)
             if leader is None or leader.type not in MOVING:
-                told = f": it is {leader.type}" if leader else ""
-                if leader is None and len(warnings) < _HELPED:  # to compare names takes long
-                    told = did_you_mean(each.mimic.joint, list(joints)[:_HINTS])
+                hint = f": it is {leader.type}" if leader else ""
+                if leader is None and len(warnings) < _MAX_HINTS:  # to compare names takes long
+                    hint = did_you_mean(each.mimic.joint, list(joints)[:_MAX_HINT_NAMES])
                 warnings.append(
-                    f"joint {_shown(each.name)} mimics {_shown(each.mimic.joint)}, which is not a movable joint{told}"
+                    f"joint {_quoted(each.name)} mimics {_quoted(each.mimic.joint)}, which is not a movable joint{hint}"
                 )
             each = leader
         checked.update(path)
@@ -194,7 +194,7 @@ def _vector(element: Element, word: str, what: str) -> Vector:
         return (0.0, 0.0, 0.0)
     numbers = [_float(part) for part in text.split()[:4]]
     if len(numbers) != 3 or None in numbers:
-        raise UrdfError(f'{what}: <{element.tag} {word}="{_shown(text)}"> must be three numbers')
+        raise UrdfError(f'{what}: <{element.tag} {word}="{_quoted(text)}"> must be three numbers')
     x, y, z = (part or 0.0 for part in numbers)
     return (x, y, z)
 
@@ -205,7 +205,7 @@ def _number(element: Element, word: str, what: str, default: float) -> float:
         return default
     number = _float(text)
     if number is None:
-        raise UrdfError(f'{what}: <{element.tag} {word}="{_shown(text)}"> must be a number')
+        raise UrdfError(f'{what}: <{element.tag} {word}="{_quoted(text)}"> must be a number')
     return number
 
 
@@ -218,8 +218,8 @@ def _float(text: str) -> float | None:
 
 
 def _names(names: Iterable[str]) -> str:
-    return ", ".join(_shown(name) for name in list(names)[:10])
+    return ", ".join(_quoted(name) for name in list(names)[:10])
 
 
-def _shown(name: str) -> str:
+def _quoted(name: str) -> str:
     return one_line(name, 200)

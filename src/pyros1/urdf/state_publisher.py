@@ -10,7 +10,7 @@ from math import isfinite
 from typing import Any
 
 from pyros1.ground.errors import Error
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.sensor_msgs.msg import JointState
 from pyros1.msgs.tf2_msgs.msg import TFMessage
@@ -18,18 +18,18 @@ from pyros1.node import Node
 from pyros1.node.topic_type import topic_type
 from pyros1.tf.rotation import Transform
 from pyros1.urdf.description import description, number
-from pyros1.urdf.encoded import Batch
 from pyros1.urdf.kinematics import Kinematics
 from pyros1.urdf.reading import read
+from pyros1.urdf.tf_encoder import Batch
 
 _QUEUE = 100
-_AHEAD = 500_000_000
+_LEAD_TIME = 500_000_000
 """Nanoseconds by which places of fixed links on /tf are ahead of the time, so that they hold until the next ones."""
-_OLD = 30.0
+_OLD_AGE = 30.0
 """Seconds after which a message is so old that this is told."""
-_MOST_UNKNOWN = 1_000
+_MAX_UNKNOWN = 1_000
 """Most names in a message that are no joints of the robot."""
-_MOST_KINDS = 32
+_MAX_JOINT_SETS = 32
 """Most sets of joints in messages for which the layout of the answer is kept."""
 
 
@@ -51,7 +51,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class _Kind:
+class _JointSet:
     """What messages with the same joints have in common.
 
     Attributes:
@@ -79,10 +79,10 @@ class RobotStatePublisher:
         self._kinematics = kinematics
         self._settings = settings
         self._interval = int(1e9 / max(settings.publish_frequency, 1.0))
-        self._most = len(kinematics.moving) + len(kinematics.fixed) + _MOST_UNKNOWN
+        self._max_joints = len(kinematics.moving) + len(kinematics.fixed) + _MAX_UNKNOWN
         self._published: dict[str, int] = {}  # joint -> nanoseconds
-        self._called = 0
-        self._kinds: dict[tuple[str, ...], _Kind] = {}
+        self._last_time = 0
+        self._joint_sets: dict[tuple[str, ...], _JointSet] = {}
         self._lock = threading.Lock()
         kind = topic_type(TFMessage)
         self._moving = node.advertise("/tf", AnyMsg, queue_size=_QUEUE, raw_type=kind)
@@ -90,13 +90,13 @@ class RobotStatePublisher:
         if kinematics.fixed:
             places = [place for _, place in kinematics.fixed]
             self._fixed = self._batch(
-                [(joint.parent, joint.child, _always(place)) for joint, place in kinematics.fixed]
+                [(joint.parent, joint.child, _constant(place)) for joint, place in kinematics.fixed]
             )
             self._nothing = [0.0] * len(places)
             if settings.use_tf_static:
                 static.publish(self._fixed_message(0))
             else:
-                node.timer(self._interval / 1e9, lambda event: self._moving.publish(self._fixed_message(_AHEAD)))
+                node.timer(self._interval / 1e9, lambda event: self._moving.publish(self._fixed_message(_LEAD_TIME)))
         node.subscribe("joint_states", JointState, self._receive, queue_size=_QUEUE)
 
     def _fixed_message(self, ahead: int) -> AnyMsg:
@@ -108,22 +108,22 @@ class RobotStatePublisher:
 
     def _take(self, message: Any) -> None:
         names, positions, stamp = message.name, message.position, message.header.stamp
-        if len(names) != len(positions) or len(names) > self._most:
+        if len(names) != len(positions) or len(names) > self._max_joints:
             self._refuse(names, positions)
             return
         now, at = self._node.now().to_nsec(), stamp.to_nsec()
-        if now < self._called:
+        if now < self._last_time:
             self._node.log.warn("Moved backwards in time, re-publishing joint transforms!")
             self._published.clear()
-        self._called = now
-        if now - at > _OLD * 1e9:
+        self._last_time = now
+        if now - at > _OLD_AGE * 1e9:
             self._node.log.warn("Received JointState is %f seconds old.", (now - at) / 1e9, throttle=30)
         published = self._published
         last = min(map(published.get, names, [0] * len(names)), default=0)
         if not names or (at < last + self._interval and not self._settings.ignore_timestamp):
             return
         key = tuple(names)
-        kind = self._kinds.get(key) or self._new_kind(key)
+        kind = self._joint_sets.get(key) or self._new_joint_set(key)
         if kind.unknown:
             text = 'Joint state with name: "%s" was received but not found in URDF'
             self._node.log.warn(text, one_line(kind.unknown, 200), throttle=10)
@@ -136,7 +136,7 @@ class RobotStatePublisher:
         if places:
             self._moving.publish(AnyMsg(kind.batch.encode(stamp.secs, stamp.nsecs, places)))
         published.update(dict.fromkeys(names, at))
-        if len(published) > 2 * self._most:  # somebody makes up names
+        if len(published) > 2 * self._max_joints:  # somebody makes up names
             self._published = {}
 
     def _refuse(self, names: Sequence[str], positions: Sequence[float]) -> None:
@@ -149,7 +149,7 @@ class RobotStatePublisher:
         )
         self._node.log.warn(text, one_line(names[0], 200), throttle=300)
 
-    def _new_kind(self, names: tuple[str, ...]) -> _Kind:
+    def _new_joint_set(self, names: tuple[str, ...]) -> _JointSet:
         known = dict.fromkeys(names, 0.0)
         self._kinematics.complete(known)
         moving = self._kinematics.moving
@@ -157,9 +157,9 @@ class RobotStatePublisher:
         edges = [(moving[name].joint.parent, moving[name].joint.child, moving[name].place) for name in joints]
         fixed = {joint.name for joint, _ in self._kinematics.fixed}
         unknown = next((name for name in names if name not in moving and name not in fixed), "")
-        if len(self._kinds) >= _MOST_KINDS:
-            del self._kinds[next(iter(self._kinds))]
-        kind = self._kinds[names] = _Kind(self._batch(edges), joints, unknown)
+        if len(self._joint_sets) >= _MAX_JOINT_SETS:
+            del self._joint_sets[next(iter(self._joint_sets))]
+        kind = self._joint_sets[names] = _JointSet(self._batch(edges), joints, unknown)
         return kind
 
     def _batch(self, edges: Sequence[tuple[str, str, Callable[[float], Transform]]]) -> Batch:
@@ -194,7 +194,7 @@ def settings(node: Node) -> Settings:
     )
 
 
-def _always(place: Transform) -> Callable[[float], Transform]:
+def _constant(place: Transform) -> Callable[[float], Transform]:
     return lambda position: place
 
 
@@ -215,7 +215,7 @@ def main(argv: list[str]) -> int:
                         "joint %s is %s, which joint states cannot describe: %s",
                         joint.name,
                         joint.type,
-                        _TOLD[joint.type],
+                        _UNSUPPORTED[joint.type],
                     )
             RobotStatePublisher(node, Kinematics(robot), settings(node))
         except Error as error:
@@ -225,7 +225,7 @@ def main(argv: list[str]) -> int:
     return 0
 
 
-_TOLD = {"floating": "another node must publish where its link is", "planar": "its link stays at the origin"}
+_UNSUPPORTED = {"floating": "another node must publish where its link is", "planar": "its link stays at the origin"}
 
 if __name__ == "__main__":
     sys.exit(main(sys.argv))

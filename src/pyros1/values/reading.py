@@ -18,15 +18,15 @@ from typing import Any
 
 from pyros1.ground.errors import Error
 
-_DEEPEST = 50
+_MAX_DEPTH = 50
 """Most levels of nesting: each takes several nested calls in Python, which limits them."""
-_MOST_COPIES = 50_000
+_MAX_COPIES = 50_000
 """Most values that aliases and merge keys may stand for, all together; a long text counts more than once."""
 _TEXT_UNIT = 100
 """Characters of a text that count as one value, for the limit above."""
-_LONGEST_INTEGER = 200
+_MAX_INTEGER_DIGITS = 200
 """Most characters of an integer: no field holds 2^64, and Python is slow with thousands of digits."""
-_SHOWN = 60
+_MAX_QUOTED = 60
 """Characters of a wrong value that an error message quotes."""
 
 ANGLES = {"!degrees": (re.compile(r"deg\([^)]*\)\Z"), "d"), "!radians": (re.compile(r"rad\([^)]*\)\Z"), "r")}
@@ -166,7 +166,7 @@ def _loader_class() -> Any:
         def compose_node(self, parent: Any, index: Any) -> Any:
             alias = self.check_event(yaml.AliasEvent)
             self._depth += 1
-            if self._depth > _DEEPEST:
+            if self._depth > _MAX_DEPTH:
                 raise yaml.MarkedYAMLError(problem="nested too deeply", problem_mark=self.get_mark())
             node = super().compose_node(parent, index)
             self._depth -= 1
@@ -180,8 +180,8 @@ def _loader_class() -> Any:
             if id(node) not in self._measures:
                 raise yaml.MarkedYAMLError(problem="a value cannot contain itself", problem_mark=node.start_mark)
             self._copies += self._measures[id(node)][0]
-            if self._copies > _MOST_COPIES:
-                problem = f"the aliases stand for more than {_MOST_COPIES} values"
+            if self._copies > _MAX_COPIES:
+                problem = f"the aliases stand for more than {_MAX_COPIES} values"
                 raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark)
 
         def _measure(self, node: Any) -> None:
@@ -191,7 +191,7 @@ def _loader_class() -> Any:
             parts = node.value if node.id == "sequence" else [part for pair in node.value for part in pair]
             inside = [self._measures[id(part)] for part in parts]
             depth = 1 + max((depth for _, depth in inside), default=0)
-            if depth > _DEEPEST:
+            if depth > _MAX_DEPTH:
                 raise yaml.MarkedYAMLError(problem="nested too deeply", problem_mark=node.start_mark)
             self._measures[id(node)] = 1 + sum(values for values, _ in inside), depth
 
@@ -204,13 +204,13 @@ def _loader_class() -> Any:
                 if node.id != "scalar" and node.tag in _SCALARS:
                     problem = f"expected a scalar node, but found {node.id}"
                     raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark)
-                if node.tag.endswith(":int") and len(node.value) > _LONGEST_INTEGER:
+                if node.tag.endswith(":int") and len(node.value) > _MAX_INTEGER_DIGITS:
                     raise ValueError("too long")
                 return super().construct_object(node, True)
             except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
                 if node.id != "scalar":
                     raise
-                text = node.value if len(node.value) <= _SHOWN else f"{node.value[:_SHOWN]}..."
+                text = node.value if len(node.value) <= _MAX_QUOTED else f"{node.value[:_MAX_QUOTED]}..."
                 kind = node.tag.rpartition(":")[2].lstrip("!")
                 raise yaml.MarkedYAMLError(problem=f"invalid {kind}: {text}", problem_mark=node.start_mark) from error
 

@@ -57,7 +57,7 @@ class ClientServices:
                 service.server = self._node().advertise_service(name, cls, service.handle)
                 self._services[name] = service
             service.answer = answer
-        return lambda: self._end(name, answer)
+        return lambda: self._unprovide(name, answer)
 
     def _lock_of(self, name: str) -> threading.Lock:
         """Return the lock of a service, which lasts as long as somebody has or awaits it."""
@@ -71,7 +71,7 @@ class ClientServices:
         except MasterUnreachableError:
             return True  # the node registers it again when the master is back
 
-    def _end(self, name: str, answer: Answer) -> None:
+    def _unprovide(self, name: str, answer: Answer) -> None:
         with self._lock_of(name):
             service = self._services.get(name)
             if service is not None and service.answer is answer:

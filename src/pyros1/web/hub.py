@@ -16,20 +16,20 @@ from typing import Any
 import numpy as np
 
 from pyros1.ground.errors import Error, MessageError
-from pyros1.ground.shown import foreign
+from pyros1.ground.terminal_text import untrusted
 from pyros1.msgs import AnyMsg, Message, load_message
 from pyros1.msgs.array_views import numpy_view
 from pyros1.observe.decoder import Decoder
-from pyros1.web.server.threads import Threads
+from pyros1.web.server.threads import ThreadPool
 
-_MOST_LATCHED = 100
+_MAX_LATCHED = 100
 """Most publishers of a topic whose latched messages are kept."""
-MOST_BYTES = 32 << 20
+MAX_BYTES = 32 << 20
 """Most bytes of a publisher's messages that wait for slow listeners, and of a topic's latched messages that are kept;
 but one always is."""
-_JUST_COME = 1.0
+_LINK_GRACE = 1.0
 """Seconds after a message within which its link may not be listed yet: within a process it brings the message first."""
-_AT_ONCE = 16
+_MAX_CONCURRENT = 16
 """Most topics that are subscribed to at the same time; more wait."""
 _view = numpy_view(np)
 Listener = Callable[["Arrival"], object]
@@ -76,7 +76,7 @@ class Arrival:
         return self._message
 
     @property
-    def usual(self) -> Message:
+    def checked_message(self) -> Message:
         """The decoded message, with all fields that its type has here, of the same types.
 
         Raises:
@@ -90,7 +90,7 @@ class Arrival:
         """The same with numpy arrays of numbers, which take no more memory than their bytes: maps have many cells.
 
         Raises:
-            MessageError: as `usual`.
+            MessageError: as `checked_message`.
         """
         if self._arrays is None:
             self._check_fields()
@@ -99,20 +99,20 @@ class Arrival:
 
     def _check_fields(self) -> None:
         cls = self.message_class
-        if not _has_usual_fields(cls):
-            raise MessageError(f"its publisher has a different definition of {foreign(cls._type)} than this machine")
+        if not _has_installed_fields(cls):
+            raise MessageError(f"its publisher has a different definition of {untrusted(cls._type)} than this machine")
 
 
 @lru_cache(1_000)
-def _has_usual_fields(cls: type[Message]) -> bool:
+def _has_installed_fields(cls: type[Message]) -> bool:
     """Return whether a class has all fields of the class of the same name that is installed here.
 
     Checksums do not tell: they are the same for a message and an array of such messages.
     """
     classes = (cls, load_message(cls._type))
-    mine, usual = (dict(zip(each.__slots__, each._slot_types, strict=True)) for each in classes)
-    nested = [cls._classes[base] for kind in usual.values() if (base := kind.partition("[")[0]) in cls._classes]
-    return usual.items() <= mine.items() and all(map(_has_usual_fields, nested))
+    fields, installed = (dict(zip(each.__slots__, each._slot_types, strict=True)) for each in classes)
+    nested = [cls._classes[base] for kind in installed.values() if (base := kind.partition("[")[0]) in cls._classes]
+    return installed.items() <= fields.items() and all(map(_has_installed_fields, nested))
 
 
 class Hub:
@@ -124,8 +124,8 @@ class Hub:
         subscribe: subscribes to undecoded messages of a topic; returns a subscriber. It may raise Error.
         now: returns the time of the node's clock in seconds.
         start: runs a function that may wait.
-        settle: waits a moment until the publishers of a topic that are there have been reached; gets the topic and the
-            subscriber.
+        wait_for_publishers: waits briefly until the registered publishers of a topic are connected; gets the topic and
+            the subscriber.
     """
 
     def __init__(
@@ -133,13 +133,13 @@ class Hub:
         subscribe: Callable[[str, Callable[[AnyMsg], object]], Any],
         now: Callable[[], float],
         start: Callable[[Callable[[], None]], object] | None = None,
-        settle: Callable[[str, Any], object] = lambda topic, subscriber: None,
+        wait_for_publishers: Callable[[str, Any], object] = lambda topic, subscriber: None,
     ) -> None:
         self._subscribe = subscribe
-        self._settle = settle
+        self._wait_for_publishers = wait_for_publishers
         self._now = now
-        self._threads = Threads(_AT_ONCE, "web: subscribes")
-        self._begin = start or self._threads.submit
+        self._threads = ThreadPool(_MAX_CONCURRENT, "web: subscribes")
+        self._submit = start or self._threads.submit
         self._lock = threading.Lock()
         self._feeds: dict[str, _Feed] = {}
 
@@ -160,31 +160,31 @@ class Hub:
         with self._lock:
             known = self._feeds.get(topic)
             feed = self._feeds[topic] = known or _Feed(self._now)
-            place, late = feed.join(listener)  # before the first message can come
+            token, late_listener = feed.add_listener(listener)  # before the first message can come
         if ready is not None:
-            feed.when_settled(ready)
+            feed.call_when_ready(ready)
         if known is None:
-            self._begin(lambda: self._open(topic, feed))
-        if late is not None:
-            late.catch_up()
-        return lambda: self._leave(topic, feed, place)
+            self._submit(lambda: self._open(topic, feed))
+        if late_listener is not None:
+            late_listener.catch_up()
+        return lambda: self._remove_listener(topic, feed, token)
 
     def _open(self, topic: str, feed: _Feed) -> None:
         try:
             subscriber = self._subscribe(topic, feed.arrived)
-            if feed.begun(subscriber):
+            if feed.opened(subscriber):
                 with suppress(Error):  # the master has gone since then
-                    self._settle(topic, subscriber)
+                    self._wait_for_publishers(topic, subscriber)
         except Error:  # the node has ended, or the topic's name is not legal
             with self._lock:
                 if self._feeds.get(topic) is feed:
                     del self._feeds[topic]
         finally:
-            feed.settled()
+            feed.set_ready()
 
-    def _leave(self, topic: str, feed: _Feed, place: object) -> None:
+    def _remove_listener(self, topic: str, feed: _Feed, token: object) -> None:
         with self._lock:
-            if feed.leave(place) or self._feeds.get(topic) is not feed:
+            if feed.remove_listener(token) or self._feeds.get(topic) is not feed:
                 return
             del self._feeds[topic]
         feed.end()
@@ -198,7 +198,7 @@ class Hub:
         self._threads.shutdown(wait=False, cancel_futures=True)
 
 
-class _Late:
+class _LateListener:
     """A listener that gets the latched messages before those that come meanwhile, in another thread.
 
     Args:
@@ -236,13 +236,13 @@ class _Feed:
         self._lock = threading.Lock()
         self._latched: dict[str, Arrival] = {}  # by publisher, the newest at the end
         self._listeners: dict[object, Listener] = {}
-        self._called: tuple[Listener, ...] | None = ()  # all of them; None: they have changed
+        self._listeners_snapshot: tuple[Listener, ...] | None = ()  # all of them; None: they have changed
         self._subscriber: Any = None
-        self._largest = 0
-        self._ended = self._settled = False
-        self._awaiting: list[Callable[[], object]] = []
+        self._largest_size = 0
+        self._ended = self._is_ready = False
+        self._ready_callbacks: list[Callable[[], object]] = []
 
-    def begun(self, subscriber: Any) -> bool:
+    def opened(self, subscriber: Any) -> bool:
         """Take the subscriber, or end it if nobody listens any more; return whether somebody does."""
         with self._lock:
             if not self._ended:
@@ -252,81 +252,81 @@ class _Feed:
         subscriber.unregister()
         return False
 
-    def when_settled(self, ready: Callable[[], object]) -> None:
-        """Call a function once when `settled` has been called."""
+    def call_when_ready(self, ready: Callable[[], object]) -> None:
+        """Call a function once when `set_ready` has been called."""
         with self._lock:
-            if not self._settled:
-                self._awaiting.append(ready)
+            if not self._is_ready:
+                self._ready_callbacks.append(ready)
                 return
         ready()
 
-    def settled(self) -> None:
+    def set_ready(self) -> None:
         """Note that the topic is subscribed to, or cannot be."""
         with self._lock:
-            self._settled = True
-            awaiting, self._awaiting = self._awaiting, []
-        for ready in awaiting:
+            self._is_ready = True
+            callbacks, self._ready_callbacks = self._ready_callbacks, []
+        for ready in callbacks:
             ready()
 
     def end(self) -> None:
         """Listen no more."""
         with self._lock:
-            self._ended, self._listeners, self._called = True, {}, ()
+            self._ended, self._listeners, self._listeners_snapshot = True, {}, ()
             subscriber, self._subscriber = self._subscriber, None
         if subscriber is not None:
             subscriber.unregister()
-        self.settled()
+        self.set_ready()
 
     def _limit(self) -> None:
         """Let fewer messages wait if they are large."""
-        most = MOST_BYTES // max(1, self._largest)
-        if self._subscriber is not None and most < self._subscriber.queue_size:
-            self._subscriber.set_queue_size(max(1, most))
+        max_messages = MAX_BYTES // max(1, self._largest_size)
+        if self._subscriber is not None and max_messages < self._subscriber.queue_size:
+            self._subscriber.set_queue_size(max(1, max_messages))
 
-    def join(self, listener: Listener) -> tuple[object, _Late | None]:
+    def add_listener(self, listener: Listener) -> tuple[object, _LateListener | None]:
         """Add a listener; return its place, and what lets it catch up with the latched messages, if there are some."""
-        place = object()
+        token = object()
         with self._lock:
             if self._latched and self._subscriber is not None:
                 headers = [link.header for link in self._subscriber.links if link.header]
                 names = {header.get("callerid", "") for header in headers}
-                new = monotonic() - _JUST_COME
+                new = monotonic() - _LINK_GRACE
                 self._latched = {
                     name: each
                     for name, each in self._latched.items()  # each connection has a header of its own
                     if any(header is each.raw._connection_header for header in headers)
                     or (name not in names and each.at > new)
                 }
-            late = _Late(listener, self._latched.values()) if self._latched else None
-            self._listeners[place] = late or listener
-            self._called = None
-            return place, late
+            late_listener = _LateListener(listener, self._latched.values()) if self._latched else None
+            self._listeners[token] = late_listener or listener
+            self._listeners_snapshot = None
+            return token, late_listener
 
-    def leave(self, place: object) -> bool:
+    def remove_listener(self, token: object) -> bool:
         """Remove a listener; return whether there are others, or it was not one."""
         with self._lock:
-            was_here = self._listeners.pop(place, None) is not None
-            self._called = None
-            return bool(self._listeners) or not was_here
+            was_listening = self._listeners.pop(token, None) is not None
+            self._listeners_snapshot = None
+            return bool(self._listeners) or not was_listening
 
     def arrived(self, raw: AnyMsg) -> None:
         arrival = Arrival(raw, self._now(), monotonic(), self._decoder)
         header = raw._connection_header or {}
         with self._lock:
-            if self._called is None:
-                self._called = tuple(self._listeners.values())
-            listeners = self._called
-            if len(raw._buff) > self._largest:
-                self._largest = len(raw._buff)
+            if self._listeners_snapshot is None:
+                self._listeners_snapshot = tuple(self._listeners.values())
+            listeners = self._listeners_snapshot
+            if len(raw._buff) > self._largest_size:
+                self._largest_size = len(raw._buff)
                 self._limit()
             if header.get("latching") == "1":
-                self._keep(header.get("callerid", ""), arrival)
+                self._store_latched(header.get("callerid", ""), arrival)
         for listener in listeners:
             listener(arrival)
 
-    def _keep(self, publisher: str, arrival: Arrival) -> None:
+    def _store_latched(self, publisher: str, arrival: Arrival) -> None:
         self._latched.pop(publisher, None)
         self._latched[publisher] = arrival
         size = sum(len(each.raw._buff) for each in self._latched.values())
-        while len(self._latched) > _MOST_LATCHED or (size > MOST_BYTES and len(self._latched) > 1):
+        while len(self._latched) > _MAX_LATCHED or (size > MAX_BYTES and len(self._latched) > 1):
             size -= len(self._latched.pop(next(iter(self._latched))).raw._buff)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-DEEPEST = 200
+MAX_DEPTH = 200
 """Most levels of arrays and objects. Messages and parameters have a few; XML-RPC takes 100."""
 
 
@@ -20,14 +20,14 @@ def loads(text: str | bytes) -> Any:
     except RecursionError:  # some versions of Python stop at a depth of their own, others read any
         raise ValueError("nested too deeply") from None
     openings = text.count("[") + text.count("{") if isinstance(text, str) else text.count(b"[") + text.count(b"{")
-    if openings > DEEPEST and _is_deep(value):
+    if openings > MAX_DEPTH and _is_deep(value):
         raise ValueError("nested too deeply")
     return value
 
 
 def _is_deep(value: Any) -> bool:
     level = [value]
-    for _ in range(DEEPEST):
+    for _ in range(MAX_DEPTH):
         level = [
             inner
             for each in level

@@ -13,10 +13,10 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-_PATIENCE = 2.0
-_MOST = 10_000
-_TURN = 10.0
-_PAUSE = 0.05
+_TIMEOUT = 2.0
+_MAX_BYTES = 10_000
+_LOCK_TIMEOUT = 10.0
+_LOCK_POLL_PERIOD = 0.05
 
 
 def panel_link(link: str, panel: str, settings: Mapping[str, Any]) -> str:
@@ -45,14 +45,14 @@ def layout_link(link: str, name: str, tree: Mapping[str, Any]) -> str:
     return f"{link}#{name}={base64.urlsafe_b64encode(text).decode().rstrip('=')}"
 
 
-def note_file(home: Path, master_uri: str) -> Path:
+def link_file(home: Path, master_uri: str) -> Path:
     """Return the place of the note about the server for a master, in the folder of ROS's own files."""
     uri = master_uri.rstrip("/")
     return home / "pyros1" / f"web-{sha256(uri.encode()).hexdigest()[:16]}.json"
 
 
 @contextlib.contextmanager
-def noted(file: Path, link: str) -> Iterator[None]:
+def link_published(file: Path, link: str) -> Iterator[None]:
     """Leave a note while a server runs, which only its user can read, since it has the token."""
     with contextlib.suppress(OSError):  # then other commands start servers of their own
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -69,7 +69,7 @@ def noted(file: Path, link: str) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def turn(file: Path) -> Iterator[Callable[[], None]]:
+def startup_lock(file: Path) -> Iterator[Callable[[], None]]:
     """Let one program at a time look for a note and leave its own, so that of those that start together one serves all.
 
     Args:
@@ -85,25 +85,25 @@ def turn(file: Path) -> Iterator[Callable[[], None]]:
             file.parent.mkdir(parents=True, exist_ok=True)
             folder = os.open(file.parent, os.O_RDONLY)
             stack.callback(os.close, folder)
-            until = time.monotonic() + _TURN
-            while time.monotonic() < until:
+            deadline = time.monotonic() + _LOCK_TIMEOUT
+            while time.monotonic() < deadline:
                 try:
                     fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
                     break
                 except BlockingIOError:
-                    time.sleep(_PAUSE)
+                    time.sleep(_LOCK_POLL_PERIOD)
         yield stack.close
 
 
 def running_link(file: Path) -> str | None:
     """Return the link of the server that left a note, if it still answers."""
     try:
-        link = json.loads(file.read_text(encoding="utf-8")[:_MOST])["link"]
+        link = json.loads(file.read_text(encoding="utf-8")[:_MAX_BYTES])["link"]
         base = link.partition("?")[0]
         if not base.startswith("http://"):
             return None
-        with urllib.request.urlopen(f"{base}panels.json", timeout=_PATIENCE) as answer:
-            json.loads(answer.read(_MOST))
+        with urllib.request.urlopen(f"{base}panels.json", timeout=_TIMEOUT) as answer:
+            json.loads(answer.read(_MAX_BYTES))
     except (OSError, ValueError, KeyError, TypeError):
         return None
     return str(link)

@@ -15,8 +15,8 @@ from pyros1.ground.errors import Error
 
 MAX_SIZE = 64 << 20
 """Bytes of the largest file that is read."""
-_LONGEST = 2_000
-_AGE = 10.0
+_MAX_URI_LENGTH = 2_000
+_INDEX_MAX_AGE = 10.0
 """Seconds for which an index is believed that a package is not there."""
 _FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Windows has neither
 
@@ -46,7 +46,7 @@ class PackageFiles:
         self._lock = threading.Lock()
         self._clock = clock
         self._index: PackageIndex | None = None
-        self._made = 0.0
+        self._indexed_at = 0.0
 
     def read(self, uri: str) -> bytes:
         """Return a file's bytes.
@@ -88,7 +88,7 @@ class PackageFiles:
                 try:
                     return self._index.find_folder(package)
                 except Error:
-                    if self._clock() - self._made < _AGE:
+                    if self._clock() - self._indexed_at < _INDEX_MAX_AGE:
                         raise FileError(f"there is no package {package} here") from None
             self._index = self._make_index()
             try:
@@ -96,7 +96,7 @@ class PackageFiles:
             except Error:
                 raise FileError(f"there is no package {package} here") from None
             finally:
-                self._made = self._clock()  # after the search, however long it took
+                self._indexed_at = self._clock()  # after the search, however long it took
 
     def _read(self, uri: str, path: str) -> bytes:
         try:
@@ -113,8 +113,8 @@ class PackageFiles:
 
 
 def _split(uri: str) -> tuple[str, list[str]]:
-    if len(uri) > _LONGEST:
-        raise FileError(f"a URI has at most {_LONGEST} characters")
+    if len(uri) > _MAX_URI_LENGTH:
+        raise FileError(f"a URI has at most {_MAX_URI_LENGTH} characters")
     try:
         uri.encode()
         parts = urlsplit(uri)

@@ -7,8 +7,8 @@ from typing import Any
 
 from pyros1.ground.errors import ParameterNotSetError
 from pyros1.net.master_client import MasterClient
+from pyros1.web.models.params import flatten
 from pyros1.web.server.access import Access
-from pyros1.web.tables.params import flatten
 
 _HIDDEN = object()
 

@@ -13,11 +13,11 @@ from pyros1.msgs.json_form import from_json
 from pyros1.node import Node
 from pyros1.web.server.wire import RequestError
 
-_CONNECT = 2.0
+_CONNECT_TIMEOUT = 2.0
 """Seconds that the subscribers of a topic have to connect before its first message."""
 IDLE, IDLE_LATCHED = 120.0, 3600.0
 """Seconds after its last message until a publisher ends. What is latched is for those who come later."""
-MOST = 100
+MAX_PUBLISHERS = 100
 """Most topics that are published at the same time; beyond that, the one that was used least recently ends."""
 
 
@@ -87,15 +87,15 @@ class Publishing:
     def _publisher(self, node: Node, topic: str, cls: type[Message], latch: bool) -> Any:
         key = _Key(topic, cls._type, cls._md5sum, latch)
         with self._lock:
-            known, _ = self._publishers.pop(key, (None, 0.0))
-            if known is not None:
-                self._publishers[key] = known, self._clock()
-                return known
+            existing, _ = self._publishers.pop(key, (None, 0.0))
+            if existing is not None:
+                self._publishers[key] = existing, self._clock()
+                return existing
             others = [each for each in self._publishers if each.topic == topic]
-            while len(self._publishers) - len(others) >= MOST:
+            while len(self._publishers) - len(others) >= MAX_PUBLISHERS:
                 others.append(next(each for each in self._publishers if each not in others))
-            ended = [self._publishers.pop(each) for each in others]
-        _end(ended)
+            removed = [self._publishers.pop(each) for each in others]
+        _unregister_all(removed)
         node.master.ping()  # to advertise would wait for a master that is away
         _check_type(node, topic, cls._type)
         try:
@@ -103,34 +103,34 @@ class Publishing:
         except TypeError as error:
             raise RequestError(str(error)) from None
         with self._lock:
-            known, _ = self._publishers.setdefault(key, (publisher, self._clock()))
-        if known is not publisher:
+            existing, _ = self._publishers.setdefault(key, (publisher, self._clock()))
+        if existing is not publisher:
             publisher.unregister()  # another page was quicker
-            return known
+            return existing
         # All of them: else only the quickest would get the first message.
-        publisher.wait_for_subscribers(len(Graph(node.master).state().subscribers.get(topic, ())), _CONNECT)
+        publisher.wait_for_subscribers(len(Graph(node.master).state().subscribers.get(topic, ())), _CONNECT_TIMEOUT)
         return publisher
 
     def end(self, topic: str) -> None:
         """Publish a topic no more."""
         with self._lock:
-            ended = [self._publishers.pop(key) for key in list(self._publishers) if key.topic == topic]
-        _end(ended)
+            removed = [self._publishers.pop(key) for key in list(self._publishers) if key.topic == topic]
+        _unregister_all(removed)
 
-    def tidy(self) -> None:
+    def clean_up(self) -> None:
         """End those that have not been used for a while."""
         now = self._clock()
         with self._lock:
             idle = {key: now - used for key, (_, used) in self._publishers.items()}
             old = [key for key, seconds in idle.items() if seconds > (IDLE_LATCHED if key.latch else IDLE)]
-            ended = [self._publishers.pop(key) for key in old]
-        _end(ended)
+            removed = [self._publishers.pop(key) for key in old]
+        _unregister_all(removed)
 
     def close(self) -> None:
         """End all."""
         with self._lock:
-            ended, self._publishers = list(self._publishers.values()), {}
-        _end(ended)
+            removed, self._publishers = list(self._publishers.values()), {}
+        _unregister_all(removed)
 
 
 def _check_type(node: Node, topic: str, kind: str) -> None:
@@ -138,11 +138,11 @@ def _check_type(node: Node, topic: str, kind: str) -> None:
     graph = Graph(node.master)
     state = graph.state()
     others = {*state.publishers.get(topic, ()), *state.subscribers.get(topic, ())} - {node.name}
-    known = graph.topic_types().get(topic, "") if others else ""
-    if known not in ("", "*", kind):
-        raise RequestError(f"{topic} has the type {known}, so no subscriber would accept a {kind}")
+    existing = graph.topic_types().get(topic, "") if others else ""
+    if existing not in ("", "*", kind):
+        raise RequestError(f"{topic} has the type {existing}, so no subscriber would accept a {kind}")
 
 
-def _end(publishers: Iterable[tuple[Any, float]]) -> None:
+def _unregister_all(publishers: Iterable[tuple[Any, float]]) -> None:
     for publisher, _ in publishers:
         publisher.unregister()

@@ -14,8 +14,8 @@ from pyros1.ground.names import FullName
 from pyros1.msgs import AnyMsg, load_message
 from pyros1.net.master_client import MasterClient
 from pyros1.node import Node
+from pyros1.web.bags.bag_folders import BagFolders
 from pyros1.web.bags.library import Library
-from pyros1.web.bags.shelf import Shelf
 from pyros1.web.client_services import ClientServices
 from pyros1.web.hub import Hub
 from pyros1.web.package_files import PackageFiles
@@ -24,17 +24,17 @@ from pyros1.web.publishing import Publishing
 from pyros1.web.scene.world import World
 from pyros1.web.server.access import Access
 from pyros1.web.server.wire import RequestError
-from pyros1.web.shown.console import Console
 from pyros1.web.system import System
+from pyros1.web.transforms.console import Console
 from pyros1.web.types import Types
 
-TRY_AGAIN = 1.0
+RETRY_DELAY = 1.0
 """Seconds between two looks for a master."""
 _TOPICS_AGE = 0.5
 """Seconds for which the master's list of topics is believed."""
-_FEW, _SOME, _MANY = 10, 100, 2_000
+_SMALL_QUEUE, _MEDIUM_QUEUE, _LARGE_QUEUE = 10, 100, 2_000
 """Most messages that wait for slow views: of types for pictures and clouds, of unknown types, and of others."""
-_CONNECT = 0.5
+_CONNECT_TIMEOUT = 0.5
 """Seconds in which publishers that are there have to be reached; who waits for that waits no longer."""
 _CALLER = "/pyros1_web"
 
@@ -62,15 +62,15 @@ class Robot:
         self.console = Console()
         self.world = World(self.listen)
         self.files = PackageFiles()
-        self.bags = Library(Shelf(access.bags, access.granted), access.may_see)
+        self.bags = Library(BagFolders(access.bags, access.granted), access.may_see)
         self.movers: dict[str, object] = {}
-        self.trouble = "looking for the master"
+        self.problem = "looking for the master"
         self.when_killed: Callable[[], object] = lambda: None
         self._make_node = make_node
         self._node: Node | None = None
-        self._ended = threading.Event()
-        self._found = threading.Event()
-        self._hub = Hub(self._subscribe, self._now, settle=self._settle)
+        self._closed = threading.Event()
+        self._node_found = threading.Event()
+        self._hub = Hub(self._subscribe, self._now, wait_for_publishers=self._wait_for_publishers)
         self.types = Types(self.listen)
         self.publishing = Publishing(lambda: self.node, self.types.find)
         self.client_services = ClientServices(lambda: self.node)
@@ -87,8 +87,8 @@ class Robot:
         Raises:
             RequestError: there is none yet, or it has been told to end; the text says why.
         """
-        if self._node is None or self.trouble:
-            raise RequestError(self.trouble)
+        if self._node is None or self.problem:
+            raise RequestError(self.problem)
         return self._node
 
     def wait(self, timeout: float | None = None) -> bool:
@@ -97,7 +97,7 @@ class Robot:
         Args:
             timeout: seconds; None for no limit.
         """
-        return self._found.wait(timeout)
+        return self._node_found.wait(timeout)
 
     def listen(self, topic: str, listener: Any, ready: Callable[[], object] | None = None) -> Callable[[], None]:
         """See `Hub.listen`.
@@ -122,7 +122,7 @@ class Robot:
         """
         return FullName(self.node.resolve(name))
 
-    def type_of(self, topic: str, wanted: str = "") -> str:
+    def type_of(self, topic: str, expected: str = "") -> str:
         """Return the type of a topic; ``*`` if nobody has told it.
 
         What the master said some moments ago counts only if it is a type, and the one that is wanted: else a program
@@ -130,13 +130,13 @@ class Robot:
 
         Args:
             topic: its full name.
-            wanted: a type; empty for any.
+            expected: a type; empty for any.
 
         Raises:
             MasterUnreachableError: the master does not answer.
         """
         kind = self.graph.topic_types().get(topic, "*")
-        if kind == "*" or kind != (wanted or kind):
+        if kind == "*" or kind != (expected or kind):
             kind = Graph(self.master).topic_types().get(topic, "*")
         return kind
 
@@ -154,7 +154,7 @@ class Robot:
         Raises:
             RequestError: it ends.
         """
-        if self._ended.is_set():
+        if self._closed.is_set():
             raise RequestError("the server is shutting down")
 
     def check_visible(self, name: str) -> None:
@@ -166,13 +166,13 @@ class Robot:
         if not self.access.may_see(name):
             raise RequestError(f"{name} is not among those that this server shows (--topics)")
 
-    def tidy(self) -> None:
+    def clean_up(self) -> None:
         """End what has not been used for a while. To be called now and then."""
-        self.publishing.tidy()
+        self.publishing.clean_up()
 
     def close(self) -> None:
         """End all, also what waits for a master that is away. Again does no harm."""
-        self._ended.set()
+        self._closed.set()
         self.master.close()
         if self._node is not None:
             self._node.shutdown()  # first: threads may wait in it
@@ -185,52 +185,52 @@ class Robot:
         self.publishing.close()
 
     def _start(self) -> None:
-        while not self._ended.is_set():
+        while not self._closed.is_set():
             try:
                 node = self._make_node()
             except (MasterError, ProtocolError) as error:
-                self.trouble = f"no ROS master at {self.master_uri}: start one with: pyros1 core"
+                self.problem = f"no ROS master at {self.master_uri}: start one with: pyros1 core"
                 if isinstance(error, ProtocolError):
-                    self.trouble = str(error)
-                self._ended.wait(TRY_AGAIN)
+                    self.problem = str(error)
+                self._closed.wait(RETRY_DELAY)
                 continue
             except (Error, OSError) as error:
-                self.trouble = f"the server's node cannot start: {error}"
-                self._ended.wait(TRY_AGAIN)
+                self.problem = f"the server's node cannot start: {error}"
+                self._closed.wait(RETRY_DELAY)
                 continue
             try:
                 with suppress(NodeError):  # it has ended while the master was away
                     self.console.start(node)
             except OSError as error:  # such as that no more files can be opened
-                self.trouble = f"the server's node cannot start: {error}"
-                node.shutdown(self.trouble)
-                self._ended.wait(TRY_AGAIN)
+                self.problem = f"the server's node cannot start: {error}"
+                node.shutdown(self.problem)
+                self._closed.wait(RETRY_DELAY)
                 continue
-            self._node, self.trouble = node, ""
+            self._node, self.problem = node, ""
             with suppress(NodeError):
-                node.on_shutdown(self._node_ends)
-            self._found.set()
+                node.on_shutdown(self._node_shut_down)
+            self._node_found.set()
             return
 
     def _subscribe(self, topic: str, callback: Callable[[AnyMsg], object]) -> Any:
         # Bounded: a view that is slow must not hold back the robot's publishers.
         return self.node.subscribe(topic, AnyMsg, callback, queue_size=self._queue_size(topic))
 
-    def _node_ends(self) -> None:
-        if not self._ended.is_set():
-            self.trouble = "the server's node was asked to shut down"
+    def _node_shut_down(self) -> None:
+        if not self._closed.is_set():
+            self.problem = "the server's node was asked to shut down"
             self.when_killed()
 
-    def _settle(self, topic: str, subscriber: Any) -> None:
+    def _wait_for_publishers(self, topic: str, subscriber: Any) -> None:
         publishers = self.graph.state().publishers.get(topic, ())
-        subscriber.wait_for_publishers(len(publishers), _CONNECT)
+        subscriber.wait_for_publishers(len(publishers), _CONNECT_TIMEOUT)
 
     def _queue_size(self, topic: str) -> int:
         try:
             kind = self.graph.topic_types().get(topic, "")
-            return _FEW if "uint8[]" in load_message(kind)._full_text else _MANY
+            return _SMALL_QUEUE if "uint8[]" in load_message(kind)._full_text else _LARGE_QUEUE
         except (MasterError, ProtocolError, MessageError):
-            return _SOME
+            return _MEDIUM_QUEUE
 
     def _now(self) -> float:
         return self._node.now().to_sec() if self._node else 0.0
@@ -244,16 +244,16 @@ class _CachedGraph(Graph):
         self._lock = threading.Lock()
         self._types: dict[str, str] = {}
         self._error: Error | None = None
-        self._asked = float("-inf")
+        self._queried_at = float("-inf")
 
     def topic_types(self) -> dict[str, str]:
         with self._lock:
-            if monotonic() - self._asked >= _TOPICS_AGE:
+            if monotonic() - self._queried_at >= _TOPICS_AGE:
                 try:
                     self._types, self._error = super().topic_types(), None
                 except Error as error:
                     self._error = error
-                self._asked = monotonic()
+                self._queried_at = monotonic()
             if self._error is not None:
                 raise self._error
             return self._types

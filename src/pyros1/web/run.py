@@ -11,7 +11,7 @@ from pyros1.web.robot import Robot
 from pyros1.web.server.access import Access
 from pyros1.web.server.server import WebServer
 
-_PATIENCE = 10.0
+_SHUTDOWN_TIMEOUT = 10.0
 """Seconds that the end may take."""
 
 
@@ -60,5 +60,5 @@ async def _serve(robot: Robot, access: Access, host: str, port: int, started: Ca
         await ended.wait()
         # Before the pages are closed: what they wait for ends with the node.
         with contextlib.suppress(asyncio.TimeoutError):
-            await asyncio.wait_for(asyncio.to_thread(robot.close), _PATIENCE)
+            await asyncio.wait_for(asyncio.to_thread(robot.close), _SHUTDOWN_TIMEOUT)
     return was_killed

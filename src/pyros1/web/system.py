@@ -13,16 +13,16 @@ from math import isfinite
 from time import monotonic
 from typing import Any, NamedTuple
 
-from pyros1.doctor.edges import Edge, actual_edges, expected_edges, is_lacking
-from pyros1.doctor.together import together
+from pyros1.doctor.concurrent import run_concurrently
+from pyros1.doctor.edges import Edge, actual_edges, expected_edges, is_missing_edge
 from pyros1.graph import Connection, Graph, NodeApi
 from pyros1.ground.errors import Error
-from pyros1.ground.shown import foreign
-from pyros1.web.shown.rates import Rate, Track
+from pyros1.ground.terminal_text import untrusted
+from pyros1.web.transforms.rates import Rate, Track
 
 NODE_TIMEOUT = 1.0
 """Seconds that a node has to describe itself."""
-_MOST_NUMBERS = 100_000
+_MAX_CONNECTIONS = 100_000
 """Most connections of a node that are counted."""
 
 
@@ -39,7 +39,7 @@ class Flow(NamedTuple):
     bytes: int
 
 
-class _Told(NamedTuple):
+class _NodeReport(NamedTuple):
     connections: list[Connection]
     flows: list[Flow]
     at: float
@@ -59,9 +59,9 @@ class System:
         self._lock = threading.Lock()
         self._uris: dict[str, str] = {}
         self._tracks: dict[str, _Tracks] = {}
-        self._lacking: set[Edge] = set()
+        self._missing_edges: set[Edge] = set()
         self._latest: dict[str, Any] | None = None
-        self._made = float("-inf")
+        self._described_at = float("-inf")
 
     def describe(self, max_age: float) -> dict[str, Any]:
         """Return a description, for JSON.
@@ -86,35 +86,35 @@ class System:
             assert latest is not None
             return latest  # others ask already, and that may take a while
         try:
-            if self._latest is None or self._clock() - self._made >= max_age:
-                self._latest = self._ask()
-                self._made = self._clock()
+            if self._latest is None or self._clock() - self._described_at >= max_age:
+                self._latest = self._collect()
+                self._described_at = self._clock()
             return self._latest
         finally:
             self._lock.release()
 
-    def _ask(self) -> dict[str, Any]:
+    def _collect(self) -> dict[str, Any]:
         state = self._graph.state()
         types = self._graph.topic_types()
         nodes = state.nodes()
-        self._look_up(nodes)
+        self._update_uris(nodes)
         jobs = {name: partial(_ask_node, self._graph, uri, self._clock) for name, uri in self._uris.items()}
-        answers = together(jobs, NODE_TIMEOUT + 0.2)
-        told = {name: answer for name, answer in answers.items() if isinstance(answer, _Told)}
-        silent = [name for name in nodes if name not in told]
-        self._tracks = {name: _followed(self._tracks.get(name, {}), answer) for name, answer in told.items()}
+        answers = run_concurrently(jobs, NODE_TIMEOUT + 0.2)
+        reports = {name: answer for name, answer in answers.items() if isinstance(answer, _NodeReport)}
+        unreachable = [name for name in nodes if name not in reports]
+        self._tracks = {name: _update_tracks(self._tracks.get(name, {}), answer) for name, answer in reports.items()}
         rates = {name: _rates(tracks) for name, tracks in self._tracks.items()}
-        for name in silent:
+        for name in unreachable:
             self._uris.pop(name, None)  # another process may have taken its name
-        reported = actual_edges({name: its.connections for name, its in told.items()}, self._uris)
-        edges = _edges(told, reported, rates)
+        reported = actual_edges({name: report.connections for name, report in reports.items()}, self._uris)
+        edges = _edges(reports, reported, rates)
         topics = {*state.publishers, *state.subscribers}
-        lacking = [edge for edge in expected_edges(state) if is_lacking(edge, reported)]
-        missing = [list(edge) for edge in lacking if edge in self._lacking]
-        self._lacking = set(lacking)
+        absent = [edge for edge in expected_edges(state) if is_missing_edge(edge, reported)]
+        missing = [list(edge) for edge in absent if edge in self._missing_edges]
+        self._missing_edges = set(absent)
         return {
             "nodes": {name: self._uris.get(name, "") for name in nodes},
-            "silent": silent,
+            "silent": unreachable,
             "topics": {
                 name: {
                     "type": types.get(name, ""),
@@ -129,7 +129,7 @@ class System:
             "missing": missing,
         }
 
-    def _look_up(self, nodes: Iterable[str]) -> None:
+    def _update_uris(self, nodes: Iterable[str]) -> None:
         known = {name: uri for name in nodes if (uri := self._uris.get(name))}
         for name in nodes:
             if name not in known:
@@ -142,11 +142,11 @@ class System:
         self._uris = known
 
 
-def _ask_node(graph: Graph, uri: str, clock: Callable[[], float]) -> _Told:
+def _ask_node(graph: Graph, uri: str, clock: Callable[[], float]) -> _NodeReport:
     node = graph.node(uri, NODE_TIMEOUT)
     try:
         connections = node.connections()
-        return _Told(connections, flows(_bus_stats(node)), clock())
+        return _NodeReport(connections, flows(_bus_stats(node)), clock())
     finally:
         node.close()
 
@@ -165,13 +165,13 @@ def flows(stats: Any) -> list[Flow]:
     for entry in publications if isinstance(publications, list) else ():
         match entry:
             case [str(topic), _, list(connections)]:
-                for connection in connections[:_MOST_NUMBERS]:
+                for connection in connections[:_MAX_CONNECTIONS]:
                     match connection:
                         case [number, int() | float() as size, int() | float() as count, *_] if (
                             isfinite(size) and isfinite(count)  # floats are numbers that are too large for XML-RPC
                         ):
                             bodies = max(0, int(size) - _LENGTH * int(count))
-                            found.append(Flow(foreign(topic), number, int(count), bodies))
+                            found.append(Flow(untrusted(topic), number, int(count), bodies))
     return found
 
 
@@ -179,12 +179,12 @@ _Tracks = dict[tuple[str, Any], Track]
 """Topic and number of a connection -> what was counted on it."""
 
 
-def _followed(before: _Tracks, now: _Told) -> _Tracks:
+def _update_tracks(previous: _Tracks, report: _NodeReport) -> _Tracks:
     found: _Tracks = {}
-    for topic, number, messages, size in now.flows:
+    for topic, number, messages, size in report.flows:
         if isinstance(number, (int, str)):
-            track = found[topic, number] = before.get((topic, number)) or Track(now.at, messages, size)
-            track.look(now.at, messages, size)
+            track = found[topic, number] = previous.get((topic, number)) or Track(report.at, messages, size)
+            track.update(report.at, messages, size)
     return found
 
 
@@ -201,30 +201,30 @@ _Rates = dict[str, dict[str, dict[Any, "Rate | None"]]]
 
 def _flow(topic: str, rates: _Rates) -> dict[str, float | None]:
     """Return what flows on a topic: each of its subscribers gets all messages of a publisher, so one counts."""
-    of_publishers = [its[topic].values() for its in rates.values() if its.get(topic)]
+    of_publishers = [node_rates[topic].values() for node_rates in rates.values() if node_rates.get(topic)]
     if not of_publishers:
         return {}
-    most = [max(known) for each in of_publishers if (known := [rate for rate in each if rate])]
-    if not most:
+    fastest = [max(known) for each in of_publishers if (known := [rate for rate in each if rate])]
+    if not fastest:
         return {"hz": None, "bytes": None}
-    return {"hz": sum(rate.hz for rate in most), "bytes": sum(rate.bytes for rate in most)}
+    return {"hz": sum(rate.hz for rate in fastest), "bytes": sum(rate.bytes for rate in fastest)}
 
 
-def _edges(told: dict[str, _Told], reported: Mapping[str, set[Edge]], rates: _Rates) -> list[list[Any]]:
+def _edges(reports: dict[str, _NodeReport], reported: Mapping[str, set[Edge]], rates: _Rates) -> list[list[Any]]:
     found: dict[Edge, float | None] = {}
     for edges in reported.values():
         found.update(dict.fromkeys(edges))
-    for name, its in told.items():
+    for name, report in reports.items():
         for topic, by_number in rates.get(name, {}).items():
-            connections = [each for each in its.connections if each.direction == "o" and each.topic == topic]
-            for connection, rate in _matched(connections, by_number):
+            connections = [each for each in report.connections if each.direction == "o" and each.topic == topic]
+            for connection, rate in _match_rates(connections, by_number):
                 edge = Edge(topic, name, connection.destination)
                 if edge in found:
                     found[edge] = rate and rate.hz
     return [[*edge, rate] for edge, rate in found.items()]
 
 
-def _matched(
+def _match_rates(
     connections: list[Connection], by_number: Mapping[Any, Rate | None]
 ) -> Iterable[tuple[Connection, Rate | None]]:
     """Yield connections of a topic with their rates. Some nodes number them alike in both tables, others do not."""

@@ -15,10 +15,10 @@ from pyros1.msgs import Message, load_message
 if TYPE_CHECKING:
     from pyros1.web.hub import Arrival
 
-_PATIENCE = 2.0
-_AGE = 5.0
+_MESSAGE_TIMEOUT = 2.0
+_PACKAGES_MAX_AGE = 5.0
 """Seconds for which a list of packages is believed."""
-_MOST = 1_000
+_MAX_LEARNED = 1_000
 
 
 class Types:
@@ -26,27 +26,27 @@ class Types:
 
     Args:
         listen: see `pyros1.web.robot.Robot.listen`.
-        patience: seconds in which a message has to come.
+        timeout: seconds in which a message has to come.
     """
 
     def __init__(
         self,
         listen: Callable[[str, Callable[[Arrival], object]], Callable[[], None]],
-        patience: float = _PATIENCE,
+        timeout: float = _MESSAGE_TIMEOUT,
     ) -> None:
         self._listen = listen
-        self._patience = patience
+        self._timeout = timeout
         self._learned: dict[str, type[Message]] = {}
         self._lock = threading.Lock()
         self._packages: list[str] = []
-        self._listed = float("-inf")
+        self._packages_listed_at = float("-inf")
 
     def packages(self) -> list[str]:
         """Return the names of the packages with definitions that are installed, as they were some seconds ago."""
         with self._lock:  # to look takes a while, and pages ask with each key
-            if monotonic() - self._listed >= _AGE:
+            if monotonic() - self._packages_listed_at >= _PACKAGES_MAX_AGE:
                 self._packages = generated.finder().library.packages()
-                self._listed = monotonic()
+                self._packages_listed_at = monotonic()
             return self._packages
 
     def find(self, name: str) -> type[Message]:
@@ -74,10 +74,10 @@ class Types:
         try:
             return load_message(name)
         except UnknownTypeError:
-            came: queue.SimpleQueue[Arrival] = queue.SimpleQueue()
-            end = self._listen(topic, came.put)
+            received: queue.SimpleQueue[Arrival] = queue.SimpleQueue()
+            unsubscribe = self._listen(topic, received.put)
             try:
-                cls = type(came.get(timeout=self._patience).message)
+                cls = type(received.get(timeout=self._timeout).message)
             except queue.Empty:
                 if name in self._learned:
                     return self._learned[name]
@@ -85,10 +85,10 @@ class Types:
                     f"{name} is not installed here, and no message with its definition has been received on {topic}"
                 ) from None
             finally:
-                end()
+                unsubscribe()
         if cls._type == name:
             self._learned.pop(name, None)
-            while len(self._learned) >= _MOST:
+            while len(self._learned) >= _MAX_LEARNED:
                 del self._learned[next(iter(self._learned))]
             self._learned[name] = cls
         return cls

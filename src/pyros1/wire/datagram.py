@@ -15,8 +15,8 @@ from pyros1.wire.header import decode_header
 
 DATA0, DATAN = 0, 1
 SMALLEST_SIZE, LARGEST_SIZE = 64, 65507
-MOST_BLOCKS = 0xFFFF
-MOST_BYTES = 1 << 30
+MAX_BLOCKS = 0xFFFF
+MAX_BYTES = 1 << 30
 """Most blocks of a message that is accepted from a peer."""
 _HEAD = struct.Struct("<IBBH")
 _SIZE = struct.Struct("<I")
@@ -32,15 +32,18 @@ def split(frame: bytes, connection: int, message: int, size: int) -> Iterator[by
         size: bytes of the largest datagram.
 
     Raises:
-        ValueError: the frame would need more than MOST_BLOCKS blocks.
+        ValueError: the frame would need more than MAX_BLOCKS blocks.
     """
-    room = size - _HEAD.size
-    blocks = -(-len(frame) // room)
-    if blocks > MOST_BLOCKS:
+    payload_size = size - _HEAD.size
+    blocks = -(-len(frame) // payload_size)
+    if blocks > MAX_BLOCKS:
         raise ValueError(f"{len(frame)} bytes are too large for datagrams of {size} bytes")
     for index in range(blocks):
         kind, block = (DATAN, index) if index else (DATA0, blocks)
-        yield _HEAD.pack(connection, kind, message & 0xFF, block) + frame[index * room : (index + 1) * room]
+        yield (
+            _HEAD.pack(connection, kind, message & 0xFF, block)
+            + frame[index * payload_size : (index + 1) * payload_size]
+        )
 
 
 class Assembler:
@@ -70,7 +73,7 @@ class Assembler:
         if kind == DATA0:
             self._drop()
             self._message = message
-            self._blocks = block if block * len(datagram) <= MOST_BYTES else 0
+            self._blocks = block if block * len(datagram) <= MAX_BYTES else 0
         elif message != self._message or block != len(self._parts):
             self._drop()
         if self._blocks:

@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from pyros1.ground.errors import ConnectionRefusedByPeerError, ProtocolError
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 
 ANY = "*"
 

@@ -95,8 +95,8 @@ class _Parser(Generic[MessageT]):
         self._state = _State.HEAD
         self._message: MessageT | None = None
         self._shape = b""
-        self._model: MessageT | None = None
-        self._wanted = 0
+        self._template: MessageT | None = None
+        self._expected = 0
         self._chunks = bytearray()
 
     @property
@@ -138,7 +138,7 @@ class _Parser(Generic[MessageT]):
     def _parse_head(self, first: str, headers: dict[str, str]) -> MessageT:
         raise NotImplementedError
 
-    def _like(self, model: MessageT) -> MessageT:
+    def _from_template(self, template: MessageT) -> MessageT:
         """Return a message with the same head, without a body."""
         raise NotImplementedError
 
@@ -150,9 +150,9 @@ class _Parser(Generic[MessageT]):
         if self._state is _State.HEAD:
             return self._head()
         if self._state is _State.BODY:
-            if len(self._buffer) < self._wanted:
+            if len(self._buffer) < self._expected:
                 return None
-            return self._finish(self._take(self._wanted))
+            return self._finish(self._consume(self._expected))
         if self._state is _State.CHUNK_SIZE:
             self._chunk_size()
             return None
@@ -170,14 +170,14 @@ class _Parser(Generic[MessageT]):
     def _trailer(self) -> MessageT | None:
         """Skip the fields after the last chunk."""
         while True:
-            line = self._line(self._wanted)
+            line = self._line(self._expected)
             if line is None:
                 return None
             if not line:
                 return self._finish(bytes(self._chunks))
-            self._wanted -= len(line)
+            self._expected -= len(line)
 
-    def _take(self, count: int) -> bytes:
+    def _consume(self, count: int) -> bytes:
         with memoryview(self._buffer) as view:
             taken = bytes(view[:count])
         del self._buffer[:count]
@@ -216,12 +216,12 @@ class _Parser(Generic[MessageT]):
         # The heads that a peer sends over a connection usually differ only in the length.
         length = _PLAIN_LENGTH.search(head)
         shape = head[: length.start(1)] + head[length.end(1) :] if length else b""
-        if length and shape == self._shape and self._model is not None:
-            self._message = self._like(self._model)
+        if length and shape == self._shape and self._template is not None:
+            self._message = self._from_template(self._template)
             return self._await_body(int(length[1]))
-        first, headers, alone = split_head(head.decode("latin-1"))
+        first, headers, unambiguous = split_head(head.decode("latin-1"))
         self._message = self._parse_head(first, headers)
-        return self._choose_body(headers, shape if alone else b"")
+        return self._choose_body(headers, shape if unambiguous else b"")
 
     def _head_size(self) -> int | None:
         """Return the position of the line feed before the empty line that ends the head; None if it has not arrived."""
@@ -246,7 +246,7 @@ class _Parser(Generic[MessageT]):
             if not (length.isascii() and length.isdigit() and len(length) <= 18):
                 raise HttpError(f"not a Content-Length: {length[:40]!r}")
             if shape:
-                self._shape, self._model = shape, self._message
+                self._shape, self._template = shape, self._message
             return self._await_body(int(length))
         state = self._length_unknown()
         if state is None:
@@ -258,8 +258,8 @@ class _Parser(Generic[MessageT]):
         if length > self._limits.body:
             raise HttpError(f"an HTTP body of {length} bytes; the limit is {self._limits.body}", 413)
         if len(self._buffer) >= length:
-            return self._finish(self._take(length))
-        self._wanted = length
+            return self._finish(self._consume(length))
+        self._expected = length
         self._state = _State.BODY
         return None
 
@@ -268,7 +268,7 @@ class _Parser(Generic[MessageT]):
         end = self._buffer.find(b"\n")
         if (end if end >= 0 else len(self._buffer)) > limit:
             raise HttpError("an HTTP line that is too long")
-        return None if end < 0 else self._take(end + 1).rstrip(b"\r\n")
+        return None if end < 0 else self._consume(end + 1).rstrip(b"\r\n")
 
     def _chunk_size(self) -> None:
         line = self._line(_CHUNK_LINE_LIMIT)
@@ -277,25 +277,25 @@ class _Parser(Generic[MessageT]):
         size = line.split(b";", 1)[0].strip()
         if not re.fullmatch(rb"[0-9A-Fa-f]{1,15}", size):
             raise HttpError(f"not an HTTP chunk size: {size[:20]!r}")
-        self._wanted = int(size, 16)
-        if len(self._chunks) + self._wanted > self._limits.body:
+        self._expected = int(size, 16)
+        if len(self._chunks) + self._expected > self._limits.body:
             raise HttpError(f"an HTTP body of more than {self._limits.body} bytes", 413)
-        if self._wanted:
+        if self._expected:
             self._state = _State.CHUNK
         else:
-            self._wanted = self._limits.head  # most bytes of the trailer
+            self._expected = self._limits.head  # most bytes of the trailer
             self._state = _State.TRAILER
 
     def _chunk(self) -> None:
         # A chunk ends with CRLF, or, from lax peers, LF.
-        if len(self._buffer) <= self._wanted:
+        if len(self._buffer) <= self._expected:
             return
-        end = bytes(self._buffer[self._wanted : self._wanted + 2])
+        end = bytes(self._buffer[self._expected : self._expected + 2])
         if end == b"\r":
             return
         if end != b"\r\n" and end[:1] != b"\n":
             raise HttpError("an HTTP chunk longer than announced")
-        self._chunks += self._take(self._wanted)
+        self._chunks += self._consume(self._expected)
         del self._buffer[: 2 if end == b"\r\n" else 1]
         self._state = _State.CHUNK_SIZE
 
@@ -311,8 +311,8 @@ class RequestParser(_Parser[Request]):
             raise HttpError("a POST request without Content-Length", 411)
         return Request(match.group(1), match.group(2), keep_alive(match.group(3), headers), "origin" in headers)
 
-    def _like(self, model: Request) -> Request:
-        return Request(model.method, model.path, model.keep_alive, model.from_page)
+    def _from_template(self, template: Request) -> Request:
+        return Request(template.method, template.path, template.keep_alive, template.from_page)
 
     def _length_unknown(self) -> _State | None:
         return None
@@ -327,8 +327,8 @@ class ResponseParser(_Parser[Response]):
             raise HttpError(f"not an HTTP answer: {first[:40]!r}")
         return Response(int(match.group(2)), match.group(3) or "", keep_alive(match.group(1), headers))
 
-    def _like(self, model: Response) -> Response:
-        return Response(model.status, model.reason, model.keep_alive)
+    def _from_template(self, template: Response) -> Response:
+        return Response(template.status, template.reason, template.keep_alive)
 
     def _choose_body(self, headers: dict[str, str], shape: bytes) -> Response | None:
         message = self._message
@@ -355,7 +355,7 @@ class ResponseParser(_Parser[Response]):
             HttpError: an answer was cut off.
         """
         if self._state is _State.UNTIL_EOF:
-            return self._finish(self._take(len(self._buffer)))
+            return self._finish(self._consume(len(self._buffer)))
         if self._state is _State.DEAD or not self.in_message:
             return None
         self._state = _State.DEAD

@@ -5,12 +5,12 @@ messages and for services, shared memory for large messages. Pure.
   memory have the same key. A publisher with that key answers ``["PYROS1-LOCAL", NAME]``, the name of a Unix socket in
   the abstract namespace. All others know nothing of this and answer TCPROS.
 * On that socket follow headers and frames as over TCP. The publisher's header has one field more, ``token``, and comes
-  with a descriptor of another socket, the *desk*.
+  with a descriptor of another socket, the *control socket*.
 * Services need no question: beside the port of ``rosrpc://host:port`` a provider listens on a Unix socket whose name is
   made of the key and that URI. Whoever finds none there takes TCP. The first request may come with the client's header.
 * A large message's body is in a *block* of shared memory; its frame is a reference, which begins with the token. Over
-  the desk come the blocks, each before the first reference to it, and go the numbers of the references that the
-  subscriber has done with: until then the publisher leaves the block as it is.
+  the control socket come the blocks, each before the first reference to it, and go the numbers of the references that
+  the subscriber has done with: until then the publisher leaves the block as it is.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from pyros1.ground.errors import ProtocolError, SettingError
 
 PROTOCOL = "PYROS1-LOCAL"
 TOKEN_SIZE = 16
-RECORD = 4096
-"""Most bytes of a record on the desk."""
+MAX_RECORD = 4096
+"""Most bytes of a record on the control socket."""
 
 _REFERENCE = struct.Struct(f"<{TOKEN_SIZE}sQIIQQQ")
 _BLOCK = struct.Struct("<IQ")
@@ -89,12 +89,12 @@ def decode_block(record: bytes) -> tuple[int, int]:
     return number, size
 
 
-def encode_done(number: int) -> bytes:
+def encode_release(number: int) -> bytes:
     """Return the record that gives a reference back."""
     return _NUMBER.pack(number)
 
 
-def decode_done(record: bytes) -> Iterable[int]:
+def decode_releases(record: bytes) -> Iterable[int]:
     """Return the numbers of the references that are given back; what is incomplete is left out."""
     return (number for (number,) in _NUMBER.iter_unpack(record[: len(record) // _NUMBER.size * _NUMBER.size]))
 
@@ -109,7 +109,7 @@ def is_offered(protocols: list[Any], key: str) -> bool:
     return bool(key) and [PROTOCOL, key] in protocols
 
 
-def wants_local(setting: str) -> bool:
+def is_local_enabled(setting: str) -> bool:
     """Tell whether PYROS1_TRANSPORTS has the local transport.
 
     Args:

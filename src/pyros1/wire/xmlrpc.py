@@ -237,13 +237,13 @@ SCALARS: Final[dict[str, Callable[[str], Any]]] = {
     "dateTime.iso8601": _read_datetime,
     "nil": _read_nil,
 }
-_NOTHING: Final[frozenset[str]] = frozenset()
-_INSIDE: Final[dict[str, frozenset[str]]] = {
+_NO_CHILDREN: Final[frozenset[str]] = frozenset()
+_CHILDREN: Final[dict[str, frozenset[str]]] = {
     # element: what may stand directly in it; "" is the document
     "": frozenset({"methodCall", "methodResponse"}),
     "methodCall": frozenset({"methodName", "params"}),
     "methodResponse": frozenset({"params", "fault"}),
-    "methodName": _NOTHING,
+    "methodName": _NO_CHILDREN,
     "params": frozenset({"param"}),
     "param": frozenset({"value"}),
     "fault": frozenset({"value"}),
@@ -252,8 +252,8 @@ _INSIDE: Final[dict[str, frozenset[str]]] = {
     "data": frozenset({"value"}),
     "struct": frozenset({"member"}),
     "member": frozenset({"name", "value"}),
-    "name": _NOTHING,
-    **dict.fromkeys(SCALARS, _NOTHING),
+    "name": _NO_CHILDREN,
+    **dict.fromkeys(SCALARS, _NO_CHILDREN),
 }
 
 
@@ -306,7 +306,7 @@ class Reader:
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         opened = self.open
-        if tag not in _INSIDE[opened[-1]]:
+        if tag not in _CHILDREN[opened[-1]]:
             raise ProtocolError(f"not an XML-RPC message: <{tag[:40]}> inside <{opened[-1]}>")
         if tag == "value":
             self.typed = False

@@ -42,18 +42,18 @@ _CONTROL: Final = bytes([*range(9), 11, 12, *range(14, 32)])
 Converters = Mapping[str, Callable[[str], Any]]
 
 
-class _GiveUp(Exception):
+class _NotPlain(Exception):
     """The text needs the real parser."""
 
 
 def _decode(body: bytes) -> str:
     """Return the document as text with XML's line ends; give up if it holds characters that XML forbids."""
     if len(body.translate(None, _CONTROL)) != len(body) or b"\xef\xbf" in body or b"]]>" in body:
-        raise _GiveUp
+        raise _NotPlain
     try:
         text = body.decode("utf-8")
     except UnicodeDecodeError:
-        raise _GiveUp from None
+        raise _NotPlain from None
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     return text
@@ -62,7 +62,7 @@ def _decode(body: bytes) -> str:
 def _unescape(text: str) -> str:
     text = text.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", '"').replace("&apos;", "'")
     if text.count("&") != text.count("&amp;"):
-        raise _GiveUp
+        raise _NotPlain
     return text.replace("&amp;", "&")
 
 
@@ -100,7 +100,7 @@ def _values(  # noqa: PLR0912, PLR0915 - a tokenizer's loop; calls in it would d
         name, param, kind, scalar, plain, _array, struct, end, after = token.groups()
         if end is not None:
             if name is not None or param is not None or not outer or (end == "</struct>") is not in_struct:
-                raise _GiveUp
+                raise _NotPlain
             value = current
             current, name = outer.pop()
             in_struct = name is not None
@@ -108,32 +108,32 @@ def _values(  # noqa: PLR0912, PLR0915 - a tokenizer's loop; calls in it would d
             values += 1
             if in_struct:
                 if name is None:
-                    raise _GiveUp
+                    raise _NotPlain
                 if "&" in name:
                     name = _unescape(name)
             elif name is not None or (param is None) is not bool(outer):
-                raise _GiveUp
+                raise _NotPlain
             if kind is not None:
                 value = convert[kind](_unescape(scalar) if "&" in scalar else scalar)
             elif plain is not None:
                 value = _unescape(plain) if "&" in plain else plain
             else:
                 if after is not None or len(outer) >= max_depth or values > max_values:
-                    raise _GiveUp
+                    raise _NotPlain
                 outer.append((current, name))
                 in_struct = struct is not None
                 current = {} if in_struct else []
                 continue
         if in_struct:
             if after != "</member>":
-                raise _GiveUp
+                raise _NotPlain
             current[name] = value
         else:
             if after != (None if outer else "</param>"):
-                raise _GiveUp
+                raise _NotPlain
             current.append(value)
     if outer or values > max_values:
-        raise _GiveUp
+        raise _NotPlain
     return params, position
 
 
@@ -153,7 +153,7 @@ def scan_call(body: bytes, convert: Converters, max_depth: int, max_values: int)
         params, end = _values(text, head.end(), convert, max_depth, max_values)
         method: str = head.group(1).strip()
         return (method, params) if method and _CALL_END.match(text, end) else None
-    except (_GiveUp, ValueError):
+    except (_NotPlain, ValueError):
         return None
 
 
@@ -166,5 +166,5 @@ def scan_response(body: bytes, convert: Converters, max_depth: int, max_values: 
             return None
         params, end = _values(text, head.end(), convert, max_depth, max_values)
         return params if len(params) == 1 and _RESPONSE_END.match(text, end) else None
-    except (_GiveUp, ValueError):
+    except (_NotPlain, ValueError):
         return None

@@ -211,7 +211,7 @@ class FakeImage:
 
 @pytest.fixture
 def pillow(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.bag.export.pictures.extra", lambda *words: FakePillow("PIL.Image"))
+    monkeypatch.setattr("pyros1.bag.export.image_files.extra", lambda *words: FakePillow("PIL.Image"))
 
 
 def an_image(encoding: str, data: bytes, width: int, stamp: Time | None = None, step: int = 0) -> Message:

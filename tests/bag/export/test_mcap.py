@@ -406,7 +406,7 @@ def test_a_module_that_is_missing_is_named(
 
 
 def test_there_is_an_end_to_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mcap_writer, "MOST", 2)
+    monkeypatch.setattr(mcap_writer, "MAX_ID", 2)
     writer = mcap_writer.Ros1McapWriter(tmp_path / "x.mcap")
     for number, topic in enumerate(["/a", "/b", "/c"]):
         stored = RawMessage(Connection(number, topic, header_of(STRING)), 5, text(topic))

@@ -280,7 +280,7 @@ def test_records_in_each_other_are_not_read_again_and_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, begin: bytes, record: bytes
 ) -> None:
     """Each claims that it holds the rest of the file; a file of some megabytes would take hours."""
-    monkeypatch.setattr("pyros1.bag.format.scanner.LEAST_WORK", 1 << 20)
+    monkeypatch.setattr("pyros1.bag.format.scanner.MIN_READ_BUDGET", 1 << 20)
     path = tmp_path / "x.bag"
     count = (1 << 18) // len(record)
     path.write_bytes((begin or b"#ROSBAG V2.0\n" + make_bag_header()) + record * count)
@@ -288,11 +288,11 @@ def test_records_in_each_other_are_not_read_again_and_again(
     with contextlib.closing(file):
         for _ in Scanner(file).chunks():
             pass
-        assert file.taken < (65 << 18) + (3 << 20)
+        assert file.bytes_read < (65 << 18) + (3 << 20)
 
 
 def test_what_was_not_searched_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.bag.format.scanner.LEAST_WORK", 0)
+    monkeypatch.setattr("pyros1.bag.format.scanner.MIN_READ_BUDGET", 0)
     (tmp_path / "x.bag").write_bytes(b"#ROSBAG V2.0\n" + make_bag_header() + chunk_head(b"none", 1 << 30, 5) * 500)
     saved = reindex(tmp_path / "x.bag", tmp_path / "new.bag")
     assert "there is too much damage, so the rest of the file was not searched" in saved.damages[-1].reason

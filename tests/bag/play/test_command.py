@@ -166,7 +166,7 @@ def test_the_terminal_is_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
         with os.fdopen(os.dup(theirs)) as stdin:
             monkeypatch.setattr("sys.stdin", stdin)
             with Keyboard(control) as keyboard:
-                assert keyboard.there and not termios.tcgetattr(theirs)[3] & termios.ICANON
+                assert keyboard.is_available and not termios.tcgetattr(theirs)[3] & termios.ICANON
                 os.write(ours, b" t")
                 control.wait(DEADLINE)
                 assert control.paused and not control.pause_on_topics
@@ -182,7 +182,7 @@ def test_the_terminal_is_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
             assert termios.tcgetattr(theirs) == before
             monkeypatch.setattr("os.tcgetpgrp", lambda descriptor: -1)
             with Keyboard(control) as keyboard:
-                assert not keyboard.there, "a job in the background leaves the terminal alone"
+                assert not keyboard.is_available, "a job in the background leaves the terminal alone"
     finally:
         control.close()
         os.close(ours)

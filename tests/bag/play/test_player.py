@@ -18,7 +18,7 @@ from pyros1.bag.format.reader import BagReader
 from pyros1.bag.play.clock import Ticker, Timeline
 from pyros1.bag.play.control import Control
 from pyros1.bag.play.player import Player, PlayOptions, Status
-from pyros1.bag.play.source import Bags, Played, ReadAhead
+from pyros1.bag.play.source import Bags, PlayItem, ReadAhead
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.rosgraph_msgs.msg import Clock
 from pyros1.msgs.std_msgs.msg import Float64, Header, String
@@ -120,10 +120,10 @@ def test_timeline_flows_at_its_rate_and_stands_while_held() -> None:
     line.set(BEGIN, 10.0)
     assert line.bag_at(10.5) == BEGIN + 1000 * MS
     assert line.wall_at(BEGIN + 4000 * MS) == pytest.approx(12.0)
-    line.hold(11.0, True)
-    line.hold(11.5, True)
+    line.set_held(11.0, True)
+    line.set_held(11.5, True)
     assert line.bag_at(100.0) == BEGIN + 2000 * MS
-    line.hold(20.0, False)
+    line.set_held(20.0, False)
     assert line.bag_at(20.5) == BEGIN + 3000 * MS
 
 
@@ -330,7 +330,7 @@ def test_the_pace_follows_a_topic(tmp_path: Path, ear: Ear, playing: Any, contro
         assert delayed.wait(PATIENCE)
         assert max(ear.values("/t")) <= 110
         player.rate_stamp = BEGIN + 10**12
-        control.ring()
+        control.wake()
     ear.wait(50)
     assert len(ear.values("/t")) == 50
 
@@ -346,10 +346,10 @@ def test_reading_ahead_is_bounded_and_ends(tmp_path: Path) -> None:
     large = message._replace(data=bytes(1 << 20))
     produced: list[int] = []
 
-    def endless() -> Iterator[Played]:
+    def endless() -> Iterator[PlayItem]:
         for number in taken:
             produced.append(number)
-            yield Played(0, large)
+            yield PlayItem(0, large)
 
     with ReadAhead(endless(), limit=4 << 20) as source:
         for _ in range(3):
@@ -359,7 +359,7 @@ def test_reading_ahead_is_bounded_and_ends(tmp_path: Path) -> None:
 
 
 def test_an_error_while_reading_is_raised_to_who_takes(tmp_path: Path) -> None:
-    def broken() -> Iterator[Played]:
+    def broken() -> Iterator[PlayItem]:
         raise OSError("gone")
         yield
 
@@ -386,7 +386,7 @@ def test_only_the_index_is_read_before_the_first_message(tmp_path: Path, monkeyp
     monkeypatch.setattr(BagFile, "read", counting)
     with Bags([str(path)]) as bags:
         assert bags.end - bags.start == 399 * MS
-        assert len(bags.latched_before(BEGIN + 200 * MS)) == 1
+        assert len(bags.latched_messages_before(BEGIN + 200 * MS)) == 1
         first = next(iter(bags.messages(BEGIN + 300 * MS, BEGIN + 400 * MS)))
         assert first.message.time == BEGIN + 300 * MS
         assert sum(sizes) < 2_000_000

@@ -69,7 +69,7 @@ def test_messages_and_the_live_line_do_not_mix() -> None:
     out = Terminal()
     line = LiveLine(stream=out)
     line.show("x" * 1000)
-    line.say("hello")
+    line.print_message("hello")
     line.show("y")
     line.clear()
     lines = re.split(r"[\r\n]", out.getvalue().replace("\x1b[K", ""))
@@ -81,7 +81,7 @@ def test_nothing_but_messages_goes_into_a_file_and_nothing_at_all_if_quiet() -> 
     out, quiet = io.StringIO(), Terminal()
     for line in (LiveLine(stream=out), LiveLine(False, quiet)):
         line.show("x")
-        line.say("hello")
+        line.print_message("hello")
         line.clear()
     assert out.getvalue().count("\n") == 1 and "x" not in out.getvalue()
     assert quiet.getvalue() == ""
@@ -92,14 +92,14 @@ def test_an_output_that_goes_away_does_not_end_the_recording() -> None:
     line = LiveLine(stream=out)
     out.close()
     line.show("x")
-    line.say("hello")
+    line.print_message("hello")
     line.clear()
 
 
 def test_topics_that_lose_messages_come_first() -> None:
     recorder: Any = type("Recorder", (), {})()
     busy, losing = Topic("/busy", messages=1000, bytes=10_000_000), Topic("/losing", messages=10, bytes=10, dropped=3)
-    losing.beyond = 2
+    losing.after_limit = 2
     recorder.topics = {"/busy": busy, "/losing": losing}
     recorder.size = 12_345_678
     recorder.report = type("Report", (), {"files": ["a.bag"], "messages": 1005, "bytes": 12_345_678})()

@@ -18,15 +18,15 @@ def test_the_newest_are_kept_in_order_and_the_others_counted(sizes: list[int], a
     queue: RecordQueue[int] = RecordQueue(LIMIT, lambda source, _: came.append(source), dropped.append)
     for number, size in enumerate(sizes):
         assert queue.put(number, number, bytes(size))
-    kept: list[int] = []
+    messages_at: list[int] = []
     for number in reversed(range(len(sizes))):
-        if kept and sum(sizes[each] + OVERHEAD for each in [number, *kept]) > LIMIT:
+        if messages_at and sum(sizes[each] + OVERHEAD for each in [number, *messages_at]) > LIMIT:
             break
-        kept.insert(0, number)
+        messages_at.insert(0, number)
     found = queue.close() if at_end else queue.take(0.0)
-    assert [source for source, _, _ in found] == [time for _, time, _ in found] == kept
-    assert [len(data) for _, _, data in found] == [sizes[each] for each in kept]
-    assert came == list(range(len(sizes))) and dropped == [each for each in came if each not in kept]
+    assert [source for source, _, _ in found] == [time for _, time, _ in found] == messages_at
+    assert [len(data) for _, _, data in found] == [sizes[each] for each in messages_at]
+    assert came == list(range(len(sizes))) and dropped == [each for each in came if each not in messages_at]
 
 
 def test_without_a_limit_nothing_is_dropped() -> None:

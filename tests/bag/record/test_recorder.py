@@ -156,9 +156,9 @@ def test_a_full_buffer_drops_the_oldest_and_counts_them(tmp_path: Path, make_nod
         topic = recorder.topics["/t"]
         until(lambda: topic.messages == 500)
         all_came = True
-    kept = 500 - topic.dropped
-    assert kept == 10_000 // 258
-    assert numbers(tmp_path / "r.bag") == list(map(float, range(500 - kept, 500)))
+    messages_at = 500 - topic.dropped
+    assert messages_at == 10_000 // 258
+    assert numbers(tmp_path / "r.bag") == list(map(float, range(500 - messages_at, 500)))
     assert len(warnings) == 1 and "buffer exceeded" in warnings[0]
 
 

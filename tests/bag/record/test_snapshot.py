@@ -13,7 +13,7 @@ import pytest
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.record.model import RecordOptions, Source, Topic
 from pyros1.bag.record.names import FileNames
-from pyros1.bag.record.snapshot import Ring, Snapshots
+from pyros1.bag.record.snapshot import MessageRing, Snapshots
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.msgs.std_srvs.srv import SetBool, Trigger
 
@@ -29,35 +29,35 @@ def sources() -> tuple[Source, Source]:
 
 
 def test_ring_keeps_what_is_new_enough(sources: tuple[Source, Source]) -> None:
-    ring, plain = Ring(10 * S, 0), sources[0]
+    ring, plain = MessageRing(10 * S, 0), sources[0]
     for second in range(30):
         ring.add(second * S, plain, b"x")
-    assert [stamp // S for stamp, _, _ in ring.kept(29 * S)[1]] == list(range(19, 30))
-    assert [stamp // S for stamp, _, _ in ring.kept(35 * S)[1]] == list(range(25, 30)), "a topic that fell silent"
-    assert ring.kept(100 * S) == ([], [])
+    assert [stamp // S for stamp, _, _ in ring.messages_at(29 * S)[1]] == list(range(19, 30))
+    assert [stamp // S for stamp, _, _ in ring.messages_at(35 * S)[1]] == list(range(25, 30)), "a silent topic"
+    assert ring.messages_at(100 * S) == ([], [])
     assert ring.bytes == 0
 
 
 def test_ring_keeps_what_is_small_enough(sources: tuple[Source, Source]) -> None:
-    ring, plain = Ring(0, 10_000), sources[0]
+    ring, plain = MessageRing(0, 10_000), sources[0]
     for number in range(30):
         ring.add(number, plain, bytes(2000))
         assert ring.bytes <= 10_000
-    assert [stamp for stamp, _, _ in ring.kept(30)[1]] == [26, 27, 28, 29]
+    assert [stamp for stamp, _, _ in ring.messages_at(30)[1]] == [26, 27, 28, 29]
     ring.add(31, plain, bytes(50_000))
-    assert len(ring.kept(31)[1]) == 1, "one message is kept, however large"
+    assert len(ring.messages_at(31)[1]) == 1, "one message is kept, however large"
 
 
 def test_ring_never_forgets_what_is_latched(sources: tuple[Source, Source]) -> None:
-    ring, (plain, latched) = Ring(10 * S, 0), sources
+    ring, (plain, latched) = MessageRing(10 * S, 0), sources
     ring.add(0, latched, b"old")
     ring.add(1 * S, latched, b"map")
     for second in range(2, 60):
         ring.add(second * S, plain, b"x")
-    older, rest = ring.kept(60 * S)
+    older, rest = ring.messages_at(60 * S)
     assert [data for _, _, data in older] == [b"map"] and len(rest) == 10
     ring.add(60 * S, latched, b"new")
-    older, rest = ring.kept(60 * S)
+    older, rest = ring.messages_at(60 * S)
     assert not older and rest[-1][2] == b"new", "it is there once"
 
 

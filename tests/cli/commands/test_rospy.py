@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.drop_in.finder import MODULES
-from pyros1.finding.python_modules import START
+from pyros1.finding.python_modules import DROP_IN_START
 
 SOURCE = Path(__file__).resolve().parents[3] / "src"
 
@@ -31,7 +31,7 @@ def pyros1(*words: str, environ: dict[str, str]) -> str:
 
 
 def test_status_says_which_rospy_runs(environ: dict[str, str]) -> None:
-    shown = pyros1("rospy", "status", environ={"PYTHONPATH": f"{START}:{SOURCE}"})
+    shown = pyros1("rospy", "status", environ={"PYTHONPATH": f"{DROP_IN_START}:{SOURCE}"})
     assert f"Python:  {sys.executable}\nrospy:   pyros1's, {MODULES}/rospy\nenabled: no\n" in shown
     assert "rospy:   none; " in pyros1("rospy", "status", environ={})
 

@@ -19,7 +19,7 @@ import pytest
 
 import pyros1
 from pyros1.cli.running import run_command
-from pyros1.doctor import asking, here, system
+from pyros1.doctor import local_facts, probe, system
 from pyros1.master.server import Master
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.dynamic import from_definition
@@ -49,9 +49,9 @@ def shell(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> pytest.Mo
         monkeypatch.setenv(key, value)
     for key in ("ROS_IP", "ROS_PACKAGE_PATH", "ROS_LOG_DIR"):
         monkeypatch.delenv(key, raising=False)
-    monkeypatch.setattr(here, "MASTER_PORTS", range(0))
-    monkeypatch.setattr(here, "ros_processes", list)
-    monkeypatch.setattr(system, "SETTLE", 0.05)
+    monkeypatch.setattr(local_facts, "MASTER_PORTS", range(0))
+    monkeypatch.setattr(local_facts, "ros_processes", list)
+    monkeypatch.setattr(system, "CONNECT_TIME", 0.05)
     return monkeypatch
 
 
@@ -162,9 +162,9 @@ def test_a_node_that_was_killed(findings: Callable[..., Found], environ: dict[st
 def test_a_host_that_swallows_everything(
     findings: Callable[..., Found], shell: pytest.MonkeyPatch, client: MasterClient
 ) -> None:
-    shell.setattr(asking, "NODE_TIMEOUT", 0.2)
+    shell.setattr(probe, "NODE_TIMEOUT", 0.2)
     shell.setattr(system, "NODE_TIMEOUT", 0.2)
-    shell.setattr(system, "ROUND", 0.6)
+    shell.setattr(system, "ROUND_TIMEOUT", 0.6)
     with socket.create_server(("127.0.0.1", 0), backlog=0) as full:
         callers = [socket.socket() for _ in range(2)]
         for caller in callers:  # no more are accepted; what comes then is dropped without a word
@@ -178,9 +178,9 @@ def test_a_host_that_swallows_everything(
 
 
 def test_a_node_that_hangs(findings: Callable[..., Found], shell: pytest.MonkeyPatch, client: MasterClient) -> None:
-    shell.setattr(asking, "NODE_TIMEOUT", 0.2)
+    shell.setattr(probe, "NODE_TIMEOUT", 0.2)
     shell.setattr(system, "NODE_TIMEOUT", 0.2)
-    shell.setattr(system, "ROUND", 0.6)
+    shell.setattr(system, "ROUND_TIMEOUT", 0.6)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         uri = f"http://127.0.0.1:{silent.getsockname()[1]}/"
         for number in range(20):
@@ -301,7 +301,7 @@ def test_simulated_time_without_a_clock(
 def test_a_link_that_is_missing(
     findings: Callable[..., Found], shell: pytest.MonkeyPatch, make_node: MakeNode, client: MasterClient
 ) -> None:
-    shell.setattr(asking, "NODE_TIMEOUT", 1.0)
+    shell.setattr(probe, "NODE_TIMEOUT", 1.0)
     make_node("talker", rosout=False).advertise("t", String)
     asked: list[str] = []
     with fake_node(subscriptions=[["/t", "std_msgs/String"]], asked=asked) as uri:
@@ -377,7 +377,7 @@ def test_several_masters(findings: Callable[..., Found], shell: pytest.MonkeyPat
     other = Master(port=0, bind_host="127.0.0.1")
     other.start()
     try:
-        shell.setattr(here, "MASTER_PORTS", [other.port])
+        shell.setattr(local_facts, "MASTER_PORTS", [other.port])
         found = findings()["several-masters"]
         assert len(found["items"]) == 2 and "ROS_MASTER_URI" in found["cure"]
         shell.setenv("ROS_MASTER_URI", "http://localhost:1")
@@ -402,7 +402,7 @@ def test_a_program_with_another_master(
     ) as child:
         assert child.stdout is not None and child.stdout.readline() == b"ready\n"
         shell.undo()
-        mine = [each for each in here.ros_processes() if each.pid == child.pid]
+        mine = [each for each in local_facts.ros_processes() if each.pid == child.pid]
         child.communicate()
     assert mine[0].master_uri == "http://elsewhere:11311" and mine[0].host == "localhost"
 
@@ -427,7 +427,7 @@ def test_environment(findings: Callable[..., Found], shell: pytest.MonkeyPatch, 
 def test_disks(findings: Callable[..., Found], shell: pytest.MonkeyPatch, tmp_path: Path) -> None:
     shell.setenv("ROS_LOG_DIR", str(tmp_path))
     shell.setattr("shutil.disk_usage", lambda folder: type("Usage", (), {"free": 4096, "total": 1 << 30}))
-    shell.setattr(here, "folder_size", lambda *_, **__: 2 << 30)
+    shell.setattr(local_facts, "folder_size", lambda *_, **__: 2 << 30)
     found = findings("--offline")
     assert "4.1 kB of 1.1 GB are free" in found["disk-full"]["text"]
     assert "pyros1 clean purge" in found["disk-full"]["cure"]

@@ -271,7 +271,7 @@ def test_a_program_that_was_given_up_does_not_run(
     words = [script("print('ran')\n")]
     reader, writer = os.pipe()
     with monkeypatch.context() as patched:
-        patched.setattr("pyros1.launch.preload.preloader.ANSWER", 0.01)
+        patched.setattr("pyros1.launch.preload.preloader.REPLY_TIMEOUT", 0.01)
         assert preloader.start(words, environ, str(tmp_path), writer, writer) is None
     os.close(writer)
     assert run(preloader, words, environ, tmp_path).out == "ran\n"

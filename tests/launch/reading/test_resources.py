@@ -41,7 +41,7 @@ def test_find_in_a_devel_space_x70(tmp_path: Path) -> None:
 def test_what_never_ends_is_an_error_that_names_it(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, source: str
 ) -> None:
-    monkeypatch.setattr("pyros1.launch.reading.resources.LARGEST", 3 << 20)
+    monkeypatch.setattr("pyros1.launch.reading.resources.MAX_FILE_SIZE", 3 << 20)
     file = tmp_path / "x.launch"
     file.write_text(f"<launch>\n<param name='p' {source}/></launch>")
     with pytest.raises(LaunchError, match=r"/dev/zero.* has more than 3 MiB") as raised:

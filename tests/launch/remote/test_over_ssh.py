@@ -121,9 +121,9 @@ def test_that_it_was_started_is_said_before_what_it_says_and_how_it_ends(capsys:
         lost, master_uri, plan = False, "http://me:1/", MachinePlan("robot", "robot.example")
 
         def send(self, message: dict[str, Any]) -> None:
-            process.heard({"event": "started", "pid": 7})
-            process.heard({"event": "output", "stream": 1, "text": "hello\n"})
-            process.heard({"event": "ended", "code": 3})
+            process.handle_message({"event": "started", "pid": 7})
+            process.handle_message({"event": "output", "stream": 1, "text": "hello\n"})
+            process.handle_message({"event": "ended", "code": 3})
 
     process = RemoteProcess(ProcessSpec("it-1", "/it", ["far/brief"], {}, ""), lambda ended: None)
     process.attach(Quick(), NodePlan("far", "brief", "it", "/"), "run")  # type: ignore[arg-type]
@@ -134,7 +134,7 @@ def test_that_it_was_started_is_said_before_what_it_says_and_how_it_ends(capsys:
 
 def test_a_start_that_is_confirmed_too_late_is_undone(monkeypatch: pytest.MonkeyPatch, environ: dict[str, str]) -> None:
     """It was told that it could not be started."""
-    monkeypatch.setattr("pyros1.launch.remote.process.ANSWER_TIME", 0.01)
+    monkeypatch.setattr("pyros1.launch.remote.process.START_TIMEOUT", 0.01)
     said, out, err = [], io.StringIO(), io.StringIO()
     started: list[RemoteProcess] = []
 
@@ -153,8 +153,8 @@ def test_a_start_that_is_confirmed_too_late_is_undone(monkeypatch: pytest.Monkey
     supervisor = Supervisor(Console(out, err))
     assert not supervisor.start(ProcessSpec("it-1", "/it", ["far/brief"], {}, ""), kind)
     assert "no answer in time" in err.getvalue()
-    started[0].heard({"event": "started", "pid": 7})
-    started[0].heard({"event": "ended", "code": -9})
+    started[0].handle_message({"event": "started", "pid": 7})
+    started[0].handle_message({"event": "ended", "code": -9})
     assert said == [("start", None), ("signal", signal.SIGKILL)]
     assert not started[0].alive and "started with pid" not in out.getvalue() + err.getvalue()
     assert supervisor.run() == "all processes on machine have died, roslaunch will exit"
@@ -222,7 +222,7 @@ def test_a_machine_that_comes_back_gets_its_respawning_nodes_again(
     try:
         opened[0].stdin.close()
         until(lambda: process.spawn_count == 2, "it is started again")
-        assert process.alive and process.pid != first and not process.stranded
+        assert process.alive and process.pid != first and not process.disconnected
         until(lambda: not group_exists(first), "the first one has ended")
     finally:
         bench.supervisor.stop()

@@ -64,7 +64,7 @@ def test_who_may_not_control_it_sees_it_but_not_its_secrets(tmp_path: Path) -> N
         launch = client.call("status")[2]["launch"]
         assert (launch["title"], launch["pid"], launch["refusal"]) == ("robot.launch", os.getpid(), "not for you")
         assert callers and callers[0][0] == "127.0.0.1"
-        assert not supervisor.find("/a").held
+        assert not supervisor.find("/a").is_stopped
     finally:
         supervisor.shut_down()
         client.close()

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.launch.running.callers import refusal, why_refused
+from pyros1.launch.running.callers import refusal, refusal_reason
 
 HEAD = "  sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid  timeout inode\n"
 HERE = ("127.0.0.1", 0x1F90)
@@ -80,4 +80,4 @@ def test_a_real_connection(family: socket.AddressFamily) -> None:
     with listener, socket.create_connection(listener.getsockname()[:2], timeout=10):
         connection, _ = listener.accept()
         with connection:
-            assert why_refused(connection) == ""
+            assert refusal_reason(connection) == ""

@@ -11,8 +11,8 @@ import pytest
 from pyros1.ground.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.plan import MachinePlan, NodePlan, Plan
 from pyros1.launch.reading.conditions import Condition
-from pyros1.launch.reading.deaths import OnDeath
 from pyros1.launch.reading.loader import load_plan
+from pyros1.launch.reading.on_death import OnDeath
 from pyros1.launch.reading.resources import Resources
 from pyros1.launch.running.check import check_machines, missing_parts
 

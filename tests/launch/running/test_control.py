@@ -63,19 +63,19 @@ def test_states_and_orders(launch: Launch) -> None:
     assert entry(launch, "short-2").exit_code == 4
     first = entry(launch, "long-1")
     assert (first.state, first.starts, first.node) == ("running", 1, "/long") and first.uptime >= 0
-    launch.tell("stop", "/long")
+    launch.request("stop", "/long")
     until(lambda: entry(launch, "long-1").state == "stopped")
-    launch.tell("start", "/long")
+    launch.request("start", "/long")
     until(lambda: entry(launch, "long-1").state == "running")
-    launch.tell("restart", "/long")
+    launch.request("restart", "/long")
     until(lambda: entry(launch, "long-1").starts == 3 and entry(launch, "long-1").state == "running")
-    launch.tell("start", "/short")
+    launch.request("start", "/short")
     until(lambda: entry(launch, "short-2").starts == 2)
-    launch.tell("stop", "long-1")  # by its label, too
+    launch.request("stop", "long-1")  # by its label, too
     until(lambda: entry(launch, "long-1").state == "stopped")
     for verb, node in (("stop", "/none"), ("explode", "/long")):
         with pytest.raises(Error):
-            launch.tell(verb, node)
+            launch.request(verb, node)
 
 
 def test_launches_are_found_through_the_master(launch: Launch) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from pyros1.ground.errors import LaunchError
 from pyros1.launch.reading.conditions import Condition, parse_conditions, parse_seconds
-from pyros1.launch.running.readiness import Gate
+from pyros1.launch.running.readiness import ConditionWatcher
 from pyros1.master.server import Master
 from pyros1.net.master_client import MasterClient
 
@@ -48,14 +48,14 @@ def done(client: MasterClient) -> queue.SimpleQueue[Callable[[], object]]:
 
 
 @pytest.fixture
-def gate(client: MasterClient, done: queue.SimpleQueue[Callable[[], object]]) -> Iterator[Gate]:
-    gate = Gate(client.uri, done.put)
+def gate(client: MasterClient, done: queue.SimpleQueue[Callable[[], object]]) -> Iterator[ConditionWatcher]:
+    gate = ConditionWatcher(client.uri, done.put)
     yield gate
     gate.close()
 
 
 def test_nodes_start_when_everything_is_there(
-    gate: Gate, client: MasterClient, done: queue.SimpleQueue[Callable[[], object]]
+    gate: ConditionWatcher, client: MasterClient, done: queue.SimpleQueue[Callable[[], object]]
 ) -> None:
     said: list[str] = []
     kinds = {"topic": "/t", "service": "/s", "param": "/p", "node": "/someone"}
@@ -76,7 +76,7 @@ def test_nodes_start_when_everything_is_there(
 
 
 def test_what_did_not_come_is_named(
-    gate: Gate, client: MasterClient, done: queue.SimpleQueue[Callable[[], object]]
+    gate: ConditionWatcher, client: MasterClient, done: queue.SimpleQueue[Callable[[], object]]
 ) -> None:
     said: list[str] = []
     client.set_param("/p", 1)
@@ -88,7 +88,7 @@ def test_what_did_not_come_is_named(
 
 def test_a_master_that_does_not_answer_is_no_end() -> None:
     done: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
-    gate = Gate("http://127.0.0.1:1/", done.put)
+    gate = ConditionWatcher("http://127.0.0.1:1/", done.put)
     said: list[str] = []
     gate.add([Condition("param", "/p")], 0.01, lambda: said.append("ready"), said.append)
     done.get(timeout=DEADLINE)()

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.launch.running.shebang import script_trouble
+from pyros1.launch.running.shebang import script_problem
 
 TROUBLES = {
     b"import sys\n": "its first line does not name an interpreter: add #!/usr/bin/env python3",
@@ -52,7 +52,7 @@ def test_what_is_wrong_is_said_and_the_system_agrees(tmp_path: Path, environ: di
     file = tmp_path / "script"
     file.write_bytes(text)
     file.chmod(0o755)
-    assert TROUBLES[text] in script_trouble(file, environ)
+    assert TROUBLES[text] in script_problem(file, environ)
     with contextlib.suppress(OSError):
         assert subprocess.run([file], env=environ, cwd="/", capture_output=True, check=False).returncode in (126, 127)
 
@@ -61,15 +61,15 @@ def test_what_is_wrong_is_said_and_the_system_agrees(tmp_path: Path, environ: di
 def test_nothing_is_wrong(tmp_path: Path, environ: dict[str, str], text: bytes) -> None:
     file = tmp_path / "script"
     file.write_bytes(text)
-    assert script_trouble(file, environ) == ""
+    assert script_problem(file, environ) == ""
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems pass the words on one by one")
 def test_env_gets_one_word(tmp_path: Path, environ: dict[str, str]) -> None:
     file = tmp_path / "script"
     file.write_bytes(b"#!/usr/bin/env python3 -u\n")
-    assert script_trouble(file, environ).endswith("write #!/usr/bin/env -S python3 -u")
+    assert script_problem(file, environ).endswith("write #!/usr/bin/env -S python3 -u")
 
 
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
-    assert script_trouble(tmp_path / "none", {}) == ""
+    assert script_problem(tmp_path / "none", {}) == ""

@@ -22,7 +22,7 @@ from pyros1.launch.running.process import Process
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.screen import Screen
 from pyros1.launch.running.supervisor import Supervisor, install_signals
-from pyros1.launch.running.warden import leaderless
+from pyros1.launch.running.warden import is_leaderless
 
 DEADLINE = 20.0
 LATE = "import signal, sys, time; signal.signal(2, lambda *_: (time.sleep(0.1), sys.exit())); print('ready', flush=True); signal.pause()"
@@ -151,7 +151,7 @@ def test_the_end_of_a_node_is_answered(bench: Bench) -> None:
 def test_the_end_of_a_required_node_is_answered_before_everything_ends(bench: Bench) -> None:
     spec = bench.spec("controller-1", "raise SystemExit(7)", required=True)
     spec.on_death = bench.spec("stop-1", "import time; time.sleep(0.2); print('braked')")
-    spec.on_death.decisive = True
+    spec.on_death.ends_launch = True
     bench.supervisor.start(bench.spec("other-2", "import signal; signal.pause()"))
     bench.supervisor.start(spec)
     assert bench.supervisor.run() == "required process died"
@@ -159,7 +159,7 @@ def test_the_end_of_a_required_node_is_answered_before_everything_ends(bench: Be
 
 
 def test_an_answer_that_never_ends_does_not_keep_a_launch(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.launch.running.supervisor.ANSWER_LIMIT", 0.05)
+    monkeypatch.setattr("pyros1.launch.running.supervisor.ON_DEATH_TIMEOUT", 0.05)
     spec = bench.spec("controller-1", "", required=True)
     spec.on_death = bench.spec("stop-1", "import signal; signal.pause()")
     bench.supervisor.start(spec)
@@ -179,7 +179,7 @@ def test_an_answer_is_not_cut_short_by_the_next_end(bench: Bench, tmp_path: Path
 
 def test_each_end_of_a_node_is_answered(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also one that comes while the answer to the last one still runs: it is made once more, but not without end."""
-    monkeypatch.setattr("pyros1.launch.running.supervisor.ANSWER_LIMIT", 0.1)
+    monkeypatch.setattr("pyros1.launch.running.supervisor.ON_DEATH_TIMEOUT", 0.1)
     spec = bench.spec("controller-1", "print('up')", respawn=True)
     spec.on_death = bench.spec("stop-1", "import signal; print('braked', flush=True); signal.pause()")
     bench.supervisor.start(spec)
@@ -225,8 +225,8 @@ def test_a_second_signal_hurries_x90(bench: Bench) -> None:
     bench.supervisor.start(bench.spec("stuck-1", STUBBORN))
     bench.wait_for_log("stuck-1", "ready")
     bench.supervisor.stop("SIGINT")
-    bench.supervisor.hurry()
-    bench.supervisor.hurry()
+    bench.supervisor.stop_waiting()
+    bench.supervisor.stop_waiting()
     assert bench.supervisor.run() == "SIGINT"
     bench.supervisor.shut_down()
     (stuck,) = bench.supervisor.dead
@@ -293,9 +293,9 @@ def test_a_life_ends_while_what_another_left_is_looked_at(bench: Bench, monkeypa
     def look(group: int) -> bool:
         if process.alive:
             end("ready\nready\n")
-        return leaderless(group)
+        return is_leaderless(group)
 
-    monkeypatch.setattr("pyros1.launch.running.process.leaderless", look)
+    monkeypatch.setattr("pyros1.launch.running.process.is_leaderless", look)
     process.signal(0)
     assert not process.alive and not process.gone
     process.kill()  # reaches what both have left
@@ -338,7 +338,7 @@ def test_nodes_are_stopped_started_and_restarted_by_hand(bench: Bench) -> None:
     node = supervisor.find("/node-1")
     with Running(bench) as running:
         running.do(lambda: supervisor.stop_node(node), "[node-1] stopped")
-        assert node.held and not node.alive and node.spawn_count == 1
+        assert node.is_stopped and not node.alive and node.spawn_count == 1
         running.do(lambda: supervisor.start_node(node), "process[node-1]: started with pid")
         assert node.alive and node.spawn_count == 2
         running.do(lambda: supervisor.restart_node(node), "process[node-1]: started with pid")

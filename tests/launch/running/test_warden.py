@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.launch.running.warden import Warden, group_exists, leaderless, processes_with
+from pyros1.launch.running.warden import Warden, group_exists, is_leaderless, processes_with
 
 DEADLINE = 20.0
 LAUNCHER = """
@@ -88,10 +88,10 @@ def test_a_group_is_leaderless_only_without_its_leader() -> None:
     with subprocess.Popen(words, stdin=pipe, stdout=pipe, start_new_session=True) as node:
         assert node.stdin is not None and node.stdout is not None
         node.stdout.readline()
-        assert not leaderless(node.pid)
+        assert not is_leaderless(node.pid)
         node.stdin.close()
         node.wait(DEADLINE)
-        assert leaderless(node.pid)
+        assert is_leaderless(node.pid)
         os.killpg(node.pid, signal.SIGKILL)
         wait_gone(node.pid)
 
@@ -138,7 +138,7 @@ def test_lines_stay_whole_when_the_pipe_is_full(opened: list[Any]) -> None:
 def test_a_launch_does_not_wait_for_a_warden_that_was_stopped(
     opened: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.launch.running.warden.RELEASE", 0.05)
+    monkeypatch.setattr("pyros1.launch.running.warden.RELEASE_TIMEOUT", 0.05)
     warden = Warden(0.2, 0.2)
     (guard,) = opened
     guard.send_signal(signal.SIGSTOP)

@@ -19,7 +19,7 @@ from pyros1.ground.errors import ServiceError
 from pyros1.launch.running.core import Core
 from pyros1.net.hosts import LocalAddress
 from pyros1.net.master_client import MasterClient
-from pyros1.net.repeats import MOST_TEXTS
+from pyros1.net.rate_limit import MAX_TEXTS
 
 from ...parts import context_of
 
@@ -146,7 +146,7 @@ def test_what_peers_do_again_and_again_is_counted(make_node: Any, raw_peer: Any,
     log = watch_log(node)
     for _ in range(38):
         raw_peer(node).greet(**BAD, callerid="/rude").answer()
-    for number in range(3 * MOST_TEXTS):
+    for number in range(3 * MAX_TEXTS):
         raw_peer(node).greet(service="/nothing", md5sum="*", callerid=f"/rude{number}").answer()
     for _ in range(5):
         raw_peer(node).greet(nothing="useful").answer()
@@ -155,8 +155,8 @@ def test_what_peers_do_again_and_again_is_counted(make_node: Any, raw_peer: Any,
     rude = [text for text in refused if "from /rude for" in text]
     assert rude[0].startswith("refused a connection from /rude for /nothing: [/talker] is not a publisher")
     assert rude[1:] == [rude[0] + " (repeated 37 times)"]
-    assert len([text for text in refused if "/rude" in text]) == MOST_TEXTS + 1, "the first one counts as one"
-    assert any(f"{2 * MOST_TEXTS + 1} more messages" in text for text in log.texts)
+    assert len([text for text in refused if "/rude" in text]) == MAX_TEXTS + 1, "the first one counts as one"
+    assert any(f"{2 * MAX_TEXTS + 1} more messages" in text for text in log.texts)
     assert len([text for text in refused if "names no topic or service" in text]) == 2
 
 
@@ -200,10 +200,10 @@ def test_a_pipe_that_nobody_reads_harms_nobody_and_keeps_what_fits(
     assert process.stdout is not None
     try:
         port = service_port(process.stdout.readline().split()[-1])
-        for number in range(2 * MOST_TEXTS):
+        for number in range(2 * MAX_TEXTS):
             peers = raw_peer(port).greet(topic="/t" + "x" * 8000, md5sum="*", callerid=f"/{number}" + "y" * 8000)
             assert peers.answer()["error"]
-        for number in range(2 * MOST_TEXTS):
+        for number in range(2 * MAX_TEXTS):
             raw_peer(port).greet(service="/s" + "x" * 8000, md5sum="*", callerid=f"/{number}" + "y" * 8000).answer()
         process.send_signal(signal.SIGTERM)
         assert process.wait(20) == 0

@@ -18,7 +18,7 @@ from pyros1.ground.timing import Time
 from pyros1.msgs.rosgraph_msgs.msg import Log as LogMessage
 from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, WARN, level_from_name
 from pyros1.node.log.logger import Log
-from pyros1.node.log.sink import LogSink, Places, default_log_file
+from pyros1.node.log.sink import Destinations, LogSink, default_log_file
 from pyros1.node.publishing.publisher import Publisher
 
 
@@ -364,7 +364,7 @@ def test_a_forked_process_may_log_whatever_other_threads_were_doing(
             return 1
 
     monkeypatch.setattr(LogFile, "write", lambda file, text: (hold(), write(file, text)))
-    holders = [in_thread(setting.log.info, "held"), in_thread(sink.repeats.say, Place(), "text", lambda _: None)]
+    holders = [in_thread(setting.log.info, "held"), in_thread(sink.repeats.log, Place(), "text", lambda _: None)]
     assert held.acquire(timeout=10) and held.acquire(timeout=10)
     child = os.fork()
     if not child:
@@ -388,9 +388,9 @@ def test_a_forked_process_may_log_whatever_other_threads_were_doing(
 def test_messages_of_another_logging_system(tmp_path: Path, capsys: Any) -> None:
     setting = Setting({"ROSCONSOLE_FORMAT": "${logger} ${message} ${file} ${line} ${function}"}, str(tmp_path / "log"))
     place: dict[str, Any] = {"path": "/folder/own.py", "line": 7, "function": "f"}
-    setting.log.pass_on(FATAL, "all", **place)
-    setting.log.pass_on(WARN, "file", **place, name="other", places=Places(terminal=False, rosout=False))
-    setting.log.pass_on(INFO, "rosout", **place, places=Places(terminal=False, file=False))
+    setting.log.log_record(FATAL, "all", **place)
+    setting.log.log_record(WARN, "file", **place, name="other", destinations=Destinations(terminal=False, rosout=False))
+    setting.log.log_record(INFO, "rosout", **place, destinations=Destinations(terminal=False, file=False))
     assert capsys.readouterr().err == "rosout all /folder/own.py 7 f\n"
     assert setting.texts == ["all", "rosout"] and setting.records[0].file == "own.py"
     setting.sink.close()

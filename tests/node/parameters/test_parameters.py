@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from pyros1.ground.errors import MasterError, MasterUnreachableError, ParameterNotSetError
-from pyros1.node.parameters.copies import Copies
+from pyros1.node.parameters.cache import ParameterCache
 from pyros1.node.parameters.parameters import Parameters
 
 from ...parts import context_of, on_loop
@@ -228,9 +228,9 @@ class RacingMaster:
         self.late: list[Any] = []  # told to nobody yet
         self.params = Parameters(self, lambda name: name, lambda: "", {})  # type: ignore[arg-type]
 
-    def rival(self, value: Any, tell: bool = True) -> None:
+    def rival(self, value: Any, notify: bool = True) -> None:
         self.value = value
-        if tell:
+        if notify:
             self.params.update("/x/", value)
         else:
             self.late.append(value)
@@ -242,12 +242,12 @@ class RacingMaster:
         if self.when == "before, and told at once":
             self.rival(7)
         elif self.when == "before, and told late":
-            self.rival(7, tell=False)
+            self.rival(7, notify=False)
         self.value = value
         if self.when == "after, and told at once":
             self.rival(8)
         elif self.when == "after, and told late":
-            self.rival(8, tell=False)
+            self.rival(8, notify=False)
 
 
 @pytest.mark.parametrize("when", [f"{a}, and told {b}" for a in ("before", "after") for b in ("at once", "late")])
@@ -282,14 +282,14 @@ def test_a_signal_handler_sees_its_own_change_at_once(monkeypatch: pytest.Monkey
         params["/x"] = 4
         got.append(params.cached("/x"))
 
-    set_by_us = Copies.set_by_us
+    set_locally = ParameterCache.set_locally
 
-    def interrupted(copies: Copies, *args: Any) -> None:
-        set_by_us(copies, *args)
+    def interrupted(copies: ParameterCache, *args: Any) -> None:
+        set_locally(copies, *args)
         if not got:
             handle()
 
-    monkeypatch.setattr(Copies, "set_by_us", interrupted)
+    monkeypatch.setattr(ParameterCache, "set_locally", interrupted)
     params["/x"] = 3
     assert got == [4] and params.cached("/x") == 4
 

@@ -9,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from pyros1.ground.errors import Error
-from pyros1.node.parameters.private import left_over, private_parameter
+from pyros1.node.parameters.private import leftover_warning, private_parameter
 from pyros1.values import load_yaml
 
 
@@ -81,9 +81,9 @@ def test_what_an_earlier_start_left_on_the_master_is_said(make_node: Any, capsys
 
 def test_a_long_list_is_cut() -> None:
     tree = {"a": {"b": {str(number): "x" * 100 for number in range(7)}}, "given": 1, "empty": {}}
-    (line,) = left_over("/ns/n", tree, {"given": "1"})
+    (line,) = leftover_warning("/ns/n", tree, {"given": "1"})
     assert line.startswith("set before this start: ~a/b/0 is 'xxx") and line.endswith(
         " and 3 more (to forget one: pyros1 param delete /ns/n/a/b/0)"
     )
     assert len(line) < 500
-    assert left_over("/n", ValueError("not set"), {}) == left_over("/n", {}, {}) == []
+    assert leftover_warning("/n", ValueError("not set"), {}) == leftover_warning("/n", {}, {}) == []

@@ -17,14 +17,14 @@ if not host_key():
     pytest.skip("no shared memory on this system", allow_module_level=True)
 
 from pyros1.node.publishing import pool as module
-from pyros1.node.publishing.pool import MOST_BLOCKS, SPARE, Block, Place, Pool
+from pyros1.node.publishing.pool import MAX_BLOCKS, MAX_FREE_BLOCKS, Block, Placement, Pool
 
 
 def frame(body: bytes) -> bytes:
     return len(body).to_bytes(4, "little") + body
 
 
-def content(place: Place) -> bytes:
+def content(place: Placement) -> bytes:
     return place.block.memory[place.offset : place.offset + place.size]
 
 
@@ -62,10 +62,10 @@ def test_blocks_that_are_in_use_are_not_written(steps: list[tuple[int, set[int]]
         in_use = wanted & pool.blocks.keys()
         body = number.to_bytes(4, "little") * (size // 4 + 1)
         place = pool.place(frame(body), in_use)
-        assert len(pool.blocks) <= MOST_BLOCKS
+        assert len(pool.blocks) <= MAX_BLOCKS
         if place is not None:
             assert place.block.number not in in_use and content(place) == body
-            assert len(pool.blocks.keys() - in_use) <= SPARE + 1
+            assert len(pool.blocks.keys() - in_use) <= MAX_FREE_BLOCKS + 1
             seen[place.block.number] = body
         for block in pool.blocks.values():
             if block.number in in_use:
@@ -77,10 +77,10 @@ def test_there_is_an_end_to_it(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> N
     in_use: set[int] = set()
     while place := pool.place(frame(b"x" * 100_000), in_use):
         in_use.add(place.block.number)
-    assert len(in_use) == MOST_BLOCKS
-    pool.abandon({1})
+    assert len(in_use) == MAX_BLOCKS
+    pool.retire({1})
     assert pool.place(frame(b"x" * 100_000), in_use) is not None
-    monkeypatch.setattr(module, "MOST_BYTES", 10 << 20)
+    monkeypatch.setattr(module, "MAX_BYTES", 10 << 20)
     pool.close()
     assert pool.place(frame(bytes(11 << 20)), set()) is None
 
@@ -88,7 +88,7 @@ def test_there_is_an_end_to_it(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> N
 def test_messages_that_grow_leave_no_small_blocks_behind(pool: Pool) -> None:
     for size in range(100_000, 10_000_000, 300_000):
         assert pool.place(frame(bytes(size)), set()) is not None
-    assert len(pool.blocks) <= SPARE + 1
+    assert len(pool.blocks) <= MAX_FREE_BLOCKS + 1
 
 
 def test_no_descriptors(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,10 +16,10 @@ import pytest
 from pyros1.msgs.geometry_msgs.msg import Point, PointStamped
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64
-from pyros1.node.lane import Lane
 from pyros1.node.publishing.local_link import UNBOUNDED_LIMIT
 from pyros1.node.publishing.publication import Publication
 from pyros1.node.publishing.tcp_link import TcpLink
+from pyros1.node.strand import Strand
 from pyros1.wire.handshake import Refusal, subscriber_header
 
 from ...bodies import decode, encode
@@ -32,11 +32,11 @@ def over_tcp(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
 
 
-def occupy(lane: Lane) -> None:
-    """Take a lane, as if somebody worked there, once those who do have left."""
+def occupy(strand: Strand) -> None:
+    """Take a strand, as if somebody worked there, once those who do have left."""
     for _ in range(5000):
         try:
-            del lane.free[0]
+            del strand.free[0]
             return
         except IndexError:
             time.sleep(0.001)  # it is not theirs to say that they leave
@@ -152,13 +152,13 @@ def test_the_last_messages_for_a_stuck_subscriber_do_not_stop_the_loop(
     greet(raw_peer(talker, receive_buffer=4096), Image)
     assert publisher.wait_for_subscribers(timeout=5)
     publisher.publish(Image(data=bytes(BIG)))
-    (link,), lane = publication_of(talker).links, publication_of(talker).lane
+    (link,), strand = publication_of(talker).links, publication_of(talker).strand
     locked: list[bool] = []
 
     def wait(_: Any) -> None:
-        locked.append(lane.mine)
+        locked.append(strand.is_mine)
         done = threading.Event()
-        context_of(talker).loop.call_soon(lane.do, done.set)
+        context_of(talker).loop.call_soon(strand.do, done.set)
         assert done.wait(5)
         link.close()
 
@@ -204,18 +204,18 @@ def test_who_is_connected_and_who_comes_later_end_with_the_same_message(
 def test_a_message_comes_after_all_that_its_thread_has_left_to_others(
     make_node: Any, raw_peer: Any, message_class: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.lane.TURN", turn := 8)
+    monkeypatch.setattr("pyros1.node.strand.MAX_JOBS_PER_TURN", turn := 8)
     talker = make_node("talker")
     publisher = talker.advertise("t", message_class, queue_size=0)
     peer = greet(raw_peer(talker), message_class)
     assert publisher.wait_for_subscribers(timeout=5)
-    lane = publication_of(talker).lane
+    strand = publication_of(talker).strand
     count = 3 * turn
     field = "data" if message_class is Float64 else "height"
-    occupy(lane)
+    occupy(strand)
     for number in range(count):
         publisher.publish(message_class(**{field: number}))
-    lane.free.append(True)
+    strand.free.append(True)
     publisher.publish(message_class(**{field: count}))
     bodies = [peer.frame() for _ in range(count + 1)]
     messages = [decode(message_class, body) for body in bodies]
@@ -240,13 +240,13 @@ def test_a_message_for_the_process_goes_to_who_has_taken_its_place_meanwhile(
         """Takes long to become a float: when it has, another subscriber has come in place of the first."""
 
         def __float__(self) -> float:
-            publication.lane.free.append(True)
+            publication.strand.free.append(True)
             subscriber.unregister()
             peers.append(greet(raw_peer(talker), Float64))
             assert changed.wait(5)
             return 1.0
 
-    occupy(publication.lane)  # so the message is left
+    occupy(publication.strand)  # so the message is left
     publisher.publish(Number())
     assert decode(Float64, peers[0].frame()) == Float64(1.0)
 

@@ -14,14 +14,14 @@ import pytest
 
 from pyros1.ground.errors import ProtocolError
 from pyros1.net.loop import Loop
-from pyros1.node.lane import Lane
 from pyros1.node.same_host import host_key
+from pyros1.node.strand import Strand
 
 if not host_key():
     pytest.skip("no shared memory on this system", allow_module_level=True)
 
-from pyros1.node.publishing.pool import Place, Pool
-from pyros1.node.publishing.shared_link import CREDIT, SharedLink
+from pyros1.node.publishing.pool import Placement, Pool
+from pyros1.node.publishing.shared_link import MAX_REFERENCES, SharedLink
 from pyros1.node.publishing.tcp_link import TcpLink
 from pyros1.node.subscribing.shared_source import SharedSource
 from pyros1.wire.header import HeaderReader
@@ -35,17 +35,17 @@ class Desk:
     """A desk that keeps what is sent, and calls a function before."""
 
     def __init__(self, desk: socket.socket) -> None:
-        self._desk = desk
+        self._control_socket = desk
         self.sent: list[bytes] = []
-        self.before: Callable[[], object] = list
+        self.bytes_before: Callable[[], object] = list
 
     def send(self, record: bytes) -> int:
         self.sent.append(record)
-        self.before()
-        return self._desk.send(record)
+        self.bytes_before()
+        return self._control_socket.send(record)
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._desk, name)
+        return getattr(self._control_socket, name)
 
 
 class Ends:
@@ -57,10 +57,10 @@ class Ends:
         self.loop = loop
         self.pool = Pool()
         self.ended = threading.Event()
-        self.lane = Lane(loop.call_soon, lambda: None)
+        self.strand = Strand(loop.call_soon, lambda: None)
         args = {"callerid": "/talker", "topic": "/t"}
-        self.link = SharedLink(loop, self.lane, near, args, args, 3, lambda _: self.ended.set(), self.pool, TOKEN)
-        self.lane.do(self.link.start)
+        self.link = SharedLink(loop, self.strand, near, args, args, 3, lambda _: self.ended.set(), self.pool, TOKEN)
+        self.strand.do(self.link.start)
         data, (desk,), _, _ = socket.recv_fds(far, 65536, 1)
         reader = HeaderReader()
         header = reader.feed(data)
@@ -68,15 +68,15 @@ class Ends:
         self.desk = Desk(socket.socket(fileno=desk))
         self.source = SharedSource(far, "http://talker", header, reader.rest, self.desk)  # type: ignore[arg-type]
 
-    def place(self) -> Place:
+    def place(self) -> Placement:
         head = b"head" + SIZE.to_bytes(4, "little")
         frame: list[Any] = [(len(head) + SIZE).to_bytes(4, "little") + head, os.urandom(SIZE)]
-        place = self.pool.place(frame, set(self.link.out.values()))
+        place = self.pool.place(frame, set(self.link.outstanding.values()))
         assert place is not None
         return place
 
     def send(self) -> None:
-        self.do(self.link.refer, self.place())
+        self.do(self.link.send_reference, self.place())
 
     def receive(self, count: int) -> list[Any]:
         items: list[Any] = []
@@ -88,15 +88,15 @@ class Ends:
                 self.source.items = None
         return items
 
-    def out(self) -> set[int]:
-        self.do(self.link.take_back)
-        return set(self.link.out)
+    def outstanding(self) -> set[int]:
+        self.do(self.link.receive_releases)
+        return set(self.link.outstanding)
 
     def do(self, function: Callable[..., object], *args: Any) -> None:
-        """Run a function in the lane, and wait for it: the loop may work there."""
+        """Run a function in the strand, and wait for it: the loop may work there."""
         done = threading.Event()
-        self.lane.do(function, *args)
-        self.lane.do(done.set)
+        self.strand.do(function, *args)
+        self.strand.do(done.set)
         assert done.wait(PATIENCE)
 
 
@@ -114,30 +114,30 @@ def ends() -> Iterator[Ends]:
 
 
 def test_no_more_than_the_credit_is_out(ends: Ends) -> None:
-    for _ in range(CREDIT + 10):
+    for _ in range(MAX_REFERENCES + 10):
         ends.send()
-    assert len(ends.out()) == CREDIT + 3 and ends.link.waiting == 3 and ends.link.dropped == 7
-    kept = ends.receive(CREDIT)
-    assert len(kept) == CREDIT
+    assert len(ends.outstanding()) == MAX_REFERENCES + 3 and ends.link.waiting == 3 and ends.link.dropped == 7
+    kept = ends.receive(MAX_REFERENCES)
+    assert len(kept) == MAX_REFERENCES
     del kept[:]
     more = ends.receive(3)  # the link has waited for this
     assert len(more) == 3
     del more
-    assert not ends.out()
+    assert not ends.outstanding()
 
 
 def test_references_are_given_back_within_each_other(ends: Ends) -> None:
     """As when the end of one message, within the sending, ends another one; each goes back once."""
-    for _ in range(CREDIT):
+    for _ in range(MAX_REFERENCES):
         ends.send()
-    items = ends.receive(CREDIT)
-    ends.desk.before = lambda: items and items.pop()
+    items = ends.receive(MAX_REFERENCES)
+    ends.desk.bytes_before = lambda: items and items.pop()
     items.pop()
     sent = ends.desk.sent
-    assert len(sent) == len(set(sent)) == CREDIT and not ends.out()
+    assert len(sent) == len(set(sent)) == MAX_REFERENCES and not ends.outstanding()
 
 
-@pytest.mark.parametrize("moment", ["before", "after"])
+@pytest.mark.parametrize("moment", ["bytes_before", "after"])
 def test_a_signal_handler_raises(ends: Ends, monkeypatch: pytest.MonkeyPatch, moment: str) -> None:
     """A reference that has not left is not waited for; one that has left is."""
     send = TcpLink.send
@@ -149,44 +149,44 @@ def test_a_signal_handler_raises(ends: Ends, monkeypatch: pytest.MonkeyPatch, mo
 
     monkeypatch.setattr(TcpLink, "send", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        ends.link.refer(ends.place())
+        ends.link.send_reference(ends.place())
     ends.do(ends.link.recover)
-    assert len(ends.out()) == (moment == "after")
+    assert len(ends.outstanding()) == (moment == "after")
 
 
 def test_a_slow_subscriber_costs_no_processor_time(ends: Ends, monkeypatch: pytest.MonkeyPatch) -> None:
     """While references wait for it, the loop sleeps."""
-    for _ in range(CREDIT + 2):
+    for _ in range(MAX_REFERENCES + 2):
         ends.send()
     ends.loop.run(lambda: None)
     looks: list[int] = []
-    take_back = SharedLink.take_back
-    monkeypatch.setattr(SharedLink, "take_back", lambda link: (looks.append(1), take_back(link)))
+    receive_releases = SharedLink.receive_releases
+    monkeypatch.setattr(SharedLink, "receive_releases", lambda link: (looks.append(1), receive_releases(link)))
     for _ in range(20):
         ends.loop.run(lambda: None)
     assert len(looks) <= 1
-    del ends.receive(CREDIT)[:]
+    del ends.receive(MAX_REFERENCES)[:]
     assert len(ends.receive(2)) == 2
 
 
 def test_what_waits_goes_on_whoever_notes_that_others_came_back(ends: Ends) -> None:
     """Also if a publisher has taken the last record before the loop saw it, and publishes nothing more."""
-    for _ in range(CREDIT + 2):
+    for _ in range(MAX_REFERENCES + 2):
         ends.send()
-    kept = ends.receive(CREDIT)
+    kept = ends.receive(MAX_REFERENCES)
     busy, leave = threading.Event(), threading.Event()
     ends.loop.call_soon(lambda: busy.set() or leave.wait(PATIENCE))
     assert busy.wait(PATIENCE)
     del kept[:]
-    ends.do(ends.link.take_back)
+    ends.do(ends.link.receive_releases)
     leave.set()
     assert len(ends.receive(2)) == 2
 
 
 def test_a_subscriber_that_closes_its_desk_has_left(ends: Ends) -> None:
-    for _ in range(CREDIT + 2):
+    for _ in range(MAX_REFERENCES + 2):
         ends.send()
-    kept = ends.receive(CREDIT)
+    kept = ends.receive(MAX_REFERENCES)
     ends.desk.close()
     assert ends.ended.wait(PATIENCE)
     del kept[:]
@@ -198,13 +198,13 @@ def test_a_publisher_that_takes_nothing_back_costs_no_memory(ends: Ends, monkeyp
     def fail() -> None:
         raise BlockingIOError
 
-    monkeypatch.setattr("pyros1.node.subscribing.shared_source.MOST_UNDONE", 2)
-    ends.desk.before = fail
+    monkeypatch.setattr("pyros1.node.subscribing.shared_source.MAX_UNSENT_RELEASES", 2)
+    ends.desk.bytes_before = fail
     with pytest.raises(ProtocolError, match="does not take back"):
         for _ in range(4):
             ends.send()
             ends.receive(1)
-            ends.link.out.clear()
+            ends.link.outstanding.clear()
 
 
 def test_a_message_that_is_too_large_is_not_copied(ends: Ends, monkeypatch: pytest.MonkeyPatch) -> None:

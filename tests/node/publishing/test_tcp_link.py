@@ -12,9 +12,9 @@ import pytest
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64, Float64MultiArray
 from pyros1.net.loop import WRITE, Loop, TimerHandle
-from pyros1.node.lane import Lane
 from pyros1.node.publishing import tcp_link
 from pyros1.node.publishing.tcp_link import TcpLink, WaitingLink, wait_writable
+from pyros1.node.strand import Strand
 
 from ...bodies import decode
 from ...parts import publication_of
@@ -63,8 +63,8 @@ def test_a_subscriber_whose_machine_is_gone(
 ) -> None:
     """Its link ends, and whoever waits for it goes on; see `is_gone`."""
     gone = threading.Event()
-    monkeypatch.setattr(tcp_link, "LOOK", 0.01)
-    monkeypatch.setattr(tcp_link, "is_gone", lambda sock: gone.is_set())
+    monkeypatch.setattr(tcp_link, "PEER_CHECK_INTERVAL", 0.01)
+    monkeypatch.setattr(tcp_link, "is_peer_dead", lambda sock: gone.is_set())
     talker = make_node("talker")
     publisher = talker.advertise("t", Image, queue_size=queue_size)
     greet(raw_peer(talker, receive_buffer=4096), Image)
@@ -180,7 +180,7 @@ def test_the_death_of_the_peer_ends_the_wait(blocked: Any) -> None:
 
 
 def test_shutdown_ends_the_wait(blocked: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.topics.FAREWELL", 0.1)
+    monkeypatch.setattr("pyros1.node.topics.CLOSE_TIMEOUT", 0.1)
     talker, _, thread, _ = blocked
     in_thread(talker.shutdown).join()
     thread.join()
@@ -200,12 +200,12 @@ def loop() -> Any:
 class InLane:
     """A link to which messages are given as its topic does it."""
 
-    def __init__(self, link: Any, lane: Lane) -> None:
+    def __init__(self, link: Any, strand: Strand) -> None:
         self.link = link
-        self.lane = lane
+        self.strand = strand
 
     def send(self, frame: Any) -> None:
-        self.lane.do(self.link.send, frame)
+        self.strand.do(self.link.send, frame)
         if isinstance(self.link, WaitingLink):
             self.link.wait()
 
@@ -234,10 +234,10 @@ def linked(loop: Any, ends: Any) -> Any:
 
     def make(queue_size: int | None) -> Any:
         link_class = WaitingLink if queue_size is None else TcpLink
-        lane = Lane(loop.call_soon)
-        link = link_class(loop, lane, near, {"callerid": "/far"}, b"", queue_size, lambda _: closed.set())
+        strand = Strand(loop.call_soon)
+        link = link_class(loop, strand, near, {"callerid": "/far"}, b"", queue_size, lambda _: closed.set())
         links.append(link)
-        return InLane(link, lane), far, closed
+        return InLane(link, strand), far, closed
 
     yield make
     for link in links:
@@ -318,7 +318,7 @@ def test_small_and_large_frames_keep_their_order(linked: Any, in_thread: Any) ->
         link.send(item)
     assert reading.join() == whole
     counted = threading.Event()
-    link.lane.do(counted.set)  # the last bytes may arrive before they are counted
+    link.strand.do(counted.set)  # the last bytes may arrive before they are counted
     assert counted.wait(5) and link.bytes_sent == len(whole)
 
 
@@ -376,22 +376,22 @@ class Greedy:
 
 @pytest.fixture
 def by_hand(ends: Any) -> Any:
-    """A link that has waited for its full socket, which takes everything now; with its loop and its lane."""
+    """A link that has waited for its full socket, which takes everything now; with its loop and its strand."""
     loop, sock = ByHand(), Greedy(ends[0])
-    lane = Lane(loop.call_soon)
-    link = TcpLink(loop, lane, sock, {}, b"", 0, lambda _: None)  # type: ignore[arg-type]  # stand-ins
+    strand = Strand(loop.call_soon)
+    link = TcpLink(loop, strand, sock, {}, b"", 0, lambda _: None)  # type: ignore[arg-type]  # stand-ins
     for number in range(600):
-        lane.do(link.send, frame(number, 10_000))
+        strand.do(link.send, frame(number, 10_000))
     loop.turn()
     assert link.waiting == 600 and loop.events & WRITE
     sock.full = False
-    yield link, loop, lane
+    yield link, loop, strand
     link.close()
     loop.turn()
 
 
 def test_a_long_queue_is_sent_in_turns(by_hand: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.publishing.tcp_link.TURN", 10_000)
+    monkeypatch.setattr("pyros1.node.publishing.tcp_link.MAX_BYTES_PER_TURN", 10_000)
     link, loop, _ = by_hand
     loop.event(WRITE)
     assert 0 < link.bytes_sent <= 256 * 10_004, "one system call"
@@ -404,13 +404,13 @@ def test_a_long_queue_is_sent_in_turns(by_hand: Any, monkeypatch: pytest.MonkeyP
 def test_what_the_loop_has_left_in_the_lane_and_does_itself_is_watched_again(
     by_hand: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.publishing.tcp_link.TURN", 10_000)
-    link, loop, lane = by_hand
-    del lane.free[0]  # somebody works there
+    monkeypatch.setattr("pyros1.node.publishing.tcp_link.MAX_BYTES_PER_TURN", 10_000)
+    link, loop, strand = by_hand
+    del strand.free[0]  # somebody works there
     loop.event(WRITE)
     assert not link.bytes_sent and not loop.events & WRITE
-    lane.free.append(True)
-    lane.work()
+    strand.free.append(True)
+    strand.work()
     loop.turn()
     assert link.bytes_sent and link.waiting and loop.events & WRITE
 
@@ -418,9 +418,9 @@ def test_what_the_loop_has_left_in_the_lane_and_does_itself_is_watched_again(
 def test_an_interrupted_publisher_without_a_queue_leaves_the_rest_to_the_loop(linked: Any) -> None:
     link, far, _ = linked(None)
     one = frame(1, 16 << 20)
-    link.lane.do(link.link.send, one)
+    link.strand.do(link.link.send, one)
     assert link.waiting
-    link.lane.do(link.recover)  # a signal handler has raised before the publisher waited
+    link.strand.do(link.recover)  # a signal handler has raised before the publisher waited
     assert receive(far, len(one)) == one
 
 

@@ -31,7 +31,7 @@ def refuse(*args: Any) -> Any:
 
 @pytest.fixture
 def no_tcp(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.services.call.dial", refuse)
+    monkeypatch.setattr("pyros1.node.services.call.blocking_connect", refuse)
 
 
 @pytest.mark.usefixtures("no_tcp")
@@ -75,7 +75,7 @@ def test_a_node_with_no_service_of_a_program_listens_on_tcp_only(make_node: Any)
 @pytest.mark.parametrize("side", ["client", "provider"])
 def test_other_users_and_machines_have_tcp(make_node: Any, monkeypatch: pytest.MonkeyPatch, side: str) -> None:
     if side == "client":
-        monkeypatch.setattr("pyros1.node.same_host.is_own", lambda sock: False)
+        monkeypatch.setattr("pyros1.node.same_host.is_same_user", lambda sock: False)
     else:
         monkeypatch.setattr("pyros1.node.same_host.listen", lambda wish: refuse())
         monkeypatch.setattr("pyros1.node.server.listen", lambda wish: refuse())
@@ -92,7 +92,7 @@ def test_a_setting_leaves_tcp(make_node: Any, environ: dict[str, str]) -> None:
     environ["PYROS1_TRANSPORTS"] = "tcp"
     caller = make_node("caller")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("pyros1.node.services.call.dial", refuse)
+        patch.setattr("pyros1.node.services.call.blocking_connect", refuse)
         with pytest.raises(ServiceError, match="cannot be reached"):
             caller.service("s", SetBool)(True)
     assert caller.service("s", SetBool)(True).success

@@ -20,28 +20,30 @@ def test_both_ends_notice_that_a_machine_is_gone_t37(
     make_node: Any, collect: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     watched = collect()
-    monkeypatch.setattr("pyros1.node.same_host.wants_local", lambda setting: False)
+    monkeypatch.setattr("pyros1.node.same_host.is_local_enabled", lambda setting: False)
     for place in ("call", "server"):
-        monkeypatch.setattr(f"pyros1.node.services.{place}.keep_prompt", lambda sock: watched(sock.getsockname()))
+        monkeypatch.setattr(
+            f"pyros1.node.services.{place}.set_nodelay_and_keepalive", lambda sock: watched(sock.getsockname())
+        )
     make_node("server").advertise_service("s", SetBool, lambda request: (True, ""))
     assert make_node("caller").service("s", SetBool)(True).success
     one, other = watched.wait(2)
     assert one != other
 
 
-@pytest.mark.parametrize("greeted", [False, True])
+@pytest.mark.parametrize("got_header", [False, True])
 def test_a_call_ends_when_the_providers_machine_is_gone(
-    make_node: Any, fake_node: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch, greeted: bool
+    make_node: Any, fake_node: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch, got_header: bool
 ) -> None:
     """A call without a time limit, whatever it waits for; see `is_gone`."""
     gone = threading.Event()
-    monkeypatch.setattr("pyros1.node.services.call.is_gone", lambda sock: gone.is_set())
+    monkeypatch.setattr("pyros1.node.services.call.is_peer_dead", lambda sock: gone.is_set())
     fake = fake_node("/fake")
     fake.master.register_service("/s", f"rosrpc://localhost:{fake.port}", fake.uri)
     call = in_thread(make_node("caller").service("s", Empty))
     sock, _ = fake.accept()
     with sock:
-        if greeted:
+        if got_header:
             sock.sendall(encode_header({"md5sum": Empty._md5sum}))
         gone.set()
         with pytest.raises(ServiceError, match="the provider's machine no longer answers"):
@@ -51,7 +53,7 @@ def test_a_call_ends_when_the_providers_machine_is_gone(
 def test_a_silent_name_server(make_node: Any, fake_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """A call, a wait and a shutdown end in time."""
     answer = threading.Event()
-    monkeypatch.setattr("pyros1.net.resolve.look_up", lambda host: ["127.0.0.1"] * answer.wait(20))
+    monkeypatch.setattr("pyros1.net.resolve.resolve_host", lambda host: ["127.0.0.1"] * answer.wait(20))
     fake, caller = fake_node("/fake"), make_node("caller")
     fake.master.register_service("/s", "rosrpc://slow:1", fake.uri)
     with pytest.raises(WaitTimeoutError, match="/s"):

@@ -202,7 +202,7 @@ def test_a_persistent_client_may_be_shared_by_threads(server: Any, caller: Any, 
 
 
 def test_too_many_calls_are_refused(server: Any, caller: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.services.server.MOST_CALLS", 3)
+    monkeypatch.setattr("pyros1.node.services.server.MAX_CALLS", 3)
     inside, leave = threading.Semaphore(0), threading.Event()
 
     def wait(request: Any) -> Any:
@@ -472,7 +472,7 @@ def test_a_call_that_comes_after_the_end_is_not_served(
     server: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Also if the loop, which waits for it, is too busy to end the connection first."""
-    monkeypatch.setattr("pyros1.node.services.server.MOST_EARLY", 0)
+    monkeypatch.setattr("pyros1.node.services.server.MAX_EARLY_CALLS", 0)
     calls: list[Any] = []
     service = server.advertise_service("s", SetBool, lambda request: calls.append(request) or (True, ""))
     peer = raw_peer(server).greet(service="/s", md5sum="*", callerid="/p", persistent="1")
@@ -574,8 +574,8 @@ def threads_of(node: Any) -> list[str]:
 def test_idle_and_slow_clients_cost_no_threads_and_hinder_nobody(
     server: Any, caller: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.services.server.MOST_CALLS", 20)
-    monkeypatch.setattr("pyros1.node.services.connection.LINGER", 0.001)
+    monkeypatch.setattr("pyros1.node.services.server.MAX_CALLS", 20)
+    monkeypatch.setattr("pyros1.node.services.connection.LINGER_TIME", 0.001)
     server.advertise_service("popular", SetBool, lambda request: (request.data, ""))
     server.advertise_service("other", Empty, lambda request: {})
     peers = [raw_peer(server).greet(service="/popular", md5sum="*", callerid="/p", persistent="1") for _ in range(40)]
@@ -596,7 +596,7 @@ def test_idle_and_slow_clients_cost_no_threads_and_hinder_nobody(
 def test_calls_of_one_service_leave_room_for_the_others(
     server: Any, caller: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.services.server.MOST_CALLS", 1)
+    monkeypatch.setattr("pyros1.node.services.server.MAX_CALLS", 1)
     inside, leave = threading.Event(), threading.Event()
     server.advertise_service("slow", Empty, lambda request: inside.set() or (leave.wait(10) and {}) or {})
     server.advertise_service("other", Empty, lambda request: {})
@@ -615,7 +615,7 @@ def test_calls_of_one_service_leave_room_for_the_others(
 def test_requests_that_come_together_are_all_answered(
     server: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch, linger: float
 ) -> None:
-    monkeypatch.setattr("pyros1.node.services.connection.LINGER", linger)
+    monkeypatch.setattr("pyros1.node.services.connection.LINGER_TIME", linger)
     server.advertise_service("s", SetBool, lambda request: (request.data, ""))
     peer = raw_peer(server)
     header = {"service": "/s", "md5sum": "*", "callerid": "/raw", "persistent": "1"}
@@ -682,7 +682,7 @@ def test_a_self_call_goes_to_whoever_the_master_names(make_node: Any) -> None:
 def test_a_call_that_nobody_spins_for_is_told(
     make_node: Any, caller: Any, in_thread: Any, watch_log: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.services.server.PATIENCE", 0.0)
+    monkeypatch.setattr("pyros1.node.services.server.SPIN_WARNING_DELAY", 0.0)
     node = make_node("spinner", callbacks="spin")
     log = watch_log(node)
     node.advertise_service("s", Empty, lambda request: {})
@@ -757,7 +757,7 @@ def test_a_program_that_echoes_is_no_service(caller: Any) -> None:
 
 def test_a_provider_that_does_not_greet_is_named(caller: Any, watch_log: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its node is stopped, or a web server has its port, which waits for a line of text."""
-    monkeypatch.setattr("pyros1.node.services.call.SILENCE", 0.0)
+    monkeypatch.setattr("pyros1.node.services.call.SILENCE_TIMEOUT", 0.0)
     log = watch_log(caller)
     with socket.create_server(("127.0.0.1", 0)) as listener:
         place = f"rosrpc://127.0.0.1:{listener.getsockname()[1]}"

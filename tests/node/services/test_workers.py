@@ -13,7 +13,7 @@ from pyros1.node.services.workers import Workers
 
 @pytest.fixture
 def workers() -> Any:
-    workers = Workers("test", most=3)
+    workers = Workers("test", max_threads=3)
     yield workers
     workers.close()
 

@@ -18,8 +18,8 @@ from ...parts import context_of, on_loop, subscription_of
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Many attempts in a short time."""
-    monkeypatch.setattr("pyros1.node.subscribing.dialogue.FIRST_REST", 0.01)
-    monkeypatch.setattr("pyros1.node.subscribing.dialogue.LONGEST_REST", 0.02)
+    monkeypatch.setattr("pyros1.node.subscribing.dialogue.MIN_BACKOFF", 0.01)
+    monkeypatch.setattr("pyros1.node.subscribing.dialogue.MAX_BACKOFF", 0.02)
 
 
 def frame(number: float) -> bytes:
@@ -118,12 +118,14 @@ def test_a_publisher_whose_api_is_silent(
 ) -> None:
     monkeypatch.setattr("pyros1.node.subscribing.connector.STEP_TIMEOUT", 0.1)
     fake, got = fake_node("/fake"), collect()
-    with socket.create_server(("127.0.0.1", 0)) as silent:
-        silent.settimeout(10)
-        fake.master.register_publisher("/t", "std_msgs/Float64", f"http://localhost:{silent.getsockname()[1]}/")
+    with socket.create_server(("127.0.0.1", 0)) as publisher_silent:
+        publisher_silent.settimeout(10)
+        fake.master.register_publisher(
+            "/t", "std_msgs/Float64", f"http://localhost:{publisher_silent.getsockname()[1]}/"
+        )
         make_node("listener").subscribe("t", Float64, got)
         for _ in range(2):  # asks, gives up, asks again
-            sock, _ = silent.accept()
+            sock, _ = publisher_silent.accept()
             sock.close()
 
 
@@ -131,15 +133,15 @@ def test_a_publisher_that_does_not_answer_is_named_once(
     make_node: Any, fake_node: Any, watch_log: Any, collect: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("pyros1.node.subscribing.connector.STEP_TIMEOUT", 0.1)
-    monkeypatch.setattr("pyros1.node.subscribing.connector.SILENCE", 0.05)
+    monkeypatch.setattr("pyros1.node.subscribing.connector.SILENCE_TIMEOUT", 0.05)
     fake, listener, got = fake_node("/fake"), make_node("listener"), collect()
     log = watch_log(listener)
-    with socket.create_server(("127.0.0.1", 0)) as silent:
-        silent.settimeout(10)
-        uri = f"http://localhost:{silent.getsockname()[1]}/"
+    with socket.create_server(("127.0.0.1", 0)) as publisher_silent:
+        publisher_silent.settimeout(10)
+        uri = f"http://localhost:{publisher_silent.getsockname()[1]}/"
         fake.master.register_publisher("/t", "std_msgs/Float64", uri)
         listener.subscribe("t", Float64, got)
-        sockets = [silent.accept()[0] for _ in range(3)]  # asked, given up, asked again
+        sockets = [publisher_silent.accept()[0] for _ in range(3)]  # asked, given up, asked again
         log.saw("no messages of /t", uri, "does not answer")
         assert len([text for text in log.texts if "does not answer" in text]) == 1
         for sock in sockets:
@@ -316,10 +318,10 @@ def test_unreachable_publishers_delay_no_other(
     """Dead, silent and nameless publishers are listed before the good one."""
     listener, got = make_node("listener"), collect()
     bad = [fake_node(f"/bad{index}") for index in range(3)]
-    with socket.create_server(("127.0.0.1", 0)) as silent:
+    with socket.create_server(("127.0.0.1", 0)) as publisher_silent:
         uris = [
             f"http://localhost:{free_port}/",
-            f"http://localhost:{silent.getsockname()[1]}/",
+            f"http://localhost:{publisher_silent.getsockname()[1]}/",
             "http://no-such-host.invalid:1234/",
         ]
         for fake, uri in zip(bad, uris, strict=True):
@@ -374,8 +376,8 @@ def test_a_publisher_whose_host_is_unknown_is_warned_of_once(
         tries(host)
         raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
 
-    monkeypatch.setattr("pyros1.net.resolve.look_up", look_up)
-    monkeypatch.setattr("pyros1.net.resolve.NOT_FOUND_S", 0.0)
+    monkeypatch.setattr("pyros1.net.resolve.resolve_host", look_up)
+    monkeypatch.setattr("pyros1.net.resolve.NEGATIVE_TTL_S", 0.0)
     fake, listener = fake_node("/fake"), make_node("listener")
     log = watch_log(listener)
     fake.uri = "http://nowhere.invalid:5000/"
@@ -402,7 +404,7 @@ def test_many_publishers_that_were_killed_cause_few_warnings(
     make_node: Any, watch_log: Any, free_port: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each names first what is likely, where all nodes use ROS_HOSTNAME=localhost."""
-    monkeypatch.setattr("pyros1.node.subscribing.dialogue.TOLD_REST", 0.02)
+    monkeypatch.setattr("pyros1.node.subscribing.dialogue.REPORTED_BACKOFF", 0.02)
     node = make_node("listener")
     assert context_of(node).host == "localhost"
     log = watch_log(node)

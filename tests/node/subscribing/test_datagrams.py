@@ -21,7 +21,7 @@ UDP = {"transports": "udp"}
 def apart(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nodes of one process do not find each other, and attempts come quickly."""
     monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
-    monkeypatch.setattr("pyros1.node.subscribing.dialogue.FIRST_REST", 0.01)
+    monkeypatch.setattr("pyros1.node.subscribing.dialogue.MIN_BACKOFF", 0.01)
 
 
 def transports(node: Any) -> list[str]:
@@ -185,7 +185,7 @@ def test_what_an_offer_is_answered_t59(make_node: Any, call_node: Any) -> None:
 
 
 def test_there_is_an_end_to_subscribers(make_node: Any, call_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.publishing.linking.MOST_LINKS", 3)
+    monkeypatch.setattr("pyros1.node.publishing.publisher_links.MAX_LINKS", 3)
     talker = make_node("talker")
     talker.advertise("t", Float64)
     fields = {"callerid": "/x", "topic": "/t", "type": "std_msgs/Float64", "md5sum": Float64._md5sum}

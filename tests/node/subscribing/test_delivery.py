@@ -10,7 +10,7 @@ import pytest
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.node.subscribing.delivery import Delivery
 from pyros1.node.subscribing.inbox import Inbox
-from pyros1.node.subscribing.turns import FRESH
+from pyros1.node.subscribing.time_slices import MAX_CALLBACK_TIME
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
 from pyros1.wire.header import encode_header
 
@@ -26,12 +26,12 @@ class Gate:
     """A callback that lets each message wait until the test says go."""
 
     def __init__(self) -> None:
-        self.got: list[float] = []
+        self.acquired: list[float] = []
         self.entered = threading.Semaphore(0)
         self.go = threading.Semaphore(0)
 
     def __call__(self, message: Any) -> None:
-        self.got.append(message.data)
+        self.acquired.append(message.data)
         self.entered.release()
         assert self.go.acquire(timeout=10)
 
@@ -64,10 +64,12 @@ def test_a_slow_callback_gets_the_newest_messages(
         publisher.publish(number)
     probe.wait(1001)  # so they all have left the publisher
     gate.open()
-    while gate.got[-1] != 1000:
+    while gate.acquired[-1] != 1000:
         assert gate.entered.acquire(timeout=5)
-    assert gate.got == [0, *range(1001 - limit, 1001)] or set(gate.got[-limit:]) <= set(range(1001 - limit, 1001))
-    assert len(gate.got) + subscriber.dropped == 1001
+    assert gate.acquired == [0, *range(1001 - limit, 1001)] or set(gate.acquired[-limit:]) <= set(
+        range(1001 - limit, 1001)
+    )
+    assert len(gate.acquired) + subscriber.dropped == 1001
 
 
 def test_without_a_bound_nothing_is_dropped(make_node: Any, transport: str, gate: Gate) -> None:
@@ -82,21 +84,21 @@ def test_without_a_bound_nothing_is_dropped(make_node: Any, transport: str, gate
     gate.open()
     for _ in range(5000):
         assert gate.entered.acquire(timeout=5)
-    assert gate.got == list(range(5001))
+    assert gate.acquired == list(range(5001))
     assert subscriber.dropped == 0
 
 
 def test_callbacks_that_keep_up_lose_nothing_with_a_small_queue(
     make_node: Any, transport: str, collect: Any, fake_node: Any
 ) -> None:
-    fake, got = fake_node("/fake"), collect()
+    fake, acquired = fake_node("/fake"), collect()
     fake.publish("/t")
-    make_node("listener").subscribe("t", Float64, got, queue_size=1)
+    make_node("listener").subscribe("t", Float64, acquired, queue_size=1)
     sock = fake.accept_subscriber()
     for number in range(200):
         sock.sendall(frame(number))
-        got.wait(number + 1)
-    assert got.data == list(range(200))
+        acquired.wait(number + 1)
+    assert acquired.data == list(range(200))
 
 
 def test_a_publisher_without_queue_waits_for_a_slow_subscriber_in_the_process(
@@ -112,9 +114,9 @@ def test_a_publisher_without_queue_waits_for_a_slow_subscriber_in_the_process(
     assert publishing.thread.is_alive() and subscription_of(listener).delivery.waiting <= 1000
     gate.open()
     publishing.join()
-    while gate.got[-1] != count - 1:
+    while gate.acquired[-1] != count - 1:
         assert gate.entered.acquire(timeout=5)
-    assert gate.got == list(range(count))
+    assert gate.acquired == list(range(count))
 
 
 def test_the_publishers_queue_bounds_what_waits_within_the_process(make_node: Any, gate: Gate) -> None:
@@ -127,16 +129,16 @@ def test_the_publishers_queue_bounds_what_waits_within_the_process(make_node: An
     for number in range(1, 1001):
         publisher.publish(number)
     gate.open()
-    while gate.got[-1] != 1000:
+    while gate.acquired[-1] != 1000:
         assert gate.entered.acquire(timeout=5)
-    assert gate.got == [0, *range(991, 1001)]
+    assert gate.acquired == [0, *range(991, 1001)]
     assert subscriber.dropped == 990
 
 
-@pytest.mark.parametrize(("size", "most"), [(10, 100), (100_000, 20), (2_000_000, 4)])
+@pytest.mark.parametrize(("size", "maximum"), [(10, 100), (100_000, 20), (2_000_000, 4)])
 @pytest.mark.parametrize("latch", [False, True])
 def test_within_the_process_room_may_be_left_as_in_sockets(
-    make_node: Any, gate: Gate, size: int, most: int, latch: bool
+    make_node: Any, gate: Gate, size: int, maximum: int, latch: bool
 ) -> None:
     """Seen in programs for rospy: a burst of goals to an action server in the same process did not arrive."""
     node = make_node("node", local_room=1 << 20)
@@ -149,23 +151,23 @@ def test_within_the_process_room_may_be_left_as_in_sockets(
     for text in texts:
         publisher.publish(text)
     gate.open()
-    while gate.got[-1] != texts[-1]:
+    while gate.acquired[-1] != texts[-1]:
         assert gate.entered.acquire(timeout=5)
-    assert gate.got[1:] == texts if most == 100 else len(gate.got[1:]) <= most
+    assert gate.acquired[1:] == texts if maximum == 100 else len(gate.acquired[1:]) <= maximum
 
 
 def test_callbacks_of_different_topics_do_not_wait_for_each_other(
     make_node: Any, transport: str, gate: Gate, collect: Any
 ) -> None:
-    talker, listener, got = make_node("talker"), make_node("listener"), collect()
+    talker, listener, acquired = make_node("talker"), make_node("listener"), collect()
     listener.subscribe("slow", Float64, gate)
-    listener.subscribe("quick", Float64, got)
+    listener.subscribe("quick", Float64, acquired)
     slow, quick = talker.advertise("slow", Float64), talker.advertise("quick", Float64)
     assert slow.wait_for_subscribers(timeout=5) and quick.wait_for_subscribers(timeout=5)
     slow.publish(1)
     assert gate.entered.acquire(timeout=5)
     quick.publish(2)
-    got.wait()
+    acquired.wait()
 
 
 def test_callbacks_of_one_topic_never_overlap(make_node: Any, transport: str) -> None:
@@ -220,105 +222,105 @@ def test_a_bad_callback_is_logged_and_called_again_t41(
 def test_a_malformed_message_is_logged_and_dropped_while_the_link_lives(
     make_node: Any, fake_node: Any, watch_log: Any, collect: Any
 ) -> None:
-    fake, listener, got = fake_node("/fake"), make_node("listener"), collect()
+    fake, listener, acquired = fake_node("/fake"), make_node("listener"), collect()
     log = watch_log(listener)
     fake.publish("/t")
-    subscriber = listener.subscribe("t", Float64, got)
+    subscriber = listener.subscribe("t", Float64, acquired)
     sock = fake.accept_subscriber()
     sock.sendall(frame(1) + b"\x03\0\0\0abc" + b"\x07\0\0\0" + bytes(7) + b"\0\0\0\0" + frame(2))
-    got.wait(2)
-    assert got.data == [1, 2]
+    acquired.wait(2)
+    assert acquired.data == [1, 2]
     text = log.saw("/t from /fake", "std_msgs/Float64", "dropped")
     assert "byte" in text
     assert subscriber.num_connections == 1
 
 
 def test_bad_utf8_in_a_string_costs_one_message(make_node: Any, fake_node: Any, watch_log: Any, collect: Any) -> None:
-    fake, listener, got = fake_node("/fake"), make_node("listener"), collect()
+    fake, listener, acquired = fake_node("/fake"), make_node("listener"), collect()
     log = watch_log(listener)
     fake.publish("/t", "std_msgs/String")
-    listener.subscribe("t", String, got)
+    listener.subscribe("t", String, acquired)
     sock = fake.accept_subscriber(type="std_msgs/String", md5sum=String._md5sum)
     sock.sendall(b"\x06\0\0\0\x02\0\0\0\xff\xfe" + encode_frame(String("ä")))
-    got.wait()
-    assert got.data == ["ä"]
+    acquired.wait()
+    assert acquired.data == ["ä"]
     log.saw("std_msgs/String", "dropped")
 
 
 def test_a_publisher_that_closes_in_the_middle_of_a_message(make_node: Any, fake_node: Any, collect: Any) -> None:
-    fake, listener, got = fake_node("/fake"), make_node("listener"), collect()
+    fake, listener, acquired = fake_node("/fake"), make_node("listener"), collect()
     fake.publish("/t")
-    listener.subscribe("t", Float64, got)
+    listener.subscribe("t", Float64, acquired)
     sock = fake.accept_subscriber()
     sock.sendall(frame(1) + frame(2)[:7])
     sock.close()
     sock = fake.accept_subscriber()  # it comes again, because the master still lists the publisher
     sock.sendall(frame(3))
-    got.wait(2)
-    assert got.data == [1, 3]
+    acquired.wait(2)
+    assert acquired.data == [1, 3]
 
 
 @pytest.mark.parametrize("size", [MAX_MESSAGE_SIZE + 1, 0xFFFFFFFF])
 def test_a_hostile_length_ends_the_link_and_costs_no_memory_t02(
     make_node: Any, fake_node: Any, watch_log: Any, collect: Any, size: int
 ) -> None:
-    fake, listener, got = fake_node("/fake"), make_node("listener"), collect()
+    fake, listener, acquired = fake_node("/fake"), make_node("listener"), collect()
     log = watch_log(listener)
     fake.publish("/t")
-    listener.subscribe("t", Float64, got)
+    listener.subscribe("t", Float64, acquired)
     sock = fake.accept_subscriber()
     sock.sendall(frame(1))
-    got.wait()
+    acquired.wait()
     sock.sendall(size.to_bytes(4, "little") + b"xx")
     log.saw("/t", f"{size} bytes", "limit")
     sock = fake.accept_subscriber()
     sock.sendall(frame(2))
-    got.wait(2)
-    assert got.data == [1, 2]
+    acquired.wait(2)
+    assert acquired.data == [1, 2]
 
 
 def test_a_large_promise_without_bytes_costs_no_memory(make_node: Any, fake_node: Any, collect: Any) -> None:
-    fake, listener, got = fake_node("/fake"), make_node("listener"), collect()
+    fake, listener, acquired = fake_node("/fake"), make_node("listener"), collect()
     fake.publish("/t")
-    listener.subscribe("t", Float64, got)
+    listener.subscribe("t", Float64, acquired)
     sock = fake.accept_subscriber()
     sock.sendall(frame(1) + MAX_MESSAGE_SIZE.to_bytes(4, "little") + b"xx")
-    got.wait()
+    acquired.wait()
     (link,) = subscription_of(listener).links
     assert len(link.buffer.data) < 64 << 20
 
 
 def test_frames_that_come_with_the_header_or_byte_by_byte(make_node: Any, fake_node: Any, collect: Any) -> None:
-    fake, listener, got = fake_node("/fake"), make_node("listener"), collect()
+    fake, listener, acquired = fake_node("/fake"), make_node("listener"), collect()
     fake.publish("/t")
-    listener.subscribe("t", Float64, got)
+    listener.subscribe("t", Float64, acquired)
     sock, header = fake.accept()
     answer = encode_header({"type": "std_msgs/Float64", "md5sum": header["md5sum"], "callerid": "/fake"})
     sock.sendall(answer + frame(1) + frame(2)[:5])
-    got.wait(1)
+    acquired.wait(1)
     sock.setsockopt(6, 1, 1)
     for byte in frame(2)[5:] + frame(3):
         sock.sendall(bytes([byte]))
-    got.wait(3)
-    assert got.data == [1, 2, 3]
+    acquired.wait(3)
+    assert acquired.data == [1, 2, 3]
 
 
 def test_slow_callbacks_of_several_new_links_are_no_trouble(
     make_node: Any, fake_node: Any, collect: Any, watch_log: Any
 ) -> None:
-    listener, got = make_node("listener"), collect()
+    listener, acquired = make_node("listener"), collect()
     log = watch_log(listener)
     fakes = [fake_node(f"/fake{number}") for number in range(3)]
     for fake in fakes:
         fake.publish("/t")
 
     def slow(message: Any) -> None:
-        threading.Event().wait(5 * FRESH)
-        got(message)
+        threading.Event().wait(5 * MAX_CALLBACK_TIME)
+        acquired(message)
 
     listener.subscribe("t", Float64, slow, queue_size=1)
     delivery, links = subscription_of(listener).delivery, collect()
-    held, go_on = threading.Event(), threading.Event()
+    held, handle = threading.Event(), threading.Event()
     add = delivery.add
 
     def add_and_tell(link: Any) -> None:
@@ -329,7 +331,7 @@ def test_slow_callbacks_of_several_new_links_are_no_trouble(
 
     def hold() -> None:
         held.set()
-        go_on.wait(10)
+        handle.wait(10)
 
     delivery.submit(hold)
     assert held.wait(5)
@@ -338,9 +340,9 @@ def test_slow_callbacks_of_several_new_links_are_no_trouble(
         answer = {"type": "std_msgs/Float64", "md5sum": header["md5sum"], "callerid": fake.name}
         sock.sendall(encode_header(answer) + frame(number))
     links.wait(3)
-    go_on.set()
-    got.wait(3)
-    assert sorted(got.data) == [0, 1, 2]
+    handle.set()
+    acquired.wait(3)
+    assert sorted(acquired.data) == [0, 1, 2]
     listener.shutdown()
     assert not [text for text in log.texts if "internal error" in text]
 
@@ -352,8 +354,13 @@ def test_slow_callbacks_of_several_new_links_are_no_trouble(
 def test_a_node_that_spins_keeps_the_newest(
     make_node: Any, transport: str, collect: Any, until: Any, queue_size: int | None, kept: int
 ) -> None:
-    talker, listener, got, probe = make_node("talker"), make_node("listener", callbacks="spin"), collect(), collect()
-    subscriber = listener.subscribe("t", Float64, got, queue_size=queue_size)
+    talker, listener, acquired, probe = (
+        make_node("talker"),
+        make_node("listener", callbacks="spin"),
+        collect(),
+        collect(),
+    )
+    subscriber = listener.subscribe("t", Float64, acquired, queue_size=queue_size)
     make_node("probe").subscribe("t", Float64, probe)
     publisher = talker.advertise("t", Float64, queue_size=0)
     assert publisher.wait_for_subscribers(2, timeout=5)
@@ -363,19 +370,19 @@ def test_a_node_that_spins_keeps_the_newest(
     delivery = subscription_of(listener).delivery
     publisher.publish(1500)
     until(lambda: (delivery.waiting, subscriber.dropped) == (kept, 1501 - kept))
-    assert not got.items, "no callback outside spin_once"
+    assert not acquired.items, "no callback outside spin_once"
     listener.spin_once()
-    while got.data[-1:] != [1500]:
+    while acquired.data[-1:] != [1500]:
         assert listener.spin_once(5.0)
-    assert got.data[-kept:] == list(range(1501 - kept, 1501))
-    assert len(got.items) + subscriber.dropped == 1501
+    assert acquired.data[-kept:] == list(range(1501 - kept, 1501))
+    assert len(acquired.items) + subscriber.dropped == 1501
 
 
 def test_spin_once_runs_what_is_there_in_order_of_arrival(make_node: Any, transport: str) -> None:
     talker, listener = make_node("talker"), make_node("listener", callbacks="spin")
-    got: list[Any] = []
-    listener.subscribe("a", Float64, lambda m: got.append(("a", m.data, threading.current_thread())))
-    listener.subscribe("b", Float64, lambda m: got.append(("b", m.data, threading.current_thread())))
+    acquired: list[Any] = []
+    listener.subscribe("a", Float64, lambda m: acquired.append(("a", m.data, threading.current_thread())))
+    listener.subscribe("b", Float64, lambda m: acquired.append(("b", m.data, threading.current_thread())))
     a, b = talker.advertise("a", Float64), talker.advertise("b", Float64)
     assert a.wait_for_subscribers(timeout=5) and b.wait_for_subscribers(timeout=5)
     for publisher, number in ((a, 1), (b, 2), (a, 3)):
@@ -384,21 +391,21 @@ def test_spin_once_runs_what_is_there_in_order_of_arrival(make_node: Any, transp
         while len(context_of(listener).callbacks) < number:
             context_of(listener).callbacks.wait(0.01)
     assert listener.spin_once() == 3
-    assert [(topic, number) for topic, number, _ in got] == [("a", 1), ("b", 2), ("a", 3)]
-    assert {thread for *_, thread in got} == {threading.current_thread()}
+    assert [(topic, number) for topic, number, _ in acquired] == [("a", 1), ("b", 2), ("a", 3)]
+    assert {thread for *_, thread in acquired} == {threading.current_thread()}
     assert listener.spin_once() == 0
 
 
 def test_unregistered_callbacks_are_not_called_by_a_later_spin(make_node: Any, transport: str, collect: Any) -> None:
-    talker, listener, got = make_node("talker"), make_node("listener", callbacks="spin"), collect()
-    subscriber = listener.subscribe("t", Float64, got)
+    talker, listener, acquired = make_node("talker"), make_node("listener", callbacks="spin"), collect()
+    subscriber = listener.subscribe("t", Float64, acquired)
     publisher = talker.advertise("t", Float64)
     assert publisher.wait_for_subscribers(timeout=5)
     publisher.publish(1)
     assert context_of(listener).callbacks.wait(5)
     subscriber.unregister()
     listener.spin_once()
-    assert not got.items
+    assert not acquired.items
 
 
 # The end, while messages flow -----------------------------------------------------------------------------------------
@@ -460,24 +467,24 @@ def test_unregistering_does_not_wait_for_a_callback(make_node: Any, transport: s
 def test_a_callback_waits_for_the_latched_message_of_its_own_topic(make_node: Any, transport: str) -> None:
     talker, listener = make_node("talker"), make_node("listener")
     talker.advertise("t", Float64, latch=True).publish(3.0)
-    got: list[Any] = []
+    acquired: list[Any] = []
     done = threading.Event()
 
     def callback(_message: Any) -> None:
         if not done.is_set():
-            got.append(listener.wait_for_message("t", Float64, timeout=10).data)
-            listener.subscribe("t", Float64, lambda message: got.append(message.data + 1))
+            acquired.append(listener.wait_for_message("t", Float64, timeout=10).data)
+            listener.subscribe("t", Float64, lambda message: acquired.append(message.data + 1))
             done.set()
 
     listener.subscribe("t", Float64, callback)
     assert done.wait(15)
-    assert got == [3.0, 4.0]
+    assert acquired == [3.0, 4.0]
 
 
 class _Driver:
     """Runs a delivery only when the test says so."""
 
-    cooperative, someone_waits = False, True
+    cooperative, has_waiting_thread = False, True
 
     def wake(self, _: Any) -> None: ...
 

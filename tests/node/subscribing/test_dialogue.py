@@ -11,7 +11,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from pyros1.ground.errors import ProtocolError, UnknownHostError, UnreachableError, XmlRpcFault
 from pyros1.node.subscribing import dialogue as do
-from pyros1.node.subscribing.dialogue import FIRST_REST, LONGEST_REST, TOLD_REST, UNDER_WAY, Dialogue, State
+from pyros1.node.subscribing.dialogue import IN_PROGRESS, MAX_BACKOFF, MIN_BACKOFF, REPORTED_BACKOFF, Dialogue, State
 from pyros1.wire.handshake import TopicType
 from pyros1.wire.header import encode_header
 
@@ -27,30 +27,30 @@ def make(**options: Any) -> Dialogue:
 
 def test_the_way_to_a_publisher() -> None:
     talk = make()
-    assert talk.announced() == [do.Drop(), do.Ask(watched=True)]
-    assert talk.answered([1, "ready", ["TCPROS", "talker", 5000]]) == [do.Connect("talker", 5000)]
-    assert talk.connected(SENT) == [do.Greet(SENT)]
+    assert talk.publisher_listed() == [do.Drop(), do.RequestTopic(report_silence=True)]
+    assert talk.topic_answered([1, "ready", ["TCPROS", "talker", 5000]]) == [do.Connect("talker", 5000)]
+    assert talk.connected(SENT) == [do.SendHeader(SENT)]
     data = encode_header(GOOD)
     assert [talk.received(bytes([byte])) for byte in data[:-1]] == [[]] * (len(data) - 1)
     assert talk.received(data[-1:] + b"first") == [do.Link(GOOD, b"first")]
     assert talk.state is State.LINKED
-    assert talk.vanished() == [], "its last messages are not lost"
-    assert talk.lost(None) == [do.Drop(), do.Forget()]
+    assert talk.publisher_unlisted() == [], "its last messages are not lost"
+    assert talk.link_lost(None) == [do.Drop(), do.Forget()]
 
 
 def test_datagrams() -> None:
     header = encode_header(GOOD)[4:]
     answer = [1, "", ["UDPROS", "talker", 6000, 7, 1500, header]]
     talk = make()
-    talk.announced()
-    assert talk.answered(answer)[-1] == do.Rest(FIRST_REST), "none were offered"
-    talk.rested()
-    assert talk.answered(answer, offered=True) == [do.LinkDatagrams(GOOD, ("talker", 6000), 7)]
-    assert talk.vanished() == [do.EndDatagrams()], "no datagram says so"
-    assert talk.lost(None) == [do.Drop(), do.Forget()]
+    talk.publisher_listed()
+    assert talk.topic_answered(answer)[-1] == do.Backoff(MIN_BACKOFF), "none were offered"
+    talk.backoff_over()
+    assert talk.topic_answered(answer, offered=True) == [do.LinkDatagrams(GOOD, ("talker", 6000), 7)]
+    assert talk.publisher_unlisted() == [do.EndDatagrams()], "no datagram says so"
+    assert talk.link_lost(None) == [do.Drop(), do.Forget()]
     talk = make(takes_tcp=False)
-    talk.announced()
-    told, dropped = talk.answered([0, "no", 0], offered=True)
+    talk.publisher_listed()
+    told, dropped = talk.topic_answered([0, "no", 0], offered=True)
     assert "does not send /t over UDP: no" in told.args[0] and dropped == do.Drop()  # type: ignore[union-attr]
     assert talk.state is State.REFUSED
 
@@ -58,14 +58,14 @@ def test_datagrams() -> None:
 def test_a_publisher_that_cannot_be_reached_is_named_once_and_with_the_cure() -> None:
     """Not at once: one that has just ended is about to be forgotten by the master."""
     talk, told = make(), []
-    refused = UnreachableError("cannot connect to localhost:5000: Connection refused")
-    refused.__cause__ = ConnectionRefusedError()
-    talk.announced()
+    publisher_refused = UnreachableError("cannot connect to localhost:5000: Connection refused")
+    publisher_refused.__cause__ = ConnectionRefusedError()
+    talk.publisher_listed()
     for attempt in range(12):
         if attempt:
-            talk.rested()
-        talk.answered([1, "ready", ["TCPROS", "localhost", 5000]])
-        told.append([action for action in talk.failed(refused) if isinstance(action, do.Tell)])
+            talk.backoff_over()
+        talk.topic_answered([1, "ready", ["TCPROS", "localhost", 5000]])
+        told.append([action for action in talk.attempt_failed(publisher_refused) if isinstance(action, do.LogMessage)])
     assert [len(actions) for actions in told] == [0] * 5 + [1] + [0] * 6
     (tell,) = told[5]
     text = tell.text % tell.args
@@ -76,47 +76,47 @@ def test_a_publisher_that_cannot_be_reached_is_named_once_and_with_the_cure() ->
 
 def test_the_silent_place_is_named() -> None:
     talk = make()
-    talk.announced()
-    (tell,) = talk.silent()
-    assert isinstance(tell, do.Tell) and "talker:1 does not answer" in tell.text % tell.args
-    talk.answered([1, "ready", ["TCPROS", "elsewhere", 5000]])
-    (tell,) = talk.silent()
-    assert isinstance(tell, do.Tell) and "elsewhere:5000 does not answer" in tell.text % tell.args
+    talk.publisher_listed()
+    (tell,) = talk.publisher_silent()
+    assert isinstance(tell, do.LogMessage) and "talker:1 does not answer" in tell.text % tell.args
+    talk.topic_answered([1, "ready", ["TCPROS", "elsewhere", 5000]])
+    (tell,) = talk.publisher_silent()
+    assert isinstance(tell, do.LogMessage) and "elsewhere:5000 does not answer" in tell.text % tell.args
 
 
 def test_rests_become_longer_until_there_is_a_link_or_news() -> None:
     talk = make()
-    talk.announced()
+    talk.publisher_listed()
     rests = []
     for _ in range(12):
-        rests.append(talk.failed()[-1].seconds)  # type: ignore[union-attr]
-        talk.rested()
-    assert rests == [min(FIRST_REST * 2**count, LONGEST_REST) for count in range(12)]
-    talk.failed()
-    talk.announced()
-    assert talk.failed()[-1] == do.Rest(FIRST_REST)
-    talk.rested()
-    talk.failed()
-    talk.rested()
+        rests.append(talk.attempt_failed()[-1].seconds)  # type: ignore[union-attr]
+        talk.backoff_over()
+    assert rests == [min(MIN_BACKOFF * 2**count, MAX_BACKOFF) for count in range(12)]
+    talk.attempt_failed()
+    talk.publisher_listed()
+    assert talk.attempt_failed()[-1] == do.Backoff(MIN_BACKOFF)
+    talk.backoff_over()
+    talk.attempt_failed()
+    talk.backoff_over()
     talk.linked()
-    assert talk.lost("reset")[-1] == do.Rest(FIRST_REST)
+    assert talk.link_lost("reset")[-1] == do.Backoff(MIN_BACKOFF)
 
 
 def test_another_programs_answer_is_told_once_until_there_is_a_link_or_news() -> None:
     talk = make()
     for _ in range(2):
-        talk.announced()
-        told, *rest = talk.failed(ProtocolError("http://talker:1/ answered with HTTP status 404"))
-        assert isinstance(told, do.Tell) and told.args[:2] == ("/t", URI)
+        talk.publisher_listed()
+        told, *rest = talk.attempt_failed(ProtocolError("http://talker:1/ answered with HTTP status 404"))
+        assert isinstance(told, do.LogMessage) and told.args[:2] == ("/t", URI)
         assert told.args[2].endswith("HTTP status 404") and "another program taken the port" in told.args[3]
-        assert rest == [do.Drop(), do.Rest(FIRST_REST)]
-        talk.rested()
-        assert talk.failed(XmlRpcFault(1, "no such method"))[0] == do.Drop()
-    talk.rested()
+        assert rest == [do.Drop(), do.Backoff(MIN_BACKOFF)]
+        talk.backoff_over()
+        assert talk.attempt_failed(XmlRpcFault(1, "no such method"))[0] == do.Drop()
+    talk.backoff_over()
     talk.linked()
-    talk.lost(None)
-    talk.rested()
-    assert isinstance(talk.failed(ProtocolError("no HTTP"))[0], do.Tell)
+    talk.link_lost(None)
+    talk.backoff_over()
+    assert isinstance(talk.attempt_failed(ProtocolError("no HTTP"))[0], do.LogMessage)
 
 
 @pytest.mark.parametrize(
@@ -129,24 +129,25 @@ def test_another_programs_answer_is_told_once_until_there_is_a_link_or_news() ->
 )
 def test_what_may_be_a_node_that_ends_is_told_only_if_it_lasts(answer: Any, words: str) -> None:
     talk = make()
-    talk.announced()
+    talk.publisher_listed()
     rests, told = [], []
     for _ in range(12):
-        *said, _, rest = talk.failed(answer) if isinstance(answer, Exception) else talk.answered(answer)
+        *said, _, rest = talk.attempt_failed(answer) if isinstance(answer, Exception) else talk.topic_answered(answer)
         rests.append(rest.seconds)  # type: ignore[union-attr]
         told += [(rest.seconds, each.args[2]) for each in said]  # type: ignore[union-attr]
-        talk.rested()
+        talk.backoff_over()
     assert len(told) == 1 and words in told[0][1]
-    assert told[0][0] == min(seconds for seconds in rests if seconds >= TOLD_REST)
+    assert told[0][0] == min(seconds for seconds in rests if seconds >= REPORTED_BACKOFF)
 
 
 def test_one_who_sends_back_our_header_is_refused() -> None:
     talk = make()
-    talk.announced()
-    talk.answered([1, "", ["TCPROS", "talker", 5000]])
+    talk.publisher_listed()
+    talk.topic_answered([1, "", ["TCPROS", "talker", 5000]])
     talk.connected(SENT)
     told, dropped = talk.received(encode_header(SENT))
-    assert isinstance(told, do.Tell) and "only sends back what it receives" in told.args[0] and dropped == do.Drop()
+    assert isinstance(told, do.LogMessage) and "only sends back what it receives" in told.args[0]
+    assert dropped == do.Drop()
     assert talk.state is State.REFUSED
 
 
@@ -154,32 +155,32 @@ def test_one_who_sends_back_our_header_is_refused() -> None:
 def test_a_refusal_is_told_once_until_the_master_announces(answer: dict[str, str]) -> None:
     talk = make()
     for _ in range(2):
-        talk.announced()
-        talk.answered([1, "", ["TCPROS", "talker", 5000]])
+        talk.publisher_listed()
+        talk.topic_answered([1, "", ["TCPROS", "talker", 5000]])
         talk.connected(SENT)
         told, dropped = talk.received(encode_header(answer))
-        assert isinstance(told, do.Tell) and told.is_error and dropped == do.Drop()
+        assert isinstance(told, do.LogMessage) and told.is_error and dropped == do.Drop()
         assert talk.state is State.REFUSED
 
 
 def test_t15_a_publisher_of_another_type_is_linked_with_a_warning() -> None:
     talk = make()
-    talk.announced()
-    talk.answered([1, "", ["TCPROS", "talker", 5000]])
+    talk.publisher_listed()
+    talk.topic_answered([1, "", ["TCPROS", "talker", 5000]])
     talk.connected(SENT)
     told, linked = talk.received(encode_header({**GOOD, "md5sum": "x", "type": "a/B"}))
-    assert isinstance(told, do.Tell) and not told.is_error and "as a/B [x]" in told.args[0]
+    assert isinstance(told, do.LogMessage) and not told.is_error and "as a/B [x]" in told.args[0]
     assert isinstance(linked, do.Link)
 
 
 @pytest.mark.parametrize("data", [b"\xff\xff\xff\xff", b"\x04\0\0\0\xff\0\0\0", b"\x05\0\0\0\x01\0\0\0x"])
 def test_a_broken_header_is_told_with_publisher_and_topic(data: bytes) -> None:
     talk = make()
-    talk.announced()
-    talk.answered([1, "", ["TCPROS", "talker", 5000]])
+    talk.publisher_listed()
+    talk.topic_answered([1, "", ["TCPROS", "talker", 5000]])
     talk.connected(SENT)
     told, dropped = talk.received(data)
-    assert isinstance(told, do.Tell) and dropped == do.Drop()
+    assert isinstance(told, do.LogMessage) and dropped == do.Drop()
     assert told.args[0].startswith(f"publisher {URI} of /t: connection header")
 
 
@@ -200,37 +201,37 @@ class Dialogues(RuleBasedStateMachine):
             match action:
                 case do.Drop():
                     self.resting = self.watching = False
-                case do.Rest(seconds):
-                    assert FIRST_REST <= seconds <= LONGEST_REST and not self.resting
+                case do.Backoff(seconds):
+                    assert MIN_BACKOFF <= seconds <= MAX_BACKOFF and not self.resting
                     self.resting = True
-                case do.Ask(watched):
+                case do.RequestTopic(report_silence):
                     assert not self.watching
-                    self.watching = watched
+                    self.watching = report_silence
                 case do.Link() | do.LinkDatagrams():
                     self.watching = False
                     assert self.talk.state is State.LINKED
                 case do.Forget():
                     self.forgotten = True
-                case do.Tell(False, text, args):
+                case do.LogMessage(False, text, args):
                     assert args[:2] == ("/t", URI) and text.count("%s") == len(args)
 
     def announce(self) -> None:
         self.forgotten = False
-        busy = self.talk.state in UNDER_WAY or self.talk.state is State.LINKED
-        actions = self.talk.announced()
+        busy = self.talk.state in IN_PROGRESS or self.talk.state is State.LINKED
+        actions = self.talk.publisher_listed()
         assert bool(actions) != busy
         self.take(actions)
 
     @precondition(lambda self: not self.stopped)
     @rule()
-    def announced(self) -> None:
-        self.silences = 0 if self.talk.state not in UNDER_WAY else self.silences
+    def publisher_listed(self) -> None:
+        self.silences = 0 if self.talk.state not in IN_PROGRESS else self.silences
         self.announce()
 
     @precondition(lambda self: not self.stopped)
     @rule()
-    def vanished(self) -> None:
-        self.take(self.talk.vanished())
+    def publisher_unlisted(self) -> None:
+        self.take(self.talk.publisher_unlisted())
 
     @rule()
     def stop(self) -> None:
@@ -239,18 +240,18 @@ class Dialogues(RuleBasedStateMachine):
 
     @precondition(lambda self: self.resting)
     @rule()
-    def rested(self) -> None:
+    def backoff_over(self) -> None:
         self.resting = False
-        self.take(self.talk.rested())
+        self.take(self.talk.backoff_over())
         assert self.talk.state is State.ASKING
 
     @precondition(lambda self: self.watching)
     @rule()
-    def silent(self) -> None:
+    def publisher_silent(self) -> None:
         self.watching = False
         self.silences += 1
         assert self.silences == 1, "named once, until there is a link or news"
-        self.take(self.talk.silent())
+        self.take(self.talk.publisher_silent())
 
     @precondition(lambda self: self.talk.state is State.ASKING)
     @rule(
@@ -268,14 +269,14 @@ class Dialogues(RuleBasedStateMachine):
         ),
         offered=st.booleans(),
     )
-    def answered(self, answer: Any, offered: bool) -> None:
-        self.take(self.talk.answered(answer, offered=offered))
+    def topic_answered(self, answer: Any, offered: bool) -> None:
+        self.take(self.talk.topic_answered(answer, offered=offered))
         self.linked_now()
 
     @precondition(lambda self: self.talk.state is State.ASKING)
-    @rule(refused=st.booleans())
-    def in_this_process(self, refused: bool) -> None:
-        self.take(self.talk.refused("another type") if refused else self.talk.linked())
+    @rule(publisher_refused=st.booleans())
+    def in_this_process(self, publisher_refused: bool) -> None:
+        self.take(self.talk.publisher_refused("another type") if publisher_refused else self.talk.linked())
         self.watching = False
         self.linked_now()
 
@@ -290,17 +291,17 @@ class Dialogues(RuleBasedStateMachine):
         self.take(self.talk.received(data))
         self.linked_now()
 
-    @precondition(lambda self: self.talk.state in UNDER_WAY)
+    @precondition(lambda self: self.talk.state in IN_PROGRESS)
     @rule(
         error=st.sampled_from([None, OSError("unreachable"), ProtocolError("odd"), UnknownHostError("nowhere", None)])
     )
-    def failed(self, error: Exception | None) -> None:
-        self.take(self.talk.failed(error))
+    def attempt_failed(self, error: Exception | None) -> None:
+        self.take(self.talk.attempt_failed(error))
 
     @precondition(lambda self: self.talk.state is State.LINKED)
     @rule(reason=st.sampled_from([None, "reset"]))
-    def lost(self, reason: str | None) -> None:
-        self.take(self.talk.lost(reason))
+    def link_lost(self, reason: str | None) -> None:
+        self.take(self.talk.link_lost(reason))
 
     def linked_now(self) -> None:
         if self.talk.state is State.LINKED:
@@ -310,14 +311,14 @@ class Dialogues(RuleBasedStateMachine):
     def never_deaf(self) -> None:
         """A publisher that is listed is linked, or will be tried, unless it has refused."""
         if self.talk.listed:
-            assert self.talk.state in {State.LINKED, State.REFUSED, *UNDER_WAY} or self.resting
+            assert self.talk.state in {State.LINKED, State.REFUSED, *IN_PROGRESS} or self.resting
 
     @invariant()
     def never_busy_for_nobody(self) -> None:
         """One that is not listed is not waited for, and forgotten once nothing is linked or under way."""
         if not self.talk.listed:
             assert not self.resting
-            assert self.talk.state in {State.LINKED, State.GONE, *UNDER_WAY}
+            assert self.talk.state in {State.LINKED, State.GONE, *IN_PROGRESS}
             assert self.stopped or self.forgotten or self.talk.state is not State.GONE
 
 

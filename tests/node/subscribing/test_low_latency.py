@@ -24,7 +24,7 @@ def looks(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         found.append(threading.get_ident())
         os.sched_yield()
 
-    monkeypatch.setattr(tcp_source, "give_way", give_way)
+    monkeypatch.setattr(tcp_source, "yield_processor", give_way)
     return found
 
 
@@ -61,22 +61,22 @@ def test_round_trips_by_callbacks(make_node: Any, transport: str, looks: list[in
 
 def test_other_topics_go_on(make_node: Any, collect: Any, transport: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A thread that looks, here for long, holds up no other topic, no new subscriber and not the node's end."""
-    monkeypatch.setattr(tcp_source, "EAGERNESS", 0.3)
+    monkeypatch.setattr(tcp_source, "SPIN_TIME", 0.3)
     talker, listener = make_node("talker"), make_node("listener")
-    eager, other, late = collect(), collect(), collect()
+    spins, other, late = collect(), collect(), collect()
     first, second = (talker.advertise(name, Float64, queue_size=10) for name in ("/eager", "/other"))
-    listener.subscribe("/eager", Float64, eager, low_latency=True)
+    listener.subscribe("/eager", Float64, spins, low_latency=True)
     listener.subscribe("/other", Float64, other)
     assert first.wait_for_subscribers(1, PATIENCE) and second.wait_for_subscribers(1, PATIENCE)
     for number in range(3):
         first.publish(float(number))
-        eager.wait(number + 1)
+        spins.wait(number + 1)
     for number in range(50):
         second.publish(float(number))
     other.wait(50)
     first.publish(3.0)
-    eager.wait(4)
+    spins.wait(4)
     listener.subscribe("/eager", Float64, late)
     first.publish(4.0)
-    eager.wait(5)
+    spins.wait(5)
     assert late.wait(1)[0].data == 4.0

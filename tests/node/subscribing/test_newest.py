@@ -11,7 +11,7 @@ import pytest
 
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.node.subscribing.tcp_source import TcpSource
-from pyros1.node.subscribing.turns import FRESH
+from pyros1.node.subscribing.time_slices import MAX_CALLBACK_TIME
 
 MANY = 100
 
@@ -23,7 +23,7 @@ def frames(*numbers: int) -> bytes:
 def fall_behind(got: Any) -> None:
     """Take longer with the first message than callbacks may that keep up."""
     if len(got.items) == 1:
-        threading.Event().wait(2 * FRESH)
+        threading.Event().wait(2 * MAX_CALLBACK_TIME)
 
 
 @pytest.fixture(params=["buffer", "items"])

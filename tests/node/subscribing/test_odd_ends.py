@@ -10,7 +10,7 @@ import pytest
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.sensor_msgs.msg import CompressedImage
 from pyros1.msgs.std_msgs.msg import Float64, Float64MultiArray, String
-from pyros1.node.subscribing.tcp_source import LARGE
+from pyros1.node.subscribing.tcp_source import MIN_LARGE_FRAME
 
 from ...bodies import encode
 
@@ -70,10 +70,22 @@ def test_of_messages_of_any_size(
     fake.publish("/t")
     node.subscribe("t", CompressedImage, got, arrays=arrays)
     sock = linked(fake, CompressedImage)
-    for size in (3, LARGE, 2 * LARGE, 3 * LARGE, 10):  # large ones are received in pieces, if these fit
+    for size in (
+        3,
+        MIN_LARGE_FRAME,
+        2 * MIN_LARGE_FRAME,
+        3 * MIN_LARGE_FRAME,
+        10,
+    ):  # large ones are received in pieces, if these fit
         sock.sendall(frame(encode(CompressedImage(format="raw", data=bytes(size))) + b"abc"))
     got.wait(5)
-    assert [len(message.data) for message in got.items] == [3, LARGE, 2 * LARGE, 3 * LARGE, 10]
+    assert [len(message.data) for message in got.items] == [
+        3,
+        MIN_LARGE_FRAME,
+        2 * MIN_LARGE_FRAME,
+        3 * MIN_LARGE_FRAME,
+        10,
+    ]
     log.saw("CompressedImage with 3 surplus bytes at its end")
 
 

@@ -121,7 +121,7 @@ def test_a_publisher_that_went_leaves_no_latched_message(make_node: Any, transpo
 def test_a_node_with_callbacks_that_do_not_return_ends_in_time(
     make_node: Any, transport: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.topics.LONGEST_CALLBACK", 0.2)
+    monkeypatch.setattr("pyros1.node.topics.MAX_CALLBACK_WAIT", 0.2)
     talker, listener = make_node("talker"), make_node("listener")
     entered, go_on = threading.Barrier(6, timeout=10), threading.Event()
 

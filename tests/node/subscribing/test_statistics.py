@@ -6,7 +6,7 @@ import statistics
 from itertools import pairwise
 from typing import Any
 
-from pyros1.node.subscribing.statistics import Limits, Window, spread
+from pyros1.node.subscribing.statistics import Limits, Window, summarise
 
 
 def test_a_window() -> None:
@@ -34,4 +34,4 @@ def test_the_length_of_windows() -> None:
 
 
 def test_spread() -> None:
-    assert spread([]) == (0, 0, 0) and spread([2.0]) == (2, 0, 2)
+    assert summarise([]) == (0, 0, 0) and summarise([2.0]) == (2, 0, 2)

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from pyros1.msgs import AnyMsg, load_message
-from pyros1.msgs.large import SplitBody, decode_split, layout
-from pyros1.node.subscribing.tcp_source import LARGE, TcpSource
+from pyros1.msgs.large_arrays import SplitBody, decode_split, layout
+from pyros1.node.subscribing.tcp_source import MIN_LARGE_FRAME, TcpSource
 
 from ...bodies import decode, encode
 
@@ -58,8 +58,8 @@ def receive(link: TcpSource, count: int, cls: Any = IMAGE) -> tuple[list[Any], i
         for start, end in link.buffer.received(came):
             messages.append(decode(cls, bytes(link.buffer.data[start:end])))
             array = len(getattr(messages[-1], where.field))
-            if array >= LARGE:
-                link.expect(end - start, array, where.tail, where.counted)
+            if array >= MIN_LARGE_FRAME:
+                link.expect(end - start, array, where.tail, where.has_length_field)
     return messages, split
 
 
@@ -71,13 +71,13 @@ def send(sender: socket.socket, data: bytes) -> threading.Thread:
 
 def test_a_large_frame_like_the_last_one_is_received_in_pieces(pair: tuple[socket.socket, TcpSource]) -> None:
     sender, link = pair
-    sent = [image(i, LARGE + 1000 * i) for i in range(5)]
+    sent = [image(i, MIN_LARGE_FRAME + 1000 * i) for i in range(5)]
     thread = send(sender, b"".join(map(frame, sent)))
-    got, split = receive(link, 5)
+    received, split = receive(link, 5)
     thread.join()
-    assert got == sent
-    assert split >= 1 or not link.patient  # how many depends on how fast the pieces come
-    assert link.messages == split and link.bytes_received >= split * LARGE
+    assert received == sent
+    assert split >= 1 or not link.can_wait  # how many depends on how fast the pieces come
+    assert link.messages == split and link.bytes_received >= split * MIN_LARGE_FRAME
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -86,40 +86,40 @@ def test_any_mixture_of_sizes_and_shapes_arrives_whole_and_in_order(
 ) -> None:
     sender, link = pair
     chance = random.Random(seed)
-    sizes = (0, 10, LARGE - 1, LARGE, LARGE + 7, 3 * LARGE)
+    sizes = (0, 10, MIN_LARGE_FRAME - 1, MIN_LARGE_FRAME, MIN_LARGE_FRAME + 7, 3 * MIN_LARGE_FRAME)
     sent = [image(i, chance.choice(sizes), chance.choice(("camera", "camera", "tool"))) for i in range(40)]
     thread = send(sender, b"".join(map(frame, sent)))
-    got, _ = receive(link, 40)
+    received, _ = receive(link, 40)
     thread.join()
-    assert got == sent
+    assert received == sent
 
 
 def test_undecoded_messages_arrive_in_one_piece(pair: tuple[socket.socket, TcpSource]) -> None:
     sender, link = pair
-    sent = [image(i, LARGE * (1 + i % 3)) for i in range(20)] + [image(20, 3), image(21, LARGE)]
+    sent = [image(i, MIN_LARGE_FRAME * (1 + i % 3)) for i in range(20)] + [image(20, 3), image(21, MIN_LARGE_FRAME)]
     thread = send(sender, b"".join(map(frame, sent)))
-    got, _ = receive(link, 22, AnyMsg)
+    received, _ = receive(link, 22, AnyMsg)
     thread.join()
-    assert [message._buff for message in got] == [encode(message) for message in sent]
+    assert [message._buff for message in received] == [encode(message) for message in sent]
 
 
 def test_a_frame_that_stops_in_the_middle_holds_nobody_up(pair: tuple[socket.socket, TcpSource]) -> None:
     sender, link = pair
-    whole = frame(image(1, LARGE))
-    link.expect(len(whole) - 4, LARGE, 0, True)
+    whole = frame(image(1, MIN_LARGE_FRAME))
+    link.expect(len(whole) - 4, MIN_LARGE_FRAME, 0, True)
     sender.sendall(whole[:1000])
     came = link.receive(wait=True)  # the wait is bounded
     assert came == 1000 and link.buffer.received(came) == [] and link.expected is None
     thread = send(sender, whole[1000:])
-    got, _ = receive(link, 1)
+    received, _ = receive(link, 1)
     thread.join()
-    assert got == [image(1, LARGE)]
+    assert received == [image(1, MIN_LARGE_FRAME)]
 
 
 def test_a_claimed_size_is_not_believed_beforehand(pair: tuple[socket.socket, TcpSource]) -> None:
     sender, link = pair
-    head = frame(image(1, LARGE))[:-LARGE]
-    link.expect(len(head) - 4 + LARGE, LARGE, 0, True)
+    head = frame(image(1, MIN_LARGE_FRAME))[:-MIN_LARGE_FRAME]
+    link.expect(len(head) - 4 + MIN_LARGE_FRAME, MIN_LARGE_FRAME, 0, True)
     claim = 900_000_000
     sender.sendall((len(head) - 4 + claim).to_bytes(4, "little") + head[4:-4] + claim.to_bytes(4, "little"))
     came = link.receive(wait=True)
@@ -130,6 +130,6 @@ def test_a_claimed_size_is_not_believed_beforehand(pair: tuple[socket.socket, Tc
 
 def test_the_end_of_the_stream(pair: tuple[socket.socket, TcpSource]) -> None:
     sender, link = pair
-    link.expect(LARGE + 100, LARGE, 0, True)
+    link.expect(MIN_LARGE_FRAME + 100, MIN_LARGE_FRAME, 0, True)
     sender.close()
     assert link.receive(wait=True) == 0

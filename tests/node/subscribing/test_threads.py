@@ -26,7 +26,7 @@ def reader_threads(name: str) -> list[threading.Thread]:
 def test_idle_subscriptions_share_two_threads(
     make_node: Any, transport: str, collect: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(readers, "REST", 0.01)
+    monkeypatch.setattr(readers, "IDLE_TIMEOUT", 0.01)
     talker, listener, got = make_node("talker"), make_node("listener"), collect()
     count = 60
     publishers = [talker.advertise(f"t{i}", Float64, queue_size=1) for i in range(count)]
@@ -38,9 +38,11 @@ def test_idle_subscriptions_share_two_threads(
         publisher.publish(i)
         got.wait(i + 1)
     assert got.data == list(range(count))
-    for thread in reader_threads("listener")[readers.SPARE + 1 :]:  # on a busy machine one may have been started
+    for thread in reader_threads("listener")[
+        readers.MIN_WAITING_THREADS + 1 :
+    ]:  # on a busy machine one may have been started
         thread.join(10)
-    assert len(reader_threads("listener")) <= readers.SPARE + 1
+    assert len(reader_threads("listener")) <= readers.MIN_WAITING_THREADS + 1
 
 
 def test_as_many_callbacks_as_topics_run_at_once(make_node: Any, transport: str) -> None:
@@ -59,10 +61,10 @@ def test_as_many_callbacks_as_topics_run_at_once(make_node: Any, transport: str)
 def test_threads_that_are_not_needed_any_more_end(
     make_node: Any, transport: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(readers, "REST", 0.01)
+    monkeypatch.setattr(readers, "IDLE_TIMEOUT", 0.01)
     test_as_many_callbacks_as_topics_run_at_once(make_node, transport)
     end = time.monotonic() + 10
-    while len(alive := reader_threads("listener")) > readers.SPARE + 1:
+    while len(alive := reader_threads("listener")) > readers.MIN_WAITING_THREADS + 1:
         assert time.monotonic() < end, f"{len(alive)} threads are left"
         alive[0].join(0.01)  # which of them rest is not known
 
@@ -85,7 +87,7 @@ class Script:
         return answer
 
     def wake(self) -> None:
-        self._answers.put(readers.BELL)
+        self._answers.put(readers.WAKE)
 
     def time_is_over(self) -> None:
         self._answers.put(None)
@@ -147,7 +149,7 @@ def test_threads_whose_rest_is_over_at_the_same_moment_do_not_all_end(monkeypatc
             limits = script.all_wait()
         for _ in limits:
             script.time_is_over()
-        script.until(lambda limits: len(limits) == readers.SPARE == len(reader_threads("pool")))
+        script.until(lambda limits: len(limits) == readers.MIN_WAITING_THREADS == len(reader_threads("pool")))
     finally:
         pool.close()
 

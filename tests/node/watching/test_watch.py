@@ -13,8 +13,8 @@ import pytest
 
 from pyros1.ground.errors import NodeShutdownError
 from pyros1.master.server import Master
-from pyros1.node.watching.sighting import State
-from pyros1.node.watching.watch import STALL
+from pyros1.node.watching.liveness import State
+from pyros1.node.watching.watch import MIN_STALL
 
 from ...parts import context_of
 
@@ -113,7 +113,7 @@ def test_a_watcher_that_stood_still_itself_asks_again(watcher: Any, fake: Any, h
     heard.news.wait(1)
     event = hang()
     fake.calls.wait(len(fake.calls.items) + 1)
-    context_of(watcher).loop.run(time.sleep, 0.3 + 1.5 * STALL)  # as if this process had been stopped
+    context_of(watcher).loop.run(time.sleep, 0.3 + 1.5 * MIN_STALL)  # as if this process had been stopped
     fake.answers["getPid"] = [1, "", 7]
     event.set()
     fake.calls.wait(len(fake.calls.items) + 5)
@@ -288,11 +288,11 @@ def test_losses_finds_and_ends_in_any_order(make_node: Any) -> None:
         late: list[Any] = []
         over = threading.Event()
 
-        def tell(sighting: Any, over: threading.Event = over, late: list[Any] = late) -> None:
+        def notify(sighting: Any, over: threading.Event = over, late: list[Any] = late) -> None:
             if over.is_set():
                 late.append(sighting)
 
-        watches = [watcher.watch("/x", tell, tell, period=0.002, limit=0.05) for _ in range(3)]
+        watches = [watcher.watch("/x", notify, notify, period=0.002, limit=0.05) for _ in range(3)]
         for _ in range(choose.randrange(4)):
             node = make_node("x")
             watcher.spin_once(choose.random() * 0.02)

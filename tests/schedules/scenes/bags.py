@@ -69,7 +69,7 @@ class Recording(Scenario):
 
     modules = tuple(f"pyros1.bag.record.{name}" for name in ("recorder", "queue", "file", "model"))
     limits: tuple[tuple[str, str, Any], ...] = (
-        ("pyros1.bag.record.recorder", "_POLL", 100e-6),
+        ("pyros1.bag.record.recorder", "_POLL_PERIOD", 100e-6),
         ("pyros1.bag.record.file", "FLUSH_TIME", 150e-6),
     )
     settings: dict[str, Any] = {}
@@ -155,7 +155,7 @@ class RecordingSome(Recording):
 
     def left(self, recorder: Recorder) -> bool:
         """Leave topics of which enough has come."""
-        return recorder.leave_finished()
+        return recorder.unsubscribe_finished()
 
     def check(self, recorder: Recorder) -> None:
         """Compare the files with the counts, and these with the limit."""

@@ -48,7 +48,7 @@ class Datagrams(Scenario):
         "pyros1.node.subscribing.udp_source",
         "pyros1.wire.datagram",
     )
-    limits = (("pyros1.node.lane", "TURN", 2),)
+    limits = (("pyros1.node.strand", "MAX_JOBS_PER_TURN", 2),)
     whole = True
 
     def play(self, stage: Stage) -> None:
@@ -80,7 +80,7 @@ class Datagrams(Scenario):
         while publication.links and not self.whole:
             publication.publish(String(text(THREAD * THREADS)))
             stage.time.sleep(0.01)
-        stage.until(lambda: publication.lane.free and not (publication.lane.jobs or on_the_way(stage)))
+        stage.until(lambda: publication.strand.free and not (publication.strand.jobs or on_the_way(stage)))
         context.loop.run(source.close)
         stage.until(lambda: not subscription.delivery.waiting)
         assert len(numbers) >= source.messages - 1, (

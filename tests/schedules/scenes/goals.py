@@ -49,13 +49,13 @@ class Goals(Scenario):
     modules = tuple(
         f"pyros1.actions.{name}"
         for name in (
-            *("client", "client_goal", "progress", "calls"),
-            *("server", "server_goal", "table", "simple_server", "goal_id"),
+            *("client", "client_goal", "progress", "callback_thread"),
+            *("server", "server_goal", "goal_table", "simple_server", "goal_id"),
         )
     )
     limits: tuple[tuple[str, str, Any], ...] = (
-        ("pyros1.actions.client", "GONE", 0.05),
-        ("pyros1.actions.progress", "GONE", 0.05),
+        ("pyros1.actions.client", "LOST_AFTER", 0.05),
+        ("pyros1.actions.progress", "LOST_AFTER", 0.05),
     )
     breaks = False
 
@@ -221,11 +221,11 @@ class Leaving(Goals):
     def jobs(self, stage: Stage, board: Board, clients: list[Client]) -> list[Any]:
         """Return what happens at the same time."""
 
-        def leave() -> None:
+        def post() -> None:
             stage.until(lambda: len(self.sent) == CLIENTS * GOALS)
             clients[0].close()
 
-        return [*super().jobs(stage, board, clients), leave]
+        return [*super().jobs(stage, board, clients), post]
 
 
 def _node(board: Board, name: str) -> Any:

@@ -9,7 +9,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from pyros1.master.journal import Found, Journal, read
+from pyros1.master.journal import Journal, JournalContents, read
 from pyros1.master.server import Master
 from pyros1.net.master_client import MasterClient
 
@@ -24,8 +24,8 @@ class Journalling(Scenario):
     modules = ("pyros1.master.journal", "pyros1.master.server")
     limits: tuple[tuple[str, str, Any], ...] = (
         ("pyros1.master.journal", "_GROWTH", 200),
-        ("pyros1.master.server", "ALIVE_S", 1e-3),
-        ("pyros1.master.server", "LINGER", 0.0),
+        ("pyros1.master.server", "HEARTBEAT_S", 1e-3),
+        ("pyros1.master.server", "SPIN_TIME", 0.0),
     )
     vanishes = False
 
@@ -110,7 +110,7 @@ class JournallingFull(Journalling):
             raise OSError(errno.ENOSPC, "No space left on device")
 
 
-def set_by(found: Found) -> set[str]:
+def set_by(found: JournalContents) -> set[str]:
     """Return the names of the parameters in a journal."""
     names: set[str] = set()
     for method, params in found.calls:

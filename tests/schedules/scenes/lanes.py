@@ -1,11 +1,11 @@
-"""A lane, with threads that bring jobs: each job is done once, none beside another, each thread's in order."""
+"""A strand, with threads that bring jobs: each job is done once, none beside another, each thread's in order."""
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable
 
-from pyros1.node.lane import Lane
+from pyros1.node.strand import Strand
 
 from ..stage import Scenario, Stage
 
@@ -29,13 +29,13 @@ def suppressing(function: Callable[[], object]) -> Callable[[], None]:
 class Lanes(Scenario):
     """Threads do and leave jobs; the rest of long turns is done later, by another thread."""
 
-    modules = ("pyros1.node.lane",)
-    limits = (("pyros1.node.lane", "TURN", 2), ("pyros1.node.lane", "CROWD", 2))
+    modules = ("pyros1.node.strand",)
+    limits = (("pyros1.node.strand", "MAX_JOBS_PER_TURN", 2), ("pyros1.node.strand", "JOBS_BEFORE_DELAY", 2))
     raises = False
 
     def play(self, stage: Stage) -> None:
         """Play it."""
-        lane = Lane(lambda work: stage.spawn(suppressing(work)), lambda: recovered.append(True))
+        strand = Strand(lambda work: stage.spawn(suppressing(work)), lambda: recovered.append(True))
         done: list[tuple[int, int]] = []
         inside: list[int] = []
         recovered: list[bool] = []
@@ -51,7 +51,7 @@ class Lanes(Scenario):
 
         def bring(thread: int) -> None:
             for number in range(JOBS):
-                suppressing(lambda number=number: (lane.do if number % 2 else lane.leave)(job, thread, number))()
+                suppressing(lambda number=number: (strand.do if number % 2 else strand.post)(job, thread, number))()
 
         def thread(number: int) -> object:
             return lambda: bring(number)
@@ -59,7 +59,7 @@ class Lanes(Scenario):
         stage.together(*(thread(number) for number in range(THREADS)))  # type: ignore[arg-type]
         stage.until(lambda: all(task.ended for task in stage.scheduler.tasks[1:]))
         check_order(done, THREADS, JOBS)
-        assert lane.free == [True], "the lane is free once"
+        assert strand.free == [True], "the lane is free once"
         assert bool(recovered) is self.raises
 
 

@@ -20,7 +20,7 @@ EVERY_PART = (
     *SUBSCRIBING,
     *(
         f"pyros1.node.{name}"
-        for name in ("life", "registrar", "topics", "slave", "server", "context", "callback_queue")
+        for name in ("shutdown", "registrar", "topics", "slave", "server", "context", "callback_queue")
     ),
     "pyros1.node.subscribing.connector",
     "pyros1.node.subscribing.dialogue",
@@ -51,7 +51,7 @@ class Nodes(Scenario):
     modules = EVERY_PART
     limits: tuple[tuple[str, str, Any], ...] = (
         ("pyros1.node.node", "LogSink", QuietSink),
-        ("pyros1.master.server", "LINGER", 0.0),
+        ("pyros1.master.server", "SPIN_TIME", 0.0),
     )
 
     def play(self, stage: Stage) -> None:
@@ -107,7 +107,7 @@ class MeetingOverTcp(Meeting):
     limits = (
         *Nodes.limits,
         ("pyros1.node.subscribing.connector", "find_local_context", lambda _: None),
-        ("pyros1.node.same_host", "wants_local", lambda _: False),
+        ("pyros1.node.same_host", "is_local_enabled", lambda _: False),
     )
 
 

@@ -6,9 +6,9 @@ import struct
 from typing import Any
 
 from pyros1.msgs.std_msgs.msg import UInt64
-from pyros1.net.bell import Event
 from pyros1.net.loop import Loop
 from pyros1.net.rpc_caller import RpcCaller
+from pyros1.net.signal_safe import Event
 from pyros1.node.callback_queue import CallbackQueue
 from pyros1.node.context import Context
 from pyros1.node.publishing.publication import Publication
@@ -22,16 +22,26 @@ from ..stage import Stage
 
 THREAD = 1000
 """Message numbers are this times the number of the thread, and the number in that thread, from 0."""
-DATA = "pyros1.net.loop", "pyros1.net.bell", "pyros1.node.lane", "pyros1.wire.outqueue"
+DATA = "pyros1.net.loop", "pyros1.net.signal_safe", "pyros1.node.strand", "pyros1.wire.outqueue"
 PUBLISHING = (
     *DATA,
     "pyros1.node.publishing.publication",
-    "pyros1.node.publishing.linking",
+    "pyros1.node.publishing.publisher_links",
     "pyros1.node.publishing.tcp_link",
 )
 SUBSCRIBING = tuple(
     f"pyros1.node.subscribing.{name}"
-    for name in ("delivery", "taking", "subscription", "links", "threads", "inbox", "backlog", "spin_queues", "flood")
+    for name in (
+        "delivery",
+        "delivery_loop",
+        "subscription",
+        "links",
+        "threads",
+        "inbox",
+        "backlog",
+        "spin_queues",
+        "flood_detector",
+    )
 )
 
 
@@ -47,7 +57,7 @@ class Log:
 
     debug = warn = error = info
 
-    def peer(self, _level: int, text: str, *args: object, most: int = 0) -> None:
+    def peer(self, _level: int, text: str, *args: object, max_texts: int = 0) -> None:
         """Note a line."""
         self.info(text, *args)
 

@@ -15,13 +15,13 @@ from .parts import PUBLISHING, THREAD, Reader, check_orders, end_context, make_c
 
 THREADS, MESSAGES = 2, 4
 LIMITS = (
-    ("pyros1.node.lane", "TURN", 2),
-    ("pyros1.node.lane", "CROWD", 2),
-    ("pyros1.node.publishing.tcp_link", "RUN_UP", 1),
+    ("pyros1.node.strand", "MAX_JOBS_PER_TURN", 2),
+    ("pyros1.node.strand", "JOBS_BEFORE_DELAY", 2),
+    ("pyros1.node.publishing.tcp_link", "MIN_STREAK", 1),
     ("pyros1.node.publishing.tcp_link", "BATCH", 3),
     ("pyros1.node.publishing.tcp_link", "HOT_GAP", 1e-3),
-    ("pyros1.node.publishing.tcp_link", "WINDOW", 100e-6),
-    ("pyros1.node.publishing.tcp_link", "TURN", 64),
+    ("pyros1.node.publishing.tcp_link", "BATCH_TIME", 100e-6),
+    ("pyros1.node.publishing.tcp_link", "MAX_BYTES_PER_TURN", 64),
 )
 
 
@@ -74,7 +74,7 @@ class Publishing(Scenario):
         for reader in readers:
             reader.join()
         self.check(first, late, broken, {link: link for link in (*counted, *links)})
-        stage.until(lambda: publication.lane.free == [True] and not publication.lane.jobs)
+        stage.until(lambda: publication.strand.free == [True] and not publication.strand.jobs)
         end_context(context)
 
     def check(self, first: Reader, late: Reader, broken: Reader, links: dict[Any, Any]) -> None:
@@ -143,7 +143,7 @@ class Numbered(Publishing):
 class Joining(Scenario):
     """A subscriber comes while the publisher ends: its link ends, too."""
 
-    modules = ("pyros1.node.publishing.publication", "pyros1.node.publishing.linking")
+    modules = ("pyros1.node.publishing.publication", "pyros1.node.publishing.publisher_links")
 
     def play(self, stage: Stage) -> None:
         """Play it."""
@@ -159,12 +159,12 @@ class Joining(Scenario):
 
 
 class Ending(Scenario):
-    """A publisher ends while another thread works in its lane: what it has published arrives, and no frame is torn."""
+    """A publisher ends while another thread works in its strand: its messages arrive, and no frame is torn."""
 
     modules = (
-        "pyros1.node.lane",
+        "pyros1.node.strand",
         "pyros1.node.publishing.publication",
-        "pyros1.node.publishing.linking",
+        "pyros1.node.publishing.publisher_links",
         "pyros1.node.publishing.tcp_link",
     )
     room = 200

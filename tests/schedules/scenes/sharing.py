@@ -135,11 +135,11 @@ class Sharing(Scenario):
         "pyros1.node.subscribing.shared_source",
     )
     limits = (
-        ("pyros1.node.lane", "TURN", 2),
-        ("pyros1.node.publishing.publication", "SHARED", 64),
-        ("pyros1.node.publishing.shared_link", "CREDIT", 2),
-        ("pyros1.node.publishing.pool", "SPARE", 1),
-        ("pyros1.node.publishing.pool", "MOST_BLOCKS", 5),
+        ("pyros1.node.strand", "MAX_JOBS_PER_TURN", 2),
+        ("pyros1.node.publishing.publication", "MIN_SHARED_SIZE", 64),
+        ("pyros1.node.publishing.shared_link", "MAX_REFERENCES", 2),
+        ("pyros1.node.publishing.pool", "MAX_FREE_BLOCKS", 1),
+        ("pyros1.node.publishing.pool", "MAX_BLOCKS", 5),
     )
     room = 4000
     queue_size: int | None = 0
@@ -167,12 +167,12 @@ class Sharing(Scenario):
 
         counted: Any = publication.links[0]
         stage.together(join, *(publisher(thread) for thread in range(THREADS)))
-        stage.until(lambda: not publication.lane.jobs and publication.lane.free)
+        stage.until(lambda: not publication.strand.jobs and publication.strand.free)
         context.loop.run(lambda: None)
         publication.close(stage.time.monotonic() + 500.0)
         for reader in readers:
             reader.join()
-        stage.until(lambda: not publication.links and publication.lane.free == [True] and not publication.lane.jobs)
+        stage.until(lambda: not publication.links and publication.strand.free == [True] and not publication.strand.jobs)
         end_context(context)
         self.check(first, late, killed, counted)
         assert _open_files() == before, "a block is left"
@@ -185,7 +185,7 @@ class Sharing(Scenario):
         check_orders(killed.numbers, gaps=gaps)
         assert len(first.numbers) + link.dropped == THREADS * MESSAGES, f"{first.numbers}, {link.dropped} dropped"
         assert gaps or not link.dropped
-        assert not link.out, "references are out of which nobody knows"
+        assert not link.outstanding, "references are out of which nobody knows"
 
 
 class SharingDropping(Sharing):
@@ -209,4 +209,4 @@ def _open_files() -> int:
     return found
 
 
-assert pools.MOST_BLOCKS  # loaded here, so that the stand-ins are put into it
+assert pools.MAX_BLOCKS  # loaded here, so that the stand-ins are put into it

@@ -69,11 +69,11 @@ class Subscribing(Scenario):
 
     modules = (*DATA, *SUBSCRIBING)
     limits = (
-        ("pyros1.node.subscribing.taking", "STRIDE", 2),
-        ("pyros1.node.subscribing.taking", "TURN", 50e-6),
-        ("pyros1.node.subscribing.taking", "FLOWING", 10.0),
-        ("pyros1.node.subscribing.threads", "SPARE", 1),
-        ("pyros1.node.subscribing.threads", "REST", 0.001),
+        ("pyros1.node.subscribing.delivery_loop", "MAX_BATCH", 2),
+        ("pyros1.node.subscribing.delivery_loop", "MAX_TURN_TIME", 50e-6),
+        ("pyros1.node.subscribing.delivery_loop", "MAX_FLOW_GAP", 10.0),
+        ("pyros1.node.subscribing.threads", "MIN_WAITING_THREADS", 1),
+        ("pyros1.node.subscribing.threads", "IDLE_TIMEOUT", 0.001),
     )
     queue_size: int | None = None
     seconds = 0.0
@@ -177,10 +177,10 @@ class Within(Subscribing):
     in_publisher = False
     limits = (
         *Subscribing.limits,
-        ("pyros1.node.lane", "TURN", 2),
+        ("pyros1.node.strand", "MAX_JOBS_PER_TURN", 2),
         ("pyros1.node.publishing.local_link", "UNBOUNDED_LIMIT", 2),
         ("pyros1.node.subscribing.delivery", "UNBOUNDED_LIMIT", 2),
-        ("pyros1.node.subscribing.taking", "UNBOUNDED_LIMIT", 2),
+        ("pyros1.node.subscribing.delivery_loop", "UNBOUNDED_LIMIT", 2),
     )
 
     def play(self, stage: Stage) -> None:

@@ -7,7 +7,7 @@ import struct
 from typing import Any
 
 from pyros1.msgs.std_srvs.srv import SetBool
-from pyros1.net.background import Background
+from pyros1.net.background_writer import BackgroundWriter
 from pyros1.node.callback_queue import CallbackQueue
 from pyros1.node.publishing.peers import Watch
 from pyros1.node.services.server import ServiceServer, service_type
@@ -54,8 +54,11 @@ class Working(Scenario):
 class Writing(Scenario):
     """Lines for a writer whose thread ends when it has nothing to do: each is written once, in order."""
 
-    modules = ("pyros1.net.background", "pyros1.net.bell")
-    limits = (("pyros1.net.background", "IDLE", 50e-6), ("pyros1.net.background", "GATHER", 20e-6))
+    modules = ("pyros1.net.background_writer", "pyros1.net.signal_safe")
+    limits = (
+        ("pyros1.net.background_writer", "IDLE_TIMEOUT", 50e-6),
+        ("pyros1.net.background_writer", "WRITE_INTERVAL", 20e-6),
+    )
 
     def play(self, stage: Stage) -> None:
         """Play it."""
@@ -66,7 +69,7 @@ class Writing(Scenario):
                 thread, number = text.split()
                 written.append((int(thread), int(number)))
 
-        writer = Background("log", put)
+        writer = BackgroundWriter("log", put)
 
         def write(thread: int) -> Any:
             def job() -> None:
@@ -85,7 +88,7 @@ class Writing(Scenario):
 class Calling(Scenario):
     """Callbacks for two threads that spin: each is called once."""
 
-    modules = ("pyros1.node.callback_queue", "pyros1.net.bell")
+    modules = ("pyros1.node.callback_queue", "pyros1.net.signal_safe")
 
     def play(self, stage: Stage) -> None:
         """Play it."""
@@ -113,7 +116,7 @@ class Calling(Scenario):
 class Watching(Scenario):
     """Who watches is told of subscribers that come and go: of each once, first that it came."""
 
-    modules = (*PUBLISHING, "pyros1.node.publishing.peers", "pyros1.node.watching.telling")
+    modules = (*PUBLISHING, "pyros1.node.publishing.peers", "pyros1.node.watching.notifiers")
 
     def play(self, stage: Stage) -> None:
         """Play it."""
@@ -151,7 +154,10 @@ class Serving(Scenario):
         "pyros1.node.services.workers",
         "pyros1.wire.framing",
     )
-    limits = (("pyros1.node.services.connection", "LINGER", 1e-3), ("pyros1.node.services.workers", "IDLE_TIME", 1e-3))
+    limits = (
+        ("pyros1.node.services.connection", "LINGER_TIME", 1e-3),
+        ("pyros1.node.services.workers", "IDLE_TIME", 1e-3),
+    )
 
     def play(self, stage: Stage) -> None:
         """Play it."""

@@ -57,7 +57,7 @@ def test_random_bags_are_counted() -> None:
         end = begin + chance.randint(50, 15_000)
         columns = chance.randint(1, 50)
         rows = chance.sample(range(5), chance.randint(1, 5))
-        counts, exact = made(chunks).look(begin, end, columns, rows, asked(chunks, []))
+        counts, exact = made(chunks).histogram(begin, end, columns, rows, asked(chunks, []))
         assert exact
         for index, row in enumerate(rows):
             expected = np.zeros(columns)
@@ -71,38 +71,38 @@ def test_random_bags_are_counted() -> None:
 def test_chunks_within_a_column_are_not_read() -> None:
     chunks = [{0: [number * 100 + 10, number * 100 + 20]} for number in range(50)]
     looked: list[int] = []
-    counts, exact = made(chunks).look(0, 5_000, 50, [0], asked(chunks, looked))
+    counts, exact = made(chunks).histogram(0, 5_000, 50, [0], asked(chunks, looked))
     assert exact and looked == []
     assert counts.tolist() == [[2.0] * 50]
 
 
 def test_too_many_messages_are_spread(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(density, "MOST_EXACT", 10)
+    monkeypatch.setattr(density, "MAX_EXACT", 10)
     chunks: Chunks = [{0: list(range(0, 1_000, 10))}]
     looked: list[int] = []
-    whole, exact = made(chunks).look(0, 1_000, 10, [0], asked(chunks, looked))
+    whole, exact = made(chunks).histogram(0, 1_000, 10, [0], asked(chunks, looked))
     assert not exact and looked == []
     assert whole.tolist() == [[10.0] * 10]
-    part, _ = made(chunks).look(400, 600, 2, [0], asked(chunks, looked))
+    part, _ = made(chunks).histogram(400, 600, 2, [0], asked(chunks, looked))
     assert part.tolist() == [[10.0, 10.0]]  # only the share of what is in sight
 
 
 def test_of_several_the_small_chunks_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(density, "MOST_EXACT", 10)
+    monkeypatch.setattr(density, "MAX_EXACT", 10)
     chunks: Chunks = [{0: list(range(100))}, {1: [5, 95]}]
     looked: list[int] = []
-    counts, exact = made(chunks).look(0, 100, 10, [0, 1], asked(chunks, looked))
+    counts, exact = made(chunks).histogram(0, 100, 10, [0, 1], asked(chunks, looked))
     assert looked == [1] and not exact
     assert counts[1].tolist() == [1, 0, 0, 0, 0, 0, 0, 0, 0, 1]
 
 
 def test_an_empty_bag_has_no_messages() -> None:
-    counts, exact = Density([]).look(0, 100, 5, [0, 1], lambda number: [])
+    counts, exact = Density([]).histogram(0, 100, 5, [0, 1], lambda number: [])
     assert exact
     assert counts.shape == (2, 5) and not counts.any()
 
 
 @pytest.mark.parametrize("rows", [[(-1, 7)], [(-1, 7), (0, 3)]])
 def test_messages_of_no_row_are_not_those_of_the_last(rows: list[tuple[int, int]]) -> None:
-    found, exact = Density([(5, 5, rows)]).look(0, 10, 2, [0], asked([], []))
+    found, exact = Density([(5, 5, rows)]).histogram(0, 10, 2, [0], asked([], []))
     assert (found.tolist(), exact) == ([[0.0, float(dict(rows).get(0, 0))]], True)

@@ -70,7 +70,7 @@ def test_views(busy: Robot, name: str, first: dict[str, Any], second: dict[str, 
     except Error:
         return
     try:
-        for step in (view.take, lambda: view.change(second), view.take):
+        for step in (view.poll, lambda: view.change(second), view.poll):
             try:
                 push = step()
             except Error as error:

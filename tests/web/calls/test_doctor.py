@@ -12,7 +12,7 @@ from pyros1.master.server import Master
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.net.master_client import MasterClient
 from pyros1.web import calls
-from pyros1.web.calls.doctor import about, without
+from pyros1.web.calls.doctor import findings_about, without_hidden
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
 
@@ -24,17 +24,17 @@ CLOCK = Finding("no-clock", ERROR, "/use_sim_time is true, but no node publishes
 
 
 def test_only_what_names_it_and_only_whole_names() -> None:
-    assert about([LINKS, TYPES], "/t") == [Finding(*_but(LINKS, "/a->/b (/t)")), TYPES]
-    assert about([LINKS], "/a")[0].items == ("/a->/b (/t)", "/a->/c (/other)")
-    assert about([LINKS, TYPES], "/nobody") == []
-    assert about([CLOCK], "/t") == [CLOCK]
+    assert findings_about([LINKS, TYPES], "/t") == [Finding(*_but(LINKS, "/a->/b (/t)")), TYPES]
+    assert findings_about([LINKS], "/a")[0].items == ("/a->/b (/t)", "/a->/c (/other)")
+    assert findings_about([LINKS, TYPES], "/nobody") == []
+    assert findings_about([CLOCK], "/t") == [CLOCK]
 
 
 def test_what_is_hidden_is_not_told() -> None:
-    assert without([LINKS], {"/other"})[0].items == ("/a->/b (/t)", "/ab: x")
-    assert without([TYPES], {"/t"}) == []
-    assert without([Finding(*_but(LINKS, "/a->/b (/t)"))], {"/t"}) == []
-    assert without([CLOCK], {"/t"}) == [CLOCK]
+    assert without_hidden([LINKS], {"/other"})[0].items == ("/a->/b (/t)", "/ab: x")
+    assert without_hidden([TYPES], {"/t"}) == []
+    assert without_hidden([Finding(*_but(LINKS, "/a->/b (/t)"))], {"/t"}) == []
+    assert without_hidden([CLOCK], {"/t"}) == [CLOCK]
 
 
 def _but(finding: Finding, *items: str) -> tuple[Any, ...]:

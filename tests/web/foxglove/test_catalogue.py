@@ -33,10 +33,10 @@ def advertise_pair(node: Any, topic: str, text: str = PAIR) -> Any:
 
 def everything(one: Catalogue) -> Offers:
     while True:
-        found = one.look(0.0)
-        if not found.more:
+        found = one.current_offers(0.0)
+        if not found.has_open_questions:
             return found
-        one.ask()
+        one.query_nodes()
 
 
 def test_topics_and_services(robot: Robot, make_node: Make) -> None:
@@ -58,18 +58,18 @@ def test_topics_and_services(robot: Robot, make_node: Make) -> None:
     assert found.nodes.publishers["/a"] == ["/talker"]
     assert not found.problems
     publisher.unregister()
-    assert "/a" not in one.look(0.0).channels
+    assert "/a" not in one.current_offers(0.0).channels
     node.advertise("a", Float64)
-    again = one.look(0.0)
+    again = one.current_offers(0.0)
     assert again.channels["/a"] == a  # with the same number, as it is the same
-    assert one.look(100.0) is again
+    assert one.current_offers(100.0) is again
 
 
 def test_a_type_that_only_its_publisher_knows(robot: Robot, make_node: Make) -> None:
     node = make_node("talker")
     advertise_pair(node, "pair")
     one = catalogue(robot)
-    assert "/pair" not in one.look(0.0).channels
+    assert "/pair" not in one.current_offers(0.0).channels
     found = everything(one).channels["/pair"]
     assert (found.type, found.schema) == ("my_msgs/Pair", PAIR)
     assert found.carries({"md5sum": from_definition("my_msgs/Pair", PAIR)._md5sum})
@@ -87,7 +87,7 @@ def test_another_version_of_an_installed_type(robot: Robot, make_node: Make) -> 
     for name in ("old", "new"):
         make_node(name).advertise("a", Float64)
     one = catalogue(robot)
-    ours = one.look(0.0).channels["/a"]
+    ours = one.current_offers(0.0).channels["/a"]
     text = "float64 data\nfloat64 more\n"
     header = {
         "type": "std_msgs/Float64",
@@ -96,34 +96,35 @@ def test_another_version_of_an_installed_type(robot: Robot, make_node: Make) -> 
         "callerid": "/old",
     }
     assert not ours.carries(header)
-    one.learn(ours, header)
-    theirs = one.look(100.0).channels["/a"]
+    one.add_header(ours, header)
+    theirs = one.current_offers(100.0).channels["/a"]
     assert theirs.carries(header)
     assert (theirs.schema, theirs.id != ours.id) == (text, True)
-    one.learn(theirs, {**header, "md5sum": Float64._md5sum, "message_definition": "float64 data", "callerid": "/new"})
-    assert one.look(100.0).channels["/a"] == theirs
-    assert "/new publishes a different" in one.look(100.0).problems["/a"]
-    one.learn(theirs, {"type": "std_msgs/Float64", "md5sum": "1" * 32, "message_definition": "nonsense"})
-    assert "unusable" in one.look(0.0).problems["/a"]
+    other = {"md5sum": Float64._md5sum, "message_definition": "float64 data", "callerid": "/new"}
+    one.add_header(theirs, {**header, **other})
+    assert one.current_offers(100.0).channels["/a"] == theirs
+    assert "/new publishes a different" in one.current_offers(100.0).problems["/a"]
+    one.add_header(theirs, {"type": "std_msgs/Float64", "md5sum": "1" * 32, "message_definition": "nonsense"})
+    assert "unusable" in one.current_offers(0.0).problems["/a"]
 
 
 def test_of_what_publishers_say_while_nobody_looks_the_newest_is_kept(robot: Robot, make_node: Make) -> None:
     make_node("talker").advertise("a", Float64)
     one = catalogue(robot)
-    channel = one.look(0.0).channels["/a"]
+    channel = one.current_offers(0.0).channels["/a"]
 
     def header(text: str) -> dict[str, str]:
         md5sum = from_definition("std_msgs/Float64", text)._md5sum
         return {"type": "std_msgs/Float64", "md5sum": md5sum, "message_definition": text, "callerid": "/talker"}
 
-    one.learn(channel, header("float64 data\nint8 old"))
+    one.add_header(channel, header("float64 data\nint8 old"))
     for _ in range(998):
-        one.learn(replace(channel, topic="/b"), header("int8 x"))
-    assert one.look(100.0).channels["/a"].schema.endswith("int8 old")
-    one.learn(channel, header("float64 data\nint8 new"))
+        one.add_header(replace(channel, topic="/b"), header("int8 x"))
+    assert one.current_offers(100.0).channels["/a"].schema.endswith("int8 old")
+    one.add_header(channel, header("float64 data\nint8 new"))
     for _ in range(1000):
-        one.learn(replace(channel, topic="/b"), header("int8 x"))
-    assert one.look(100.0).channels["/a"].schema.endswith("int8 old")  # there was no room for the new one
+        one.add_header(replace(channel, topic="/b"), header("int8 x"))
+    assert one.current_offers(100.0).channels["/a"].schema.endswith("int8 old")  # there was no room for the new one
 
 
 def test_a_definition_goes_with_its_publisher(robot: Robot, make_node: Make) -> None:
@@ -138,18 +139,18 @@ def test_a_definition_goes_with_its_publisher(robot: Robot, make_node: Make) -> 
     advertise_pair(first, "pair")
     before = everything(one).channels["/pair"]
     first.shutdown()
-    one.look(0.0)
+    one.current_offers(0.0)
     again = make_node("talker")  # with another definition
     advertise_pair(again, "pair", "float64 a\n")
     other = make_node("other")
     advertise_pair(other, "pair", "float64 b\n")
-    one.learn(before, header("float64 a\n", "/talker"))
-    one.learn(before, header("float64 b\n", "/other"))
-    found = one.look(0.0)
+    one.add_header(before, header("float64 a\n", "/talker"))
+    one.add_header(before, header("float64 b\n", "/other"))
+    found = one.current_offers(0.0)
     assert found.channels["/pair"].schema == "float64 a\n"
     assert "/other publishes a different" in found.problems["/pair"]
     again.shutdown()
-    found = one.look(0.0)
+    found = one.current_offers(0.0)
     assert (found.channels["/pair"].schema, found.problems) == ("float64 b\n", {})
     other.shutdown()
     make_node("third").advertise("pair", Float64)
@@ -171,8 +172,8 @@ def test_without_a_master_what_was_known_is_not_given_out_as_true(
 ) -> None:
     make_node("talker").advertise("a", Float64)
     one = catalogue(robot)
-    assert "/a" in one.look(0.0).channels
+    assert "/a" in one.current_offers(0.0).channels
     master.stop()
     for max_age in (0.0, 100.0):
         with pytest.raises(RequestError, match="master"):
-            one.look(max_age)
+            one.current_offers(max_age)

@@ -148,7 +148,7 @@ def test_a_publisher_with_another_definition_gets_another_channel(serve: Start, 
 def test_a_publisher_that_goes_from_one_definition_to_another_and_back(
     serve: Start, make_node: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.web.foxglove.connection.TELL_AGAIN", 0.0)
+    monkeypatch.setattr("pyros1.web.foxglove.connection.REPORT_PERIOD", 0.0)
     texts = ("float64 data\nfloat64 more\n", Float64._full_text) * 2
     make_node("ear").subscribe("a", AnyMsg, lambda message: None)  # the topic stays
     with Viewer(serve(token="t")) as viewer:

@@ -21,8 +21,8 @@ B = Channel(2, "/b", "std_msgs/String", "string data\n", "2")
 ADD = Service(9, "/add", "rospy_tutorials/AddTwoInts", "int64 a\nint64 b\n", "int64 sum\n")
 
 
-def offers(*channels: Channel, services: tuple[Service, ...] = (), **more: Any) -> Offers:
-    return Offers({each.topic: each for each in channels}, {each.name: each for each in services}, **more)
+def offers(*channels: Channel, services: tuple[Service, ...] = (), **has_open_questions: Any) -> Offers:
+    return Offers({each.topic: each for each in channels}, {each.name: each for each in services}, **has_open_questions)
 
 
 def text(op: str, **fields: Any) -> str:
@@ -93,8 +93,8 @@ def test_subscriptions() -> None:
     actions, found = one.handle(text("subscribe", subscriptions=wrong))
     assert not actions
     assert read(found)[0]["message"] == "you already have a subscription 5 (and 2 more such problems)"
-    assert one.handle(text("unsubscribe", subscriptionIds=[5, 5, 77])) == ([machine.Leave(5)], [])
-    assert one.offer(offers(A, services=(ADD,)))[0] == [machine.Leave(6)]  # its channel has gone
+    assert one.handle(text("unsubscribe", subscriptionIds=[5, 5, 77])) == ([machine.StopListening(5)], [])
+    assert one.offer(offers(A, services=(ADD,)))[0] == [machine.StopListening(6)]  # its channel has gone
     again = text("subscribe", subscriptions=[{"id": 6, "channelId": 1}])
     assert one.handle(again)[0] == [machine.Listen(6, A)]
     one.refuse(6)
@@ -110,11 +110,11 @@ def test_publishing() -> None:
     channel = requests.ClientChannel(3, "/cmd", "ros1", "std_msgs/Float64", "")
     frame = text("advertise", channels=[advertisement(3), advertisement(4, "cdr"), advertisement(3)])
     actions, found = one.handle(frame)
-    assert actions == [machine.Announce(channel)]
+    assert actions == [machine.Advertise(channel)]
     assert "not as 'cdr' (and 1 more" in read(found)[0]["message"]
     message = b"\x01" + struct.pack("<I", 3) + b"12345678"
     assert one.handle(message) == ([machine.Publish(channel, b"12345678")], [])
-    assert one.handle(text("unadvertise", channelIds=[3, 3, 4])) == ([machine.Retract(channel)], [])
+    assert one.handle(text("unadvertise", channelIds=[3, 3, 4])) == ([machine.Unadvertise(channel)], [])
     actions, found = one.handle(message)
     assert not actions
     assert read(found) == [{"op": "status", "level": 2, "message": "you have not advertised a channel 3"}]
@@ -131,9 +131,9 @@ def test_a_type_that_the_topic_does_not_have_is_told() -> None:
 
 def test_the_number_of_channels_of_a_viewer_is_bounded() -> None:
     one = viewer()
-    many = [advertisement(number) for number in range(machine.MOST_CLIENT_CHANNELS + 5)]
+    many = [advertisement(number) for number in range(machine.MAX_CLIENT_CHANNELS + 5)]
     actions, found = one.handle(text("advertise", channels=many))
-    assert len(actions) == machine.MOST_CLIENT_CHANNELS
+    assert len(actions) == machine.MAX_CLIENT_CHANNELS
     assert "(and 4 more" in read(found)[0]["message"]
 
 
@@ -206,9 +206,9 @@ def test_parameters_that_are_equal_but_not_the_same() -> None:
 
 def test_the_number_of_watched_parameters_is_bounded() -> None:
     one = viewer()
-    names = [f"/p{number}" for number in range(machine.MOST_WATCHED + 5)]
+    names = [f"/p{number}" for number in range(machine.MAX_WATCHED + 5)]
     told, warning = read(one.watch(names, Values({})))
-    assert len(told["parameters"]) == machine.MOST_WATCHED
+    assert len(told["parameters"]) == machine.MAX_WATCHED
     assert "at most" in warning["message"]
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.web.foxglove.outbox import Outbox, Waiting
+from pyros1.web.foxglove.outbox import Outbox, QueuedMessage
 
 ALL = 1 << 40
 
 
-def message(ticket: int, number: int, size: int = 1000, keeper: str | None = None) -> Waiting:
-    return Waiting(ticket, number, bytes(size), keeper)
+def message(ticket: int, number: int, size: int = 1000, latched_by: str | None = None) -> QueuedMessage:
+    return QueuedMessage(ticket, number, bytes(size), latched_by)
 
 
 def numbers(box: Outbox) -> list[int]:
@@ -28,7 +28,7 @@ def test_nothing_is_dropped_while_there_is_room() -> None:
 
 
 def test_the_oldest_of_a_channel_are_dropped_first() -> None:
-    box = Outbox(channel_room=5_000)
+    box = Outbox(max_channel_bytes=5_000)
     busy, quiet = box.open(), box.open()
     box.put(message(quiet, -1))
     for number in range(100):
@@ -40,7 +40,7 @@ def test_the_oldest_of_a_channel_are_dropped_first() -> None:
 
 
 def test_of_messages_that_are_larger_than_the_room_the_newest_stays() -> None:
-    box = Outbox(channel_room=5_000)
+    box = Outbox(max_channel_bytes=5_000)
     ticket = box.open()
     for number in range(5):
         box.put(message(ticket, number, 10_000_000))
@@ -48,7 +48,7 @@ def test_of_messages_that_are_larger_than_the_room_the_newest_stays() -> None:
 
 
 def test_for_lack_of_room_the_oldest_go_of_the_channel_that_takes_most() -> None:
-    box = Outbox(room=10_000, channel_room=ALL)
+    box = Outbox(max_bytes=10_000, max_channel_bytes=ALL)
     small, large = box.open(), box.open()
     for number in range(3):
         box.put(message(small, -3 + number))
@@ -62,17 +62,17 @@ def test_for_lack_of_room_the_oldest_go_of_the_channel_that_takes_most() -> None
 
 
 def test_the_newest_latched_message_of_each_publisher_is_kept() -> None:
-    box = Outbox(channel_room=5_000)
+    box = Outbox(max_channel_bytes=5_000)
     ticket = box.open()
-    box.put(message(ticket, -3, keeper="/map"))
-    box.put(message(ticket, -2, keeper="/other"))
-    box.put(message(ticket, -1, keeper="/map"))
+    box.put(message(ticket, -3, latched_by="/map"))
+    box.put(message(ticket, -2, latched_by="/other"))
+    box.put(message(ticket, -1, latched_by="/map"))
     for number in range(100):
         box.put(message(ticket, number))
     found = numbers(box)
     assert found[:2] == [-2, -1]
     assert found[2:] == [*range(100 - len(found[2:]), 100)]
-    box.put(message(ticket, 1, keeper="/map"))
+    box.put(message(ticket, 1, latched_by="/map"))
     assert numbers(box) == [1]
 
 
@@ -89,7 +89,7 @@ def test_messages_of_several_channels_are_in_the_order_in_which_they_came() -> N
     outbox = Outbox()
     one, two = outbox.open(), outbox.open()
     for number, ticket in enumerate((one, one, two, one)):
-        outbox.put(Waiting(ticket, 0, b"", None, float(number)))
+        outbox.put(QueuedMessage(ticket, 0, b"", None, float(number)))
     assert [(each.ticket, each.at) for each in outbox.take(10**6)] == [(one, 0), (one, 1), (two, 2), (one, 3)]
 
 
@@ -112,7 +112,7 @@ def test_a_channel_that_is_closed_is_forgotten() -> None:
 def test_what_waits_is_bounded_in_order_and_ends_with_the_newest(
     puts: list[tuple[int, int, str | None]], often: int
 ) -> None:
-    box = Outbox(room=20_000, channel_room=3_000)
+    box = Outbox(max_bytes=20_000, max_channel_bytes=3_000)
     tickets = [box.open() for _ in range(5)]
     seen: dict[int, int] = {}
 
@@ -121,8 +121,8 @@ def test_what_waits_is_bounded_in_order_and_ends_with_the_newest(
             assert seen.get(each.ticket, -1) < each.time
             seen[each.ticket] = each.time
 
-    for number, (which, size, keeper) in enumerate(puts):
-        box.put(message(tickets[which], number, size, keeper))
+    for number, (which, size, latched_by) in enumerate(puts):
+        box.put(message(tickets[which], number, size, latched_by))
         assert box.size <= 20_000
         if often and number % often == 0:
             take(2_000)

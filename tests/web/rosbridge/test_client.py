@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.sensor_msgs.msg import Imu
-from pyros1.web.exchanges import AT_ONCE
 from pyros1.web.robot import Robot
-from pyros1.web.rosbridge.client import MOST_CALLS, Client
-from pyros1.web.rosbridge.outbox import MOST_TOLD
+from pyros1.web.rosbridge.client import MAX_CALLS, Client
+from pyros1.web.rosbridge.outbox import MAX_FRAME_BYTES
+from pyros1.web.service_exchanges import MAX_CONCURRENT_CALLS
 from pyros1.wire.handshake import TopicType
 
 from ...bodies import encode
@@ -97,7 +97,7 @@ def test_any_operations(robot: Robot, frames: list[dict[str, Any]]) -> None:
     try:
         done = client.handle(map(json.dumps, frames))
         while not done:
-            client.subscribing.give_up()
+            client.subscribing.abandon()
             done = client.handle(())
         told, _ = client.take(monotonic())
         assert all(isinstance(frame, (str, bytes)) for frame in told)
@@ -152,17 +152,17 @@ def test_calls_without_end_are_refused(robot: Robot) -> None:
     begun: list[Callable[[], object]] = []
     client = Client(robot, begun.append, lambda: None)
     try:
-        calls = [{"op": "call_service", "service": "/rosapi/get_time", "id": n} for n in range(MOST_CALLS + 5)]
+        calls = [{"op": "call_service", "service": "/rosapi/get_time", "id": n} for n in range(MAX_CALLS + 5)]
         client.handle(map(json.dumps, calls))
-        assert len(begun) == AT_ONCE
+        assert len(begun) == MAX_CONCURRENT_CALLS
         told = [json.loads(frame) for frame in client.take(monotonic())[0]]
         assert [each["result"] for each in told] == [False] * 5
         for run in begun:  # which grows: one that ends makes room for the next
             run()
-        assert len(begun) == MOST_CALLS
+        assert len(begun) == MAX_CALLS
         answers = [json.loads(frame) for frame in client.take(monotonic())[0]]
         assert all(each["result"] for each in answers)
-        assert [each["id"] for each in answers] == list(range(MOST_CALLS))  # in their order
+        assert [each["id"] for each in answers] == list(range(MAX_CALLS))  # in their order
     finally:
         client.close()
 
@@ -190,7 +190,7 @@ def test_calls_wait_while_the_client_does_not_read_its_answers(robot: Robot) -> 
     begun: list[Callable[[], object]] = []
     client = Client(robot, begun.append, lambda: None)
     try:
-        client.outbox.tell("x" * (MOST_TOLD + 1))
+        client.outbox.enqueue("x" * (MAX_FRAME_BYTES + 1))
         client.handle([json.dumps({"op": "call_service", "service": "/rosapi/get_time", "id": 1})])
         assert not begun
         client.take(monotonic())

@@ -12,7 +12,7 @@ from pyros1.node import Node
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.driver import Bridge
 from pyros1.web.server.access import Access
-from pyros1.web.server.threads import Threads
+from pyros1.web.server.threads import ThreadPool
 
 MOST = 1 << 20
 TURNS = 20_000
@@ -45,7 +45,7 @@ def no_node() -> Node:
 @pytest.mark.parametrize("size", [0, 1_000, 100_000, 3 * MOST])
 def test_frames_that_are_read_ahead(size: int) -> None:
     robot = Robot("http://localhost:1/", Access(), no_node)  # clients wait for its node for some seconds
-    calls = Threads(1, "test: calls")
+    calls = ThreadPool(1, "test: calls")
     bridge = Bridge(robot, calls)
     talker = Talker(size)
 

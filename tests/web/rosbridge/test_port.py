@@ -34,7 +34,7 @@ def client(server: Served, query: str = "", path: str = "/", **options: Any) -> 
     return connect(f"ws://localhost:{server.port}{path}{query}", open_timeout=PATIENCE, max_size=None, **options)
 
 
-def tell(socket_: ClientConnection, op: str, **fields: Any) -> None:
+def enqueue(socket_: ClientConnection, op: str, **fields: Any) -> None:
     socket_.send(json.dumps({"op": op, **fields}))
 
 
@@ -45,13 +45,13 @@ def hear(socket_: ClientConnection) -> Any:
 
 def ask(socket_: ClientConnection, service: str, args: Any = None, **fields: Any) -> Any:
     """Call a service and return what comes next, which is the answer."""
-    tell(socket_, "call_service", service=service, args=args, id="call", **fields)
+    enqueue(socket_, "call_service", service=service, args=args, id="call", **fields)
     return hear(socket_)
 
 
 def settle(socket_: ClientConnection) -> None:
     """Wait until what the client said before has been done."""
-    tell(socket_, "unadvertise_service", service="none", id="settle")
+    enqueue(socket_, "unadvertise_service", service="none", id="settle")
     assert hear(socket_)["id"] == "settle"
 
 
@@ -86,18 +86,18 @@ def test_publish(serve: Serve, make_node: MakeNode) -> None:
     node.subscribe("words", String, got.put)
     node.subscribe("image", Image, got.put)
     with client(serve(token="")) as socket_:
-        tell(socket_, "advertise", topic="words", type="std_msgs/String")
-        tell(socket_, "publish", topic="words", msg={"data": "one"})
+        enqueue(socket_, "advertise", topic="words", type="std_msgs/String")
+        enqueue(socket_, "publish", topic="words", msg={"data": "one"})
         assert got.get(timeout=PATIENCE).data == "one"
         data = base64.b64encode(b"abc").decode()
-        tell(socket_, "advertise", topic="/image", type="sensor_msgs/Image", latch=True, queue_size=1)
-        tell(socket_, "publish", topic="/image", msg={"data": data, "height": 1, "header": {"frame_id": "eye"}})
+        enqueue(socket_, "advertise", topic="/image", type="sensor_msgs/Image", latch=True, queue_size=1)
+        enqueue(socket_, "publish", topic="/image", msg={"data": data, "height": 1, "header": {"frame_id": "eye"}})
         image = got.get(timeout=PATIENCE)
         assert (image.data, image.height, image.header.frame_id) == (b"abc", 1, "eye")
         assert image.header.stamp.secs > 0
-        tell(socket_, "publish", topic="/words", msg={"data": "not advertised under this name"})
+        enqueue(socket_, "publish", topic="/words", msg={"data": "not advertised under this name"})
         assert got.get(timeout=PATIENCE).data.startswith("not")
-        tell(socket_, "unadvertise", topic="words")
+        enqueue(socket_, "unadvertise", topic="words")
         for op, fields, word in (
             ("publish", {"topic": "/words", "msg": {"date": "x"}}, "date"),
             ("publish", {"topic": "/words", "msg": {"data": 1}}, "data"),
@@ -107,7 +107,7 @@ def test_publish(serve: Serve, make_node: MakeNode) -> None:
             ("advertise", {"topic": "/new", "type": "../x"}, "x"),
             ("advertise", {"topic": "/a b", "type": "std_msgs/String"}, "a b"),
         ):
-            tell(socket_, op, id=word, **fields)
+            enqueue(socket_, op, id=word, **fields)
             answer = hear(socket_)
             assert (answer["op"], answer["level"], answer["id"]) == ("status", "error", word)
             assert word in answer["msg"]
@@ -118,7 +118,7 @@ def test_a_message_may_be_latched_without_advertising(serve: Serve, make_node: M
     got: queue.Queue[Any] = queue.Queue()
     node.subscribe("words", String, got.put)
     with client(serve(token="")) as socket_:
-        tell(socket_, "publish", topic="/words", msg={"data": "kept"}, latch=True)
+        enqueue(socket_, "publish", topic="/words", msg={"data": "kept"}, latch=True)
         assert got.get(timeout=PATIENCE).data == "kept"
         make_node("later").subscribe("words", String, got.put)
         assert got.get(timeout=PATIENCE).data == "kept"
@@ -131,15 +131,15 @@ def test_parts_of_a_client_advertise_the_same_topic(serve: Serve, make_node: Mak
     subscriber = node.subscribe("words", String, lambda message: got.put(message.data))
     with client(serve(token="")) as socket_:
         topic = {"topic": "/words", "type": "std_msgs/String"}
-        tell(socket_, "advertise", **topic, id="one")
-        tell(socket_, "publish", topic="/words", msg={"data": "1"})
+        enqueue(socket_, "advertise", **topic, id="one")
+        enqueue(socket_, "publish", topic="/words", msg={"data": "1"})
         assert got.get(timeout=PATIENCE) == "1"
         (link,) = subscriber.links
-        tell(socket_, "advertise", **topic, id="two", latch=True, queue_size=5)
-        tell(socket_, "advertise", **topic, id="two", latch=True, queue_size=5)
-        tell(socket_, "unadvertise", topic="/words", id="one")
-        tell(socket_, "unadvertise", topic="/words", id="nobody")
-        tell(socket_, "publish", topic="/words", msg={"data": "2"})
+        enqueue(socket_, "advertise", **topic, id="two", latch=True, queue_size=5)
+        enqueue(socket_, "advertise", **topic, id="two", latch=True, queue_size=5)
+        enqueue(socket_, "unadvertise", topic="/words", id="one")
+        enqueue(socket_, "unadvertise", topic="/words", id="nobody")
+        enqueue(socket_, "publish", topic="/words", msg={"data": "2"})
         assert got.get(timeout=PATIENCE) == "2"
         assert subscriber.links == (link,)
         later: queue.Queue[Any] = queue.Queue()
@@ -147,11 +147,11 @@ def test_parts_of_a_client_advertise_the_same_topic(serve: Serve, make_node: Mak
         assert later.get(timeout=PATIENCE) == "2"  # it is latched
         graph = Graph(node.master)
         assert graph.state().publishers["/words"] == ["/web"]
-        tell(socket_, "unadvertise", topic="/words", id="two")
+        enqueue(socket_, "unadvertise", topic="/words", id="two")
         settle(socket_)
         assert "/words" not in graph.state().publishers
-        tell(socket_, "advertise", **topic, id="one")
-        tell(socket_, "unadvertise", topic="/words")  # all
+        enqueue(socket_, "advertise", **topic, id="one")
+        enqueue(socket_, "unadvertise", topic="/words")  # all
         settle(socket_)
         assert "/words" not in graph.state().publishers
 
@@ -161,12 +161,12 @@ def test_a_topic_that_another_client_has_just_begun(serve: Serve, make_node: Mak
     server = serve(token="")
     with client(server) as one, client(server) as two:
         for number, kind in enumerate(("std_msgs/String", "std_msgs/Int32")):
-            tell(one, "advertise", topic=f"/new{number}", type=kind)  # which asks the master before
+            enqueue(one, "advertise", topic=f"/new{number}", type=kind)  # which asks the master before
             settle(one)
             assert ask(two, "/rosapi/topic_type", {"topic": f"/new{number}"})["values"] == {"type": kind}
             make_node(f"ear{number}").subscribe(f"new{number}", kind, lambda message: got.put(message.data))
-            tell(two, "publish", topic=f"/new{number}", msg={"data": "x" if kind.endswith("String") else 5})
-            tell(two, "subscribe", topic=f"/new{number}", type=kind)
+            enqueue(two, "publish", topic=f"/new{number}", msg={"data": "x" if kind.endswith("String") else 5})
+            enqueue(two, "subscribe", topic=f"/new{number}", type=kind)
             settle(two)
             topics = ask(two, "/rosapi/topics")["values"]
             assert dict(zip(topics["topics"], topics["types"], strict=True))[f"/new{number}"] == kind
@@ -177,9 +177,9 @@ def test_the_last_words_of_a_client_are_heard(serve: Serve, make_node: MakeNode)
     got: queue.Queue[Any] = queue.Queue()
     make_node("listener").subscribe("words", String, lambda message: got.put(message.data))
     with client(serve(token="")) as socket_:
-        tell(socket_, "advertise", topic="/words", type="std_msgs/String")
+        enqueue(socket_, "advertise", topic="/words", type="std_msgs/String")
         for number in range(100):
-            tell(socket_, "publish", topic="/words", msg={"data": str(number)})
+            enqueue(socket_, "publish", topic="/words", msg={"data": str(number)})
     assert [got.get(timeout=PATIENCE) for _ in range(100)] == [str(number) for number in range(100)]
 
 
@@ -187,40 +187,40 @@ def test_subscribe(serve: Serve, make_node: MakeNode) -> None:
     publisher = make_node("talker").advertise("number", Float64, latch=True)
     publisher.publish(1.5)
     with client(serve(token="")) as socket_:
-        tell(socket_, "subscribe", topic="number", id="a", type="std_msgs/Float64")
+        enqueue(socket_, "subscribe", topic="number", id="a", type="std_msgs/Float64")
         assert hear(socket_) == {"op": "publish", "topic": "number", "msg": {"data": 1.5}}
-        tell(socket_, "subscribe", topic="number", id="b", compression="cbor")
+        enqueue(socket_, "subscribe", topic="number", id="b", compression="cbor")
         assert hear(socket_)["msg"] == {"data": 1.5}  # who comes later gets the latched message, too
         publisher.publish(float("nan"))
         assert hear(socket_)["msg"]["data"] != 0
-        tell(socket_, "unsubscribe", topic="number", id="b")
+        enqueue(socket_, "unsubscribe", topic="number", id="b")
         settle(socket_)
         publisher.publish(float("nan"))
         assert hear(socket_)["msg"] == {"data": None}
-        tell(socket_, "subscribe", topic="number", compression="cbor-raw", id="c")
+        enqueue(socket_, "subscribe", topic="number", compression="cbor-raw", id="c")
         message = hear(socket_)["msg"]
         assert (len(message["bytes"]), message["secs"] > 0) == (8, True)
-        tell(socket_, "unsubscribe", topic="number")
+        enqueue(socket_, "unsubscribe", topic="number")
         settle(socket_)
         publisher.publish(2.5)
-        tell(socket_, "subscribe", topic="/number", type="std_msgs/String", id="d")
+        enqueue(socket_, "subscribe", topic="/number", type="std_msgs/String", id="d")
         assert "std_msgs/Float64" in hear(socket_)["msg"]
 
 
 def test_status_messages_as_the_client_wants_them(serve: Serve) -> None:
     with client(serve(token="")) as socket_:
-        tell(socket_, "unsubscribe", topic="x")
-        tell(socket_, "set_level", level="warning")
-        tell(socket_, "unsubscribe", topic="y")
+        enqueue(socket_, "unsubscribe", topic="x")
+        enqueue(socket_, "set_level", level="warning")
+        enqueue(socket_, "unsubscribe", topic="y")
         assert hear(socket_) == {"op": "status", "level": "warning", "msg": "you do not subscribe to y"}
-        tell(socket_, "set_level", level="none")
-        tell(socket_, "dance")
+        enqueue(socket_, "set_level", level="none")
+        enqueue(socket_, "dance")
         assert ask(socket_, "/rosapi/get_time")["result"]
 
 
 def test_rosauth_is_refused_with_a_reason(serve: Serve) -> None:
     with client(serve(token="")) as socket_:
-        tell(socket_, "auth", id="auth", mac="x", client="c", dest="d", rand="r", t=0, level="admin", end=0)
+        enqueue(socket_, "auth", id="auth", mac="x", client="c", dest="d", rand="r", t=0, level="admin", end=0)
         answer = hear(socket_)
         assert (answer["op"], answer["level"], answer["id"]) == ("status", "error", "auth")
         assert "token" in answer["msg"]
@@ -278,27 +278,27 @@ def test_a_service_of_a_client(serve: Serve, make_node: MakeNode, capfd: pytest.
 
     threads: list[threading.Thread] = []
     with client(server) as socket_:
-        tell(socket_, "advertise_service", service="/switch", type="std_srvs/SetBool")
+        enqueue(socket_, "advertise_service", service="/switch", type="std_srvs/SetBool")
         settle(socket_)
         begin()
         request = hear(socket_)
         assert (request["op"], request["service"], request["args"]) == ("call_service", "/switch", {"data": True})
-        tell(socket_, "service_response", id=request["id"], service="/else", result=True)
+        enqueue(socket_, "service_response", id=request["id"], service="/else", result=True)
         assert hear(socket_)["level"] == "error"
         values = {"success": True, "message": "done"}
-        tell(socket_, "service_response", id=request["id"], service="/switch", values=values, result=True)
+        enqueue(socket_, "service_response", id=request["id"], service="/switch", values=values, result=True)
         assert answers.get(timeout=PATIENCE).message == "done"
         begin()
         id = hear(socket_)["id"]
-        tell(socket_, "service_response", id=id, service="/switch", values="broken", result=False)
+        enqueue(socket_, "service_response", id=id, service="/switch", values="broken", result=False)
         assert "broken" in answers.get(timeout=PATIENCE)
         begin()
         id = hear(socket_)["id"]
-        tell(socket_, "service_response", id=id, service="/switch", values={"wrong": 1}, result=True)
+        enqueue(socket_, "service_response", id=id, service="/switch", values={"wrong": 1}, result=True)
         assert "wrong" in answers.get(timeout=PATIENCE)
         begin()
         id = hear(socket_)["id"]
-        tell(socket_, "service_response", id=id, service="/switch", values={"success": []}, result=True)
+        enqueue(socket_, "service_response", id=id, service="/switch", values={"success": []}, result=True)
         assert "gave a wrong answer: field success is not a bool" in answers.get(timeout=PATIENCE)
         assert capfd.readouterr().err == ""
         begin()
@@ -324,14 +324,14 @@ def test_a_client_that_comes_back_has_its_services_and_topics_again(serve: Serve
         threads[-1].start()
 
     def introduce(socket_: ClientConnection, word: str) -> None:
-        tell(socket_, "advertise_service", service="/switch", type="std_srvs/SetBool")
-        tell(socket_, "advertise", topic="/state", type="std_msgs/String", latch=True)
-        tell(socket_, "publish", topic="/state", msg={"data": word})
+        enqueue(socket_, "advertise_service", service="/switch", type="std_srvs/SetBool")
+        enqueue(socket_, "advertise", topic="/state", type="std_msgs/String", latch=True)
+        enqueue(socket_, "publish", topic="/state", msg={"data": word})
         settle(socket_)
 
     def answer(socket_: ClientConnection, request: Any, word: str) -> None:
         values = {"success": True, "message": word}
-        tell(socket_, "service_response", id=request["id"], service="/switch", values=values, result=True)
+        enqueue(socket_, "service_response", id=request["id"], service="/switch", values=values, result=True)
 
     def state() -> str:
         heard: queue.Queue[str] = queue.Queue()
@@ -350,7 +350,7 @@ def test_a_client_that_comes_back_has_its_services_and_topics_again(serve: Serve
             assert answers.get(timeout=PATIENCE) == (2, "new")
             answer(old, request, "old")  # it was asked before
             assert answers.get(timeout=PATIENCE) == (1, "old")
-            tell(old, "unadvertise_service", service="/switch")
+            enqueue(old, "unadvertise_service", service="/switch")
             settle(old)
             assert state() == "new"
         for number in (3, 4):
@@ -364,10 +364,10 @@ def test_a_client_that_comes_back_has_its_services_and_topics_again(serve: Serve
         begin(5)
         answer(new, hear(new), "new")
         assert answers.get(timeout=PATIENCE) == (5, "new")
-        tell(new, "advertise_service", service="/switch", type="std_srvs/Trigger")
+        enqueue(new, "advertise_service", service="/switch", type="std_srvs/Trigger")
         settle(new)
         assert ask(new, "/rosapi/service_type", {"service": "/switch"})["values"] == {"type": "std_srvs/Trigger"}
-        tell(new, "advertise_service", service="/web/get_loggers", type="roscpp/GetLoggers")  # of the server's node
+        enqueue(new, "advertise_service", service="/web/get_loggers", type="roscpp/GetLoggers")  # of the server's node
         assert "/web/get_loggers" in hear(new)["msg"]
     for thread in threads:
         thread.join(PATIENCE)
@@ -384,7 +384,7 @@ def test_a_client_that_goes_ends_its_calls(serve: Serve, make_node: MakeNode) ->
     make_node("slow").advertise_service("slow", SetBool, slow)
     server = serve(token="")
     with client(server) as socket_:
-        tell(socket_, "call_service", service="/slow")
+        enqueue(socket_, "call_service", service="/slow")
         assert called.wait(PATIENCE)
         answer = ask(socket_, "/slow", timeout=0.05)
         assert not answer["result"]
@@ -397,7 +397,7 @@ def test_a_slow_client_gets_the_newest(serve: Serve, make_node: MakeNode) -> Non
     publisher = make_node("camera").advertise("image", Image, queue_size=0)
     with client(server, max_queue=1) as slow, client(server) as quick:
         for socket_ in (slow, quick):
-            tell(socket_, "subscribe", topic="/image")
+            enqueue(socket_, "subscribe", topic="/image")
             settle(socket_)
         assert publisher.wait_for_subscribers(timeout=PATIENCE)
         data = bytes(1 << 20)
@@ -422,7 +422,7 @@ def test_read_only(serve: Serve, make_node: MakeNode) -> None:
             ("publish", {"topic": "/x", "msg": {}}),
             ("advertise_service", {"service": "/x", "type": "std_srvs/SetBool"}),
         ):
-            tell(socket_, op, **fields)
+            enqueue(socket_, op, **fields)
             assert "read-only" in hear(socket_)["msg"]
         for service in ("/add", "/rosapi/set_param", "/rosapi/delete_param"):
             answer = ask(socket_, service, {"name": "/x", "value": "1"} if "rosapi" in service else {})
@@ -456,7 +456,7 @@ def test_only_some_topics(serve: Serve, make_node: MakeNode) -> None:
             ("publish", {"topic": "/secret", "msg": {}}),
             ("advertise_service", {"service": "/x", "type": "std_srvs/SetBool"}),
         ):
-            tell(socket_, op, **fields)
+            enqueue(socket_, op, **fields)
             assert "--topics" in hear(socket_)["msg"]
 
 
@@ -485,7 +485,7 @@ def test_a_client_that_is_early_waits_for_the_servers_node(
     request.addfinalizer(server.close)
     robot.start()
     with client(server) as socket_:
-        tell(socket_, "subscribe", topic="/number")
+        enqueue(socket_, "subscribe", topic="/number")
         assert socket_.ping().wait(PATIENCE)  # it was read
         go.set()
         assert hear(socket_)["msg"] == {"data": 1.5}
@@ -498,6 +498,6 @@ def test_an_answer_to_the_first_word_is_heard(serve: Serve, make_node: MakeNode)
     server = serve(token="")
     for number in range(10):
         with client(server) as socket_:
-            tell(socket_, "subscribe", topic="/echo", type="std_msgs/String")
-            tell(socket_, "publish", topic="/words", msg={"data": f"word {number}"})
+            enqueue(socket_, "subscribe", topic="/echo", type="std_msgs/String")
+            enqueue(socket_, "publish", topic="/words", msg={"data": f"word {number}"})
             assert hear(socket_)["msg"] == {"data": f"WORD {number}"}

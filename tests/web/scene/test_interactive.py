@@ -48,7 +48,7 @@ def names(markers: list[dict[str, Any]]) -> list[str]:
 
 
 def test_points_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(interactive, "MOST_POINTS", 1_000)
+    monkeypatch.setattr(interactive, "MAX_POINTS", 1_000)
 
     def large(name: str, points: int = 400) -> InteractiveMarker:
         return marker(name, controls=[InteractiveMarkerControl(markers=[Marker(points=[Point()] * points)])])
@@ -107,7 +107,7 @@ def test_servers_that_go() -> None:
     seen, new, *_ = known.changes(0)
     assert len(new) == 2
     known.update(InteractiveMarkerUpdate(server_id="s", seq_num=1, type=0), 8.0)
-    known.sweep(12.0)
+    known.remove_expired(12.0)
     assert known.changes(seen)[3] == [["other", "a"]]
 
 

@@ -58,7 +58,7 @@ def test_a_lifetime_ends_when_time_goes_back() -> None:
 
 
 def test_large_ones_make_room_for_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(markers_of, "MOST_BYTES", 1_000_000)
+    monkeypatch.setattr(markers_of, "MAX_BYTES", 1_000_000)
     markers, points = Markers(), [Point()] * 4_000
     for number in range(5):
         large = marker(number)

@@ -150,7 +150,7 @@ def test_numbers_with_units() -> None:
 
 
 def test_of_too_many_cells_some_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shapes, "MOST_POSES", 2)
+    monkeypatch.setattr(shapes, "MAX_POSES", 2)
     facts, blob = shapes.grid_cells(GridCells(cell_width=0.5, cell_height=0.25, cells=[Point(1.0, 2.0, 0.0)] * 5))
     assert (facts["count"], facts["more"], facts["size"]) == (2, 3, [0.5, 0.25])
     assert struct.unpack("<6f", blob) == (1.0, 2.0, 0.0) * 2

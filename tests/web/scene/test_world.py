@@ -64,7 +64,7 @@ def world(topics: Topics) -> World:
 
 def test_poses(topics: Topics, world: World) -> None:
     heard: list[int] = []
-    end = world.look(lambda: heard.append(1))
+    end = world.watch(lambda: heard.append(1))
     topics.send(transform("map", "base", 2.0, yaw=math.pi / 2))
     topics.send(transform("base", "laser", 1.0), static=True)
     pose = world.pose("map", "laser")
@@ -78,27 +78,27 @@ def test_poses(topics: Topics, world: World) -> None:
 
 @pytest.mark.parametrize("x", [math.inf, math.nan, 1e308])
 def test_a_frame_that_is_nowhere(topics: Topics, world: World, x: float) -> None:
-    world.look(lambda: None)
+    world.watch(lambda: None)
     topics.send(transform("map", "base", x), transform("base", "hand", x, yaw=1.0))
     assert world.pose("map", "hand") is None  # no numbers that JSON lacks
 
 
 def test_a_time_that_is_not_in_the_buffer_gives_the_latest(topics: Topics, world: World) -> None:
-    world.look(lambda: None)
+    world.watch(lambda: None)
     topics.send(transform("map", "base", 1.0, stamp=1.0))
     topics.send(transform("map", "base", 3.0, stamp=2.0))
     assert [world.pose("map", "base", Time.from_sec(at))[0] for at in (1.5, 9.0)] == [2.0, 3.0]  # type: ignore[index]
 
 
 def test_it_listens_only_while_somebody_looks(topics: Topics, world: World) -> None:
-    ends = [world.look(lambda: None) for _ in range(2)]
+    ends = [world.watch(lambda: None) for _ in range(2)]
     topics.send(transform("map", "base", 1.0))
     ends[0]()
     ends[0]()
     assert topics.listeners
     ends[1]()
     assert not topics.listeners
-    world.look(lambda: None)
+    world.watch(lambda: None)
     assert world.pose("map", "base") is None  # what was known may be old
 
 
@@ -111,12 +111,12 @@ def test_who_may_not_see_static_frames_leaves_nothing_behind(topics: Topics) -> 
     world = World(listen)
     for _ in range(2):  # the page tries again
         with pytest.raises(RequestError):
-            world.look(lambda: None)
+            world.watch(lambda: None)
         assert not topics.listeners
 
 
 def test_a_bag_that_begins_again(topics: Topics, world: World) -> None:
-    world.look(lambda: None)
+    world.watch(lambda: None)
     topics.send(transform("base", "laser", 1.0), static=True)
     topics.send(transform("map", "base", 1.0, stamp=100.0))
     topics.send(transform("map", "base", 7.0, stamp=10.0))
@@ -128,7 +128,7 @@ def test_a_bag_that_begins_again(topics: Topics, world: World) -> None:
 
 
 def test_a_short_bag_that_begins_again_with_its_clock(topics: Topics, world: World) -> None:
-    world.look(lambda: None)
+    world.watch(lambda: None)
     for stamp in (1.0, 2.0, 3.0):
         topics.send(transform("map", "base", stamp, stamp=stamp), now=stamp)
     topics.send(transform("map", "base", 1.0, stamp=1.0), now=1.0)
@@ -138,8 +138,8 @@ def test_a_short_bag_that_begins_again_with_its_clock(topics: Topics, world: Wor
 
 
 def test_the_number_of_frames_is_bounded(topics: Topics, world: World, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "MOST_FRAMES", 10)
-    world.look(lambda: None)
+    monkeypatch.setattr(module, "MAX_FRAMES", 10)
+    world.watch(lambda: None)
     for number in range(30):
         topics.send(transform("map", f"f{number}", float(number)))
     assert len(world.buffer.frames()) <= 12

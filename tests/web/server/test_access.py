@@ -58,8 +58,8 @@ def test_the_token() -> None:
     access = Access()
     assert len(access.token) >= 20
     assert access.token != Access().token
-    assert not access.token_trouble(f"/ws?token={access.token}")
-    assert not access.token_trouble(f"/ws?x=1&token={access.token}")
+    assert not access.token_problem(f"/ws?token={access.token}")
+    assert not access.token_problem(f"/ws?x=1&token={access.token}")
     for path in (
         "/ws",
         "/ws?token=",
@@ -68,14 +68,14 @@ def test_the_token() -> None:
         "/ws?token=%ff",
         "/ws?token=\u00e9",
     ):
-        assert "pyros1 web graph" in access.token_trouble(path)
-    assert not Access(token="").token_trouble("/ws")
+        assert "pyros1 web graph" in access.token_problem(path)
+    assert not Access(token="").token_problem("/ws")
     assert access.token not in repr(access)
 
 
 def test_too_many_parts_of_a_query_are_refused() -> None:
-    assert "lacks its token" in Access().token_trouble("/ws?" + "a=1&" * 1000)
-    assert "of an earlier start of the server" in Access().token_trouble("/ws?token=old")
+    assert "lacks its token" in Access().token_problem("/ws?" + "a=1&" * 1000)
+    assert "of an earlier start of the server" in Access().token_problem("/ws?token=old")
 
 
 def test_topics() -> None:

@@ -21,10 +21,10 @@ from websockets.sync.client import ClientConnection, connect
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.msgs.std_srvs.srv import Empty
 from pyros1.web import calls
-from pyros1.web.exchanges import AT_ONCE
-from pyros1.web.server.entrance import MOST
+from pyros1.web.server.pending_connections import MAX_PENDING
 from pyros1.web.server.server import WebServer
 from pyros1.web.server.wire import RequestError
+from pyros1.web.service_exchanges import MAX_CONCURRENT_CALLS
 
 
 def get(server: Served, path: str, host: str = "localhost", **headers: str) -> tuple[int, dict[str, str], bytes]:
@@ -332,9 +332,9 @@ def test_services_that_do_not_answer_starve_nobody(serve: Callable[..., Served],
         with page(server, "t") as one, page(server, "t") as two:
             call = {"call": "services.call", "args": {"service": "/hang", "value": {}, "timeout": 600}}
             for socket_ in (one, two):
-                for number in range(AT_ONCE):
+                for number in range(MAX_CONCURRENT_CALLS):
                     socket_.send(json.dumps({**call, "id": number}))
-            for _ in range(2 * AT_ONCE):
+            for _ in range(2 * MAX_CONCURRENT_CALLS):
                 assert began.acquire(timeout=PATIENCE)
             one.send(json.dumps({**call, "id": 100}))
             assert "wait" in until(one, lambda message: message.get("id") == 100)["error"]
@@ -342,14 +342,14 @@ def test_services_that_do_not_answer_starve_nobody(serve: Callable[..., Served],
                 socket_.send(json.dumps({"call": "page.about", "id": 200 + number}))
                 assert "result" in until(socket_, lambda message, number=number: message.get("id") == 200 + number)  # type: ignore[misc]
         names = [thread.name for thread in threading.enumerate()]
-        assert sum(name.startswith("web: services") for name in names) == 2 * AT_ONCE
+        assert sum(name.startswith("web: services") for name in names) == 2 * MAX_CONCURRENT_CALLS
         with page(server, "t") as socket_:  # the calls of those that went have ended: their threads are free
-            for number in range(AT_ONCE):
+            for number in range(MAX_CONCURRENT_CALLS):
                 socket_.send(json.dumps({**call, "id": number}))
-            for _ in range(AT_ONCE):
+            for _ in range(MAX_CONCURRENT_CALLS):
                 assert began.acquire(timeout=PATIENCE)
             go_on.set()
-            for _ in range(AT_ONCE):
+            for _ in range(MAX_CONCURRENT_CALLS):
                 assert "result" in json.loads(socket_.recv(timeout=PATIENCE))
     finally:
         go_on.set()
@@ -417,14 +417,14 @@ def test_calls_of_a_server_that_ends_are_refused(robot: Any) -> None:
 
 def test_connections_that_say_nothing_make_room(serve: Callable[..., Served]) -> None:
     server = serve(token="t")
-    silent = [socket.create_connection(("127.0.0.1", server.port), PATIENCE) for _ in range(MOST + 20)]
+    silent = [socket.create_connection(("127.0.0.1", server.port), PATIENCE) for _ in range(MAX_PENDING + 20)]
     try:
         silent[0].settimeout(PATIENCE)
         with contextlib.suppress(ConnectionResetError):
             assert silent[0].recv(1) == b""  # the oldest were closed
         with page(server, "t") as socket_:
             assert get(server, "/")[0] == 200
-            silent += [socket.create_connection(("127.0.0.1", server.port), PATIENCE) for _ in range(MOST + 20)]
+            silent += [socket.create_connection(("127.0.0.1", server.port), PATIENCE) for _ in range(MAX_PENDING + 20)]
             socket_.send('{"call": "page.about", "id": 1}')  # who has come in stays
             assert until(socket_, lambda message: message.get("id") == 1)["result"]
     finally:

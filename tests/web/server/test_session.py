@@ -11,7 +11,7 @@ import pytest
 from pyros1.web import views
 from pyros1.web.robot import Robot
 from pyros1.web.server import wire
-from pyros1.web.server.session import MOST_STREAMS, Session
+from pyros1.web.server.session import MAX_STREAMS, Session
 from pyros1.web.server.wire import Call, Change, Close, Next, Open, Push, RequestError
 from pyros1.web.views.view import View
 
@@ -32,7 +32,7 @@ class Counter(View):
         Counter.made.append(self)
         wake()
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         if self.problem:
             raise RequestError(self.problem)
         self.count += 1
@@ -53,7 +53,7 @@ def session(monkeypatch: pytest.MonkeyPatch) -> Session:
     return Session(None, lambda: None)  # type: ignore[arg-type]  # these views need no robot
 
 
-def take(session: Session, now: float) -> tuple[list[str | bytes], float | None]:
+def poll(session: Session, now: float) -> tuple[list[str | bytes], float | None]:
     """Return the frames that are due at a time, and the time of the next ones."""
     numbers, again = session.due(now)
     frames = [frame for number in numbers if (frame := session.push(number)) is not None]
@@ -66,67 +66,67 @@ def shown(frames: list[str | bytes]) -> list[Any]:
 
 def test_one_push_is_on_its_way_and_the_next_waits_for_the_page(session: Session) -> None:
     assert session.handle(Open(1, "counter", {})) == []
-    frames, again = take(session, 0.0)
+    frames, again = poll(session, 0.0)
     assert (shown(frames), again) == ([{"stream": 1, "data": 1}], None)
     Counter.made[0].wake()
-    assert take(session, 5.0) == ([], None)
+    assert poll(session, 5.0) == ([], None)
     session.handle(Next(1))
-    assert shown(take(session, 6.0)[0]) == [{"stream": 1, "data": 2}]
+    assert shown(poll(session, 6.0)[0]) == [{"stream": 1, "data": 2}]
 
 
 def test_no_more_often_than_the_view_wants(session: Session) -> None:
     session.handle(Open(1, "counter", {}))
-    take(session, 0.0)
+    poll(session, 0.0)
     session.handle(Next(1))
     Counter.made[0].wake()
-    assert take(session, 0.25) == ([], 1.0)
-    assert len(take(session, 1.0)[0]) == 1
+    assert poll(session, 0.25) == ([], 1.0)
+    assert len(poll(session, 1.0)[0]) == 1
 
 
 def test_a_view_that_cannot_be_made_yet_is_tried_again_and_says_so_once(session: Session) -> None:
     session.handle(Open(1, "counter", {"fail": True}))
-    frames, again = take(session, 0.0)
+    frames, again = poll(session, 0.0)
     assert shown(frames) == [{"stream": 1, "error": "not yet"}]
     assert again == 1.0
-    assert take(session, 0.5) == ([], 1.0)
-    assert take(session, 1.0) == ([], 2.0)
+    assert poll(session, 0.5) == ([], 1.0)
+    assert poll(session, 1.0) == ([], 2.0)
     session.handle(Change(1, {}))
-    assert shown(take(session, 1.5)[0]) == [{"stream": 1, "data": 1}]
+    assert shown(poll(session, 1.5)[0]) == [{"stream": 1, "data": 1}]
 
 
 def test_a_problem_is_told_once_and_the_view_goes_on(session: Session) -> None:
     session.handle(Open(1, "counter", {}))
-    take(session, 0.0)
+    poll(session, 0.0)
     view = Counter.made[0]
     session.handle(Next(1))
     view.problem = "broken"
     view.wake()
-    assert shown(take(session, 1.0)[0]) == [{"stream": 1, "error": "broken"}]
+    assert shown(poll(session, 1.0)[0]) == [{"stream": 1, "error": "broken"}]
     view.wake()
-    assert take(session, 2.0)[0] == []
+    assert poll(session, 2.0)[0] == []
     view.problem = ""
     view.wake()
-    assert shown(take(session, 3.0)[0]) == [{"stream": 1, "data": 2}]
+    assert shown(poll(session, 3.0)[0]) == [{"stream": 1, "data": 2}]
 
 
 def test_a_fault_of_ours_is_told_and_the_view_goes_on(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
     session.handle(Open(1, "counter", {}))
-    take(session, 0.0)
+    poll(session, 0.0)
     session.handle(Next(1))
     with monkeypatch.context() as patch:
-        patch.setattr(Counter, "take", lambda self: Push(float("nan")))
+        patch.setattr(Counter, "poll", lambda self: Push(float("nan")))
         Counter.made[0].wake()
-        (frame,) = shown(take(session, 1.0)[0])
+        (frame,) = shown(poll(session, 1.0)[0])
         assert frame["stream"] == 1
         assert "an internal error of this server" in frame["error"]
     Counter.made[0].wake()
-    assert shown(take(session, 2.0)[0]) == [{"stream": 1, "data": 2}]
+    assert shown(poll(session, 2.0)[0]) == [{"stream": 1, "data": 2}]
 
 
 def test_a_slow_view_delays_no_other_one(session: Session) -> None:
     for number in (1, 2):
         session.handle(Open(number, "counter", {}))
-    take(session, 0.0)
+    poll(session, 0.0)
     for number in (1, 2):
         session.handle(Next(number))
         Counter.made[number - 1].wake()
@@ -149,26 +149,26 @@ def test_what_is_closed_while_it_is_due_says_nothing(session: Session) -> None:
 
 def test_change_and_close(session: Session) -> None:
     session.handle(Open(1, "counter", {}))
-    take(session, 0.0)
+    poll(session, 0.0)
     session.handle(Next(1))
     session.handle(Change(1, {"count": 41}))
-    assert shown(take(session, 0.1)[0]) == [{"stream": 1, "data": 42}]
+    assert shown(poll(session, 0.1)[0]) == [{"stream": 1, "data": 42}]
     session.handle(Close(1))
     assert Counter.made[0].closed
     for request in (Next(1), Change(1, {}), Close(1)):
         assert session.handle(request) == []  # it may have crossed our last push
-    assert take(session, 9.0) == ([], None)
+    assert poll(session, 9.0) == ([], None)
 
 
 def test_wrong_requests_are_answered(session: Session) -> None:
     session.handle(Open(1, "counter", {}))
     assert "is open" in shown(session.handle(Open(1, "counter", {})))[0]["error"]  # type: ignore[arg-type]
     assert "no view" in shown(session.handle(Open(2, "nothing", {})))[0]["error"]  # type: ignore[arg-type]
-    for number in range(2, MOST_STREAMS + 1):
+    for number in range(2, MAX_STREAMS + 1):
         session.handle(Open(number, "counter", {}))
     assert "at most" in shown(session.handle(Open(999, "counter", {})))[0]["error"]  # type: ignore[arg-type]
     session.close()
-    take(session, 0.0)
+    poll(session, 0.0)
     assert all(view.closed for view in Counter.made)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
-from pyros1.web.server.waiting import Pending, wait_for_event, wait_until_over
+from pyros1.web.server.waiting import Pending, wait_for_event, wait_until_done
 
 
 def test_the_event_or_the_time_ends_it() -> None:
@@ -55,7 +55,7 @@ def test_it_is_over_when_all_is_done() -> None:
 def test_what_was_given_up_is_waited_for_no_longer() -> None:
     pending = Pending(lambda: None)
     late = pending.begin()
-    pending.give_up()
+    pending.abandon()
     assert not pending
     pending.begin()
     late()
@@ -66,12 +66,12 @@ def test_waiting_for_the_end_has_an_end() -> None:
     async def main() -> None:
         event = asyncio.Event()
         pending = Pending(event.set)
-        await wait_until_over(pending, event, 100)
+        await wait_until_done(pending, event, 100)
         done = pending.begin()
         asyncio.get_running_loop().call_later(0.01, done)
-        await wait_until_over(pending, event, 100)
+        await wait_until_done(pending, event, 100)
         pending.begin()
-        await wait_until_over(pending, event, 0.01)
+        await wait_until_done(pending, event, 0.01)
         assert not pending
 
     asyncio.run(main())

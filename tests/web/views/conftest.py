@@ -29,7 +29,7 @@ class Watched:
         seen = None
         while time.monotonic() < deadline:
             self._woken.clear()
-            push = self.view.take()
+            push = self.view.poll()
             if push is not None:
                 seen = push.data
                 if fits(seen):

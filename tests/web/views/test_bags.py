@@ -49,7 +49,7 @@ class Shown:
         seen = None
         while time.monotonic() < deadline:
             self._woken.clear()
-            push = self.view.take()
+            push = self.view.poll()
             if push is not None:
                 seen = push
                 if fits(push.data):
@@ -236,7 +236,7 @@ def test_the_messages_at_a_time(show: Callable[..., Shown], run: str) -> None:
     assert messages["/value"]["value"]["fields"] == [["data", "float64", 7.2]]
     assert messages["event"]["value"]["fields"] == [["data", "string", "event 50"]]
     assert messages["event"]["time"] == 5.0
-    assert cursor.view.take() is None
+    assert cursor.view.poll() is None
     cursor.view.change({"path": run, "time": -1.0, "topics": ["/value"]})
     assert cursor.until().data["messages"] == {}
 
@@ -314,7 +314,7 @@ def test_pictures(show: Callable[..., Shown], bags: Path) -> None:
         assert small.size == (80, 60) and small.getpixel((40, 30))[0] > 200
         assert (push.data["width"], push.data["height"], push.data["time"]) == (160, 120, 0.0)
         assert pictures.until().blob == b""  # before the first one
-        assert pictures.view.take() is None
+        assert pictures.view.poll() is None
     for topic, words in (("/bad", "cannot be read: its format is not known"), ("/huge", "too large")):
         push = show("bag_pictures", path=path, topic=topic, times=[0.0]).until()
         assert words in push.data["problem"] and push.blob == b""
@@ -328,7 +328,7 @@ def test_playing_publishes_until_the_page_leaves(
     got: list[float] = []
     come = threading.Condition()
 
-    def take(message: Any) -> None:
+    def poll(message: Any) -> None:
         with come:
             got.append(message.data)
             come.notify_all()
@@ -337,7 +337,7 @@ def test_playing_publishes_until_the_page_leaves(
         with come:
             assert come.wait_for(fits, PATIENCE), got[-20:]
 
-    make_node("listener").subscribe("/value", "std_msgs/Float64", take)
+    make_node("listener").subscribe("/value", "std_msgs/Float64", poll)
     play = show("bag_play", path=run, rate=100.0, start=15.0, topics=["/value"])
     assert play.until(lambda status: status["state"] == "ended").data["time"] == 20.0
     until(lambda: bool(got) and got[-1] == 20.0)

@@ -71,7 +71,7 @@ def test_a_frozen_view_stays_with_its_message(
     again = watched.until(lambda _: True)
     assert again["count"] == 2 and field(again["value"], "scan_time") == 1.0
     assert again["age"] > first["age"] > 0.0  # of the message that is shown
-    assert watched.view.take() is None
+    assert watched.view.poll() is None
     watched.view.change({"topic": "/scan", "frozen": True, "windows": {"ranges": 99}})
     assert field(watched.until(lambda _: True)["value"], "ranges")["items"] == [1.0]
     watched.view.change({"topic": "/scan"})

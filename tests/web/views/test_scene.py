@@ -37,7 +37,7 @@ def test_a_parameter_that_is_a_text(make_node: Make, watch: Make) -> None:
     watched.until(lambda data: data == {"text": None, "why": "there is no parameter /robot_description"})
     master.set_param("/robot_description", "<robot/>")
     watched.until(lambda data: data == {"text": "<robot/>"})
-    assert watched.view.take() is None
+    assert watched.view.poll() is None
     master.set_param("/robot_description", {"a": 1})
     watched.until(lambda data: data["why"] == "/robot_description is not a string")
     watched.view.change({"param": "/other"})
@@ -58,7 +58,7 @@ def test_a_message_comes_again_when_there_is_a_way_to_its_frame(make_node: Make,
     watched = watch("scene_topic", topic="/pose", fixed="map")
     assert watched.until(lambda data: data["kind"] == "poses")["pose"] is None
     assert watched.view.polled
-    assert watched.view.take() is None
+    assert watched.view.poll() is None
     link = TransformStamped(child_frame_id="base")
     link.header.frame_id, link.transform.translation.x, link.transform.rotation.w = "map", 2.0, 1.0
     StaticTransformBroadcaster(node).send_transform([link])
@@ -112,7 +112,7 @@ def test_a_map_and_what_changes_in_it(make_node: Make, watch: Make) -> None:
     part = watched.until(lambda data: data["kind"] == "patch")
     assert (part["x"], part["y"], part["width"], part["height"]) == (1, 1, 2, 1)
     watched.view.change({"topic": "/map", "fixed": "map"})
-    push = watched.view.take()
+    push = watched.view.poll()
     assert (push.data["kind"], [*push.blob]) == ("map", [0, 0, 0, 0, 100, 255])
     updates.publish(OccupancyGridUpdate(x=5, width=1, height=1, data=[1]))
     with pytest.raises(RequestError, match="leaves the map"):
@@ -122,7 +122,7 @@ def test_a_map_and_what_changes_in_it(make_node: Make, watch: Make) -> None:
 def test_a_map_whose_frame_comes_late_has_what_changed_meanwhile(
     make_node: Make, watch: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.web.views.scene.topic.MOST_UPDATES", 2)
+    monkeypatch.setattr("pyros1.web.views.scene.topic.MAX_UPDATES", 2)
     node = make_node("mapper")
     grid = OccupancyGrid(data=[0] * 8)
     grid.info.resolution = 1.0
@@ -132,18 +132,18 @@ def test_a_map_whose_frame_comes_late_has_what_changed_meanwhile(
     node.advertise("/map", OccupancyGrid, latch=True).publish(grid)
     watched = watch("scene_topic", topic="/map", fixed="world")
     assert watched.until(lambda data: data["kind"] == "map")["pose"] is None
-    heard: queue.SimpleQueue[Any] = queue.SimpleQueue()
-    end = watched.view.robot.listen("/map_updates", heard.put)  # it is called after the view
+    has_data: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    end = watched.view.robot.listen("/map_updates", has_data.put)  # it is called after the view
     assert updates.wait_for_subscribers(timeout=PATIENCE)
     for x in range(7):
         updates.publish(OccupancyGridUpdate(x=x, width=1, height=1, data=[x + 1]))
-        heard.get(timeout=PATIENCE)
-        assert watched.view.take() is None
+        has_data.get(timeout=PATIENCE)
+        assert watched.view.poll() is None
     link = TransformStamped(child_frame_id="map")
     link.header.frame_id, link.transform.rotation.w = "world", 1.0
     StaticTransformBroadcaster(node).send_transform([link])
     deadline = time.monotonic() + PATIENCE
-    while (push := watched.view.take()) is None or push.data["pose"] is None:
+    while (push := watched.view.poll()) is None or push.data["pose"] is None:
         assert time.monotonic() < deadline
     assert [*push.blob] == [1, 2, 3, 4, 5, 6, 7, 0]
     end()
@@ -152,7 +152,7 @@ def test_a_map_whose_frame_comes_late_has_what_changed_meanwhile(
 def test_a_map_that_changes_faster_than_a_page_takes_it_loses_nothing(
     make_node: Make, watch: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.web.views.scene.topic.MOST_UPDATES", 2)
+    monkeypatch.setattr("pyros1.web.views.scene.topic.MAX_UPDATES", 2)
     node = make_node("mapper")
     grid = OccupancyGrid(data=[0] * 8)
     grid.info.resolution = 1.0
@@ -162,15 +162,15 @@ def test_a_map_that_changes_faster_than_a_page_takes_it_loses_nothing(
     node.advertise("/map", OccupancyGrid, latch=True).publish(grid)
     watched = watch("scene_topic", topic="/map", fixed="map")
     watched.until(lambda data: data["kind"] == "map")
-    heard: queue.SimpleQueue[Any] = queue.SimpleQueue()
-    end = watched.view.robot.listen("/map_updates", heard.put)
+    has_data: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    end = watched.view.robot.listen("/map_updates", has_data.put)
     assert updates.wait_for_subscribers(timeout=PATIENCE)
     for x in (0, 1, 9, 2, 3, 4, 5, 6):  # one of them does not fit
         updates.publish(OccupancyGridUpdate(x=x, width=1, height=1, data=[x + 1]))
-        heard.get(timeout=PATIENCE)
+        has_data.get(timeout=PATIENCE)
     with pytest.raises(RequestError, match="leaves the map"):
-        watched.view.take()
-    push = watched.view.take()
+        watched.view.poll()
+    push = watched.view.poll()
     assert (push.data["x"], push.data["width"], [*push.blob]) == (0, 7, [1, 2, 3, 4, 5, 6, 7])
     end()
 
@@ -193,7 +193,7 @@ def test_markers_come_again_when_there_is_a_way_to_their_frame(make_node: Make, 
     watched = watch("scene_topic", topic="/markers", fixed="map")
     first = watched.until(lambda data: data["new"])
     assert first["poses"] == {"base": None} and watched.view.polled
-    assert watched.view.take() is None
+    assert watched.view.poll() is None
     other, gone = Marker(ns="n", id=2), Marker(ns="n", id=3)
     other.header.frame_id, gone.header.frame_id = "map", "nowhere"
     publisher.publish(MarkerArray(markers=[other, gone]))
@@ -206,13 +206,13 @@ def test_markers_come_again_when_there_is_a_way_to_their_frame(make_node: Make, 
     StaticTransformBroadcaster(node).send_transform([link])
     again = watched.until(lambda data: data["poses"]["base"] is not None)
     assert again["all"] and again["poses"]["base"][0] == 2.0 and [each["id"] for each in again["new"]] == [1, 2]
-    assert watched.view.take() is None
+    assert watched.view.poll() is None
 
 
 def test_a_topic_whose_type_changes_while_it_is_shown(make_node: Make, watch: Make) -> None:
     view = watch("scene_topic", topic="/thing", fixed="map").view
-    heard: queue.SimpleQueue[Any] = queue.SimpleQueue()
-    end = view.robot.listen("/thing", heard.put)  # it is called after the view
+    has_data: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    end = view.robot.listen("/thing", has_data.put)  # it is called after the view
     marker = Marker(ns="n", id=1)
     marker.header.frame_id = "map"
     pose = PoseStamped()
@@ -226,12 +226,12 @@ def test_a_topic_whose_type_changes_while_it_is_shown(make_node: Make, watch: Ma
     ):
         node = make_node("robot")
         node.advertise("/thing", kind, latch=True, raw_type=raw_type).publish(message)
-        heard.get(timeout=PATIENCE)
+        has_data.get(timeout=PATIENCE)
         if shown == "a fault":
             with pytest.raises(RequestError, match="cannot decode"):
-                view.take()
+                view.poll()
         else:
-            push = view.take()
+            push = view.poll()
             assert (push and push.data["kind"]) == shown
             assert shown != "markers" or (push.data["all"] and len(push.data["new"]) == 1)
         node.shutdown()
@@ -288,7 +288,7 @@ def test_interactive_markers(make_node: Make, watch: Make) -> None:
 def test_interactive_markers_whose_update_was_missed_are_asked_for_again(
     make_node: Make, watch: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.web.views.scene.interactive.ASK_AGAIN", 0.0)
+    monkeypatch.setattr("pyros1.web.views.scene.interactive.RESUBSCRIBE_PERIOD", 0.0)
     node = make_node("server")
     full = node.advertise("/controls/update_full", InteractiveMarkerInit, latch=True)
     updates = node.advertise("/controls/update", InteractiveMarkerUpdate)

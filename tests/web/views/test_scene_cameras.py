@@ -110,7 +110,7 @@ def test_of_the_colours_those_that_were_seen_with_the_depths(make_node: Make, wa
         assert time.monotonic() < deadline, blob
         watched.view.change({"topic": "/cam/depth", "fixed": "optical", "colour": "/cam/rgb"})
         with suppress(RequestError):
-            push = watched.view.take()
+            push = watched.view.poll()
             blob = push.blob if push else b""
 
 
@@ -138,7 +138,7 @@ def test_as_many_colours_are_kept_as_there_is_room_for(
             assert time.monotonic() < deadline, (stamp, blob)
             watched.view.change({"topic": "/cam/depth", "fixed": "optical", "colour": "/cam/rgb"})
             with suppress(RequestError):
-                push = watched.view.take()
+                push = watched.view.poll()
                 stamp, blob = (push.data["stamp"], push.blob) if push else (0.0, b"")
         return blob
 

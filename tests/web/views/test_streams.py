@@ -44,8 +44,8 @@ def test_the_rate_of_pictures_is_that_of_now(robot: Robot, monkeypatch: pytest.M
         for number in range(50):
             now = start + number / 10
             raw = SimpleNamespace(_buff=b"", _connection_header={"type": "sensor_msgs/Image"})
-            arrived[0](SimpleNamespace(raw=raw, usual=message, at=now))
-        push = view.take()
+            arrived[0](SimpleNamespace(raw=raw, checked_message=message, at=now))
+        push = view.poll()
         assert push is not None
         rates.append(round(push.data["hz"], 6))
     assert rates == [10.0, 10.0]

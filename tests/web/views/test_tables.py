@@ -34,7 +34,7 @@ def test_rates_of_topics_that_nobody_else_hears(make_node: Make, watch: Make) ->
     assert found["/quiet"]["bytes"] == pytest.approx(found["/quiet"]["hz"] * 8)
     assert found["/nobody"] == {"hz": None, "bytes": None}  # it may be a slow one
     watched.view.change({"topics": []})
-    assert watched.view.take() is None
+    assert watched.view.poll() is None
 
 
 def test_rates_name_what_cannot_be_seen(make_robot: Make, watch: Make) -> None:
@@ -49,12 +49,12 @@ def test_publishing_at_a_rate_lasts_as_long_as_the_view(make_node: Make, watch: 
     came: list[float] = []
     more = threading.Event()
 
-    def heard(message: Any) -> None:
+    def has_data(message: Any) -> None:
         came.append(message.data)
         if message.data == 2.0:
             more.set()
 
-    subscriber = make_node("ear").subscribe("/t", Float64, heard)
+    subscriber = make_node("ear").subscribe("/t", Float64, has_data)
     args = {"topic": "/t", "type": "std_msgs/Float64", "value": {"data": 1}, "hz": 200}
     watched = watch("publish", **args)
     watched.until(lambda data: data["sent"] > 3 and data["subscribers"] == 1)

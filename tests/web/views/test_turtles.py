@@ -77,7 +77,7 @@ def test_nothing_is_pushed_while_nothing_moves(make_node: Make, watch: Make) -> 
     poses.publish(1.0, 2.0, 3.0, 0.0, 0.0)
     watched.until(lambda data: data.get("turtles") == {"turtle1": [1.0, 2.0, 3.0]})
     poses.publish(1.0, 2.0, 3.0, 0.0, 0.0)
-    assert watched.view.take() is None
+    assert watched.view.poll() is None
 
 
 def test_two_simulators_and_stocks_without_a_drawing(make_node: Make, watch: Make) -> None:

@@ -1,7 +1,7 @@
 """Writes new bags from old ones: filters, merges, renames topics, shifts times, compresses.
 
-Connection headers are kept. Each operation is one pass over messages in order of time, into a `Copy`. Commands encrypt
-new bags with the key of the old one.
+Connection headers are kept. Each operation is one pass over messages in order of time, into a `CopyWriter`. Commands
+encrypt new bags with the key of the old one.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pyros1.bag.format.writer import CHUNK_THRESHOLD, BagWriter
 
 
 @dataclass(frozen=True)
-class Choice:
+class MessageSelection:
     """Choice of messages; by default all.
 
     Attributes:
@@ -37,30 +37,30 @@ class Choice:
 
     def connections(self, bag: BagReader) -> set[int]:
         """Return the ids of the chosen connections."""
-        return {number for number, connection in bag.connections.items() if self._wants(connection)}
+        return {number for number, connection in bag.connections.items() if self._selects(connection)}
 
     def messages(self, bag: BagReader) -> Iterator[RawMessage]:
         """Yield the chosen messages of a bag, in order of time."""
         return bag.messages(self.connections(bag), self.start, self.end)
 
-    def _wants(self, connection: Connection) -> bool:
+    def _selects(self, connection: Connection) -> bool:
         if self.drop and not {str(connection.id), connection.callerid}.isdisjoint(self.drop):
             return False
         name = connection.topic.lstrip("/")
         return not self.topics or any(fnmatch.fnmatchcase(name, topic.lstrip("/")) for topic in self.topics)
 
 
-def merged(bags: Sequence[BagReader], choice: Choice | None = None) -> Iterator[RawMessage]:
+def merged(bags: Sequence[BagReader], selection: MessageSelection | None = None) -> Iterator[RawMessage]:
     """Yield the messages of several bags in order of time; with the same time, in the order of the bags.
 
     Raises:
         BagError: a bag cannot be read.
     """
-    streams = [(choice or Choice()).messages(bag) for bag in bags]
+    streams = [(selection or MessageSelection()).messages(bag) for bag in bags]
     return streams[0] if len(streams) == 1 else heapq.merge(*streams, key=lambda message: message.time)
 
 
-class Copy:
+class CopyWriter:
     """Writes messages of other bags into a new one.
 
     Connections with the same topic and header become one.
@@ -100,7 +100,7 @@ class Copy:
         key = (topic, *sorted(header.items()))
         number = self._known.get(key)
         if number is None:
-            number = self._known[key] = self._writer.put_connection(topic, header, None, inside=True)
+            number = self._known[key] = self._writer.put_connection(topic, header, None, in_chunk=True)
         self._sources.append(connection)
         self._numbers[id(connection)] = number
         return number
@@ -137,7 +137,7 @@ def copy(
         OSError: the disk is full, ...
     """
     with BagWriter(target, compression, chunk_threshold, cipher) as writer:
-        out = Copy(writer, rename)
+        out = CopyWriter(writer, rename)
         done = 0
         for message in messages:
             out.write(message, None if retime is None else retime(message))
@@ -188,7 +188,7 @@ def split(
         paths.append(name(len(paths)))
         begin = message.time
         with _part(paths[-1], compression, cipher) as writer:
-            out = Copy(writer)
+            out = CopyWriter(writer)
             for old in latched.values():
                 out.write(old, begin)
             while message is not None:

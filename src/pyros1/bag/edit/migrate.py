@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 
 from pyros1.bag.api import Bag
-from pyros1.bag.edit.editing import Copy
+from pyros1.bag.edit.editing import CopyWriter
 from pyros1.bag.edit.migration import Class, Migrator, Missing
 from pyros1.bag.errors import BagError
 from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import RECORD_OVERHEAD, Connection
 from pyros1.bag.format.writer import BagWriter
 from pyros1.ground.errors import MessageError
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 from pyros1.msgs import load_message
 
 Migration = tuple[Class, Class | None, list[Missing]]
@@ -95,7 +95,7 @@ class Migrated:
         """
         done = 0
         with BagWriter(path, cipher=self._bag.reader.file.cipher) as writer:
-            out = Copy(writer)
+            out = CopyWriter(writer)
             for stored in self._bag.reader.messages():
                 cls, connection = self._new[stored.connection.id]
                 done += len(stored.data) + RECORD_OVERHEAD

@@ -20,7 +20,7 @@ Class = type[Message]
 Missing = tuple[Class, Class | None]
 """A step without a rule: from a definition to another, or to an unknown one."""
 
-_MOST_STEPS = 100
+_MAX_STEPS = 100
 
 
 def _key(cls: Class) -> tuple[str, str]:
@@ -122,7 +122,7 @@ class Migrator:
     def target(self, old: Class) -> Class | None:
         """Return the present class for an old one, by rules if the type was renamed; None if there is none."""
         cls, steps = old, 0
-        while (rule := self.rules.get(_key(cls))) is not None and steps < _MOST_STEPS:
+        while (rule := self.rules.get(_key(cls))) is not None and steps < _MAX_STEPS:
             cls, steps = rule.new_class, steps + 1
         try:
             return self._load(cls._type)
@@ -131,7 +131,7 @@ class Migrator:
 
     def missing(self, old: Class, new: Class | None, depth: int = 0) -> list[Missing]:
         """Return the steps from one class to another for which there is no valid rule; empty if all have one."""
-        if new is None or depth > _MOST_STEPS:
+        if new is None or depth > _MAX_STEPS:
             return [(old, None)]
         if _key(old) == _key(new):
             return []
@@ -139,10 +139,10 @@ class Migrator:
         if rule is not None:
             broken: list[Missing] = [] if rule.valid else [(old, rule.new_class)]
             return broken + self.missing(rule.new_class, new, depth + 1)
-        if not _alike(old, new):
+        if not _have_same_fields(old, new):
             return [(old, new)]
         found: dict[tuple[str, str], Missing] = {}
-        for before, after in _nested(old, new):
+        for before, after in _nested_types(old, new):
             for step in self.missing(self.part(old, before), self.part(new, after), depth + 1):
                 found.setdefault(_key(step[0]), step)
         return list(found.values())
@@ -171,15 +171,15 @@ class Migrator:
                 reason = f"the rule for {rule.old_type} failed: {type(error).__name__}: {error}"
                 raise BagError(rule.location, reason) from error
             return self.convert(result, new)
-        if not _alike(old, new):
+        if not _have_same_fields(old, new):
             raise MessageError(f"no rule leads from {old._type} [{old._md5sum}] to {new._type} [{new._md5sum}]")
         result = new()
         for name, kind in zip(new.__slots__, new._slot_types, strict=True):
             value = getattr(message, name)
             if "/" in kind:
                 part = self.part(new, kind.partition("[")[0])
-                many = "[" in kind
-                value = [self.convert(item, part) for item in value] if many else self.convert(value, part)
+                array_length = "[" in kind
+                value = [self.convert(item, part) for item in value] if array_length else self.convert(value, part)
             setattr(result, name, value)
         return result
 
@@ -196,7 +196,7 @@ class Migrator:
         return self._parts[key]
 
 
-def _alike(old: Class, new: Class) -> bool:
+def _have_same_fields(old: Class, new: Class) -> bool:
     """Return whether two classes differ only in constants and in the definitions of the types used."""
     fields = [
         [(name, kind if "/" not in kind else kind.partition("[")[1:]) for name, kind in zip(*parts, strict=True)]
@@ -205,7 +205,7 @@ def _alike(old: Class, new: Class) -> bool:
     return old._type == new._type and fields[0] == fields[1]
 
 
-def _nested(old: Class, new: Class) -> list[tuple[str, str]]:
+def _nested_types(old: Class, new: Class) -> list[tuple[str, str]]:
     pairs = zip(old._slot_types, new._slot_types, strict=True)
     return [(a.partition("[")[0], b.partition("[")[0]) for a, b in pairs if "/" in a]
 

@@ -10,12 +10,12 @@ from pyros1.bag.errors import BagError
 from pyros1.bag.format.contents import Messages
 from pyros1.bag.format.files import BagFile
 from pyros1.bag.format.records import MAX_CONNECTIONS, MAX_TIME, Connection, RecordError
-from pyros1.bag.format.scanner import Damage, Found, Scanner
+from pyros1.bag.format.scanner import Damage, ScannedChunk, Scanner
 from pyros1.bag.format.writer import BagWriter
 
 
 @dataclass(frozen=True)
-class Saved:
+class ReindexResult:
     """Result of reindexing.
 
     Attributes:
@@ -31,7 +31,7 @@ class Saved:
 
 def reindex(
     source: str | os.PathLike[str], target: str | os.PathLike[str], progress: Callable[[int], object] | None = None
-) -> Saved:
+) -> ReindexResult:
     """Write all complete messages of a bag into a new one.
 
     Complete chunks are copied unchanged, compressed or not, encrypted or not.
@@ -56,9 +56,9 @@ def reindex(
         with BagWriter(target, cipher=file.cipher) as writer:
             rebuild = _Rebuild(file, scanner, writer)
             for found in scanner.chunks():
-                rebuild.take(found)
+                rebuild.add_chunk(found)
                 del found  # so that only one chunk is in memory
-        return Saved(rebuild.messages, rebuild.lost, scanner.damages)
+        return ReindexResult(rebuild.messages, rebuild.lost, scanner.damages)
     finally:
         file.close()
 
@@ -86,28 +86,28 @@ class _Rebuild:
         self.messages = 0
         self.lost = 0
 
-    def take(self, found: Found) -> None:
+    def add_chunk(self, found: ScannedChunk) -> None:
         known = self._scanner.connections
-        good = found.messages.where(lambda conn, time: conn in known and time <= MAX_TIME)
-        self.messages += len(good)
-        self.lost += len(found.messages) - len(good)
+        readable = found.messages.where(lambda conn, time: conn in known and time <= MAX_TIME)
+        self.messages += len(readable)
+        self.lost += len(found.messages) - len(readable)
         if found.header is not None and found.chunk.whole:
-            self._copy(found, good)
+            self._copy_chunk(found, readable)
         else:
-            for message in good:
-                self._need(message.conn, inside=True)
+            for message in readable:
+                self._add_connection(message.conn, in_chunk=True)
                 self._writer.write(message.conn, message.time, found.content[message.start : message.end])
             self._writer.flush()
 
-    def _copy(self, found: Found, good: Messages) -> None:
+    def _copy_chunk(self, found: ScannedChunk, readable: Messages) -> None:
         header = found.header
         assert header is not None
-        for conn in dict.fromkeys(good.conns):
-            self._need(conn, inside=False)
+        for conn in dict.fromkeys(readable.conns):
+            self._add_connection(conn, in_chunk=False)
         stored = self._file.read(header.data, header.stored)
-        self._writer.copy_chunk(header.compression, header.size, stored, good)
+        self._writer.copy_chunk(header.compression, header.size, stored, readable)
 
-    def _need(self, conn: int, *, inside: bool) -> None:
+    def _add_connection(self, conn: int, *, in_chunk: bool) -> None:
         if conn not in self._writer.connections:
             connection = self._scanner.connections[conn]
-            self._writer.put_connection(connection.topic, connection.header, conn, inside=inside)
+            self._writer.put_connection(connection.topic, connection.header, conn, in_chunk=in_chunk)

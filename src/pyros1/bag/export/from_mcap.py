@@ -29,12 +29,12 @@ def import_ros1(
     target: str | os.PathLike[str],
     *,
     compression: str,
-    wanted: Callable[[str], bool],
+    is_selected: Callable[[str], bool],
     progress: Callable[[int], object] | None,
 ) -> Imported:
     """Convert an MCAP file; arguments and errors as for :func:`pyros1.bag.export.imports.import_bag`."""
     with BagWriter(target, compression) as writer:
-        done = _Import(reader, writer, wanted)
+        done = _Import(reader, writer, is_selected)
         for channel, time, data in reader.messages():
             number = done.number(channel)
             if number is None:
@@ -53,17 +53,17 @@ def import_ros1(
 
 
 class _Import:
-    def __init__(self, reader: McapReader, writer: BagWriter, wanted: Callable[[str], bool]) -> None:
+    def __init__(self, reader: McapReader, writer: BagWriter, is_selected: Callable[[str], bool]) -> None:
         self.result = Imported()
         self._reader = reader
         self._writer = writer
-        self._wanted = wanted
+        self._is_selected = is_selected
         self._numbers: dict[int, int | None] = {}
 
     def number(self, channel: Channel) -> int | None:
         """Return a channel's connection id in the bag; None if it is skipped."""
         if channel.id not in self._numbers:
-            self._numbers[channel.id] = self._add(channel) if self._wanted(channel.topic) else None
+            self._numbers[channel.id] = self._add(channel) if self._is_selected(channel.topic) else None
         return self._numbers[channel.id]
 
     def _add(self, channel: Channel) -> int | None:

@@ -29,7 +29,7 @@ def import_ros2(
     target: str | os.PathLike[str],
     *,
     compression: str,
-    wanted: Callable[[str], bool],
+    is_selected: Callable[[str], bool],
     progress: Callable[[int], object] | None,
 ) -> Imported:
     """Convert a ROS 2 bag; arguments and errors as for :func:`pyros1.bag.export.imports.import_bag`."""
@@ -38,7 +38,7 @@ def import_ros2(
             AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader,
             BagWriter(target, compression) as writer,
         ):
-            return _Import(reader, writer).run(wanted, progress)
+            return _Import(reader, writer).run(is_selected, progress)
     except (BagError, OSError):
         raise
     except AnyReaderError as error:
@@ -56,22 +56,22 @@ class _Import:
         self._writer = writer
         self._types = _Types(reader.typestore)
 
-    def run(self, wanted: Callable[[str], bool], progress: Callable[[int], object] | None) -> Imported:
+    def run(self, is_selected: Callable[[str], bool], progress: Callable[[int], object] | None) -> Imported:
         result = Imported()
         numbers: dict[int, tuple[int, Convert]] = {}
-        chosen = []
+        selected = []
         for connection in self._reader.connections:
-            if not wanted(connection.topic):
+            if not is_selected(connection.topic):
                 continue
             try:
                 numbers[connection.id] = self._add(connection)
             except _NotInRos1 as error:
                 result.skipped[connection.topic] = str(error)
                 continue
-            chosen.append(connection)
-        result.topics = len({connection.topic for connection in chosen})
+            selected.append(connection)
+        result.topics = len({connection.topic for connection in selected})
         done = 0
-        for connection, time, data in self._reader.messages(chosen) if chosen else ():
+        for connection, time, data in self._reader.messages(selected) if selected else ():
             number, convert = numbers[connection.id]
             try:
                 body = convert(data)
@@ -126,29 +126,29 @@ class _Types:
             name: ``package/msg/Type``.
         """
         if name not in self._types:
-            self._types[name] = self._make(name)
+            self._types[name] = self._convert_type(name)
         return self._types[name]
 
-    def _make(self, name: str) -> _Type:
-        package, _, rest = name.partition("/")
-        folder, _, short = rest.partition("/")
+    def _convert_type(self, name: str) -> _Type:
+        package, _, name_rest = name.partition("/")
+        folder, _, short = name_rest.partition("/")
         if folder != "msg" or not short:
             raise _NotInRos1(f"{name} is not a kind of message that ROS 1 has")
         if name not in self._source.fielddefs:
             raise _NotInRos1(f"the definition of {name} is missing")
-        ours = f"{package}/{short}"
-        known = self._known(name)
+        ros1_name = f"{package}/{short}"
+        known = self._register_known(name)
         adopt(self._target, self._source, name)
         convert = converter(self._source, self._target, name, name, to_ros2=False)
         if known is not None:
-            return _Type(ours, *known, convert)
+            return _Type(ros1_name, *known, convert)
         definition, _ = self._target.generate_msgdef(name, ros_version=1)
         try:
-            return _Type(ours, from_definition(ours, definition)._md5sum, definition, convert)
+            return _Type(ros1_name, from_definition(ros1_name, definition)._md5sum, definition, convert)
         except MessageError as error:
             raise _NotInRos1(f"{name} cannot be defined in ROS 1: {error}") from None
 
-    def _known(self, name: str, seen: Collection[str] = ()) -> tuple[str, str] | None:
+    def _register_known(self, name: str, seen: Collection[str] = ()) -> tuple[str, str] | None:
         """Register a type, and the types used, as in ROS 1; return its md5 sum and definition there."""
         if name in seen or name not in self._source.fielddefs:
             return None
@@ -157,9 +157,9 @@ class _Types:
             cls = load_message(f"{package}/{short}")
         except UnknownTypeError:
             for nested in used_types(self._source, name):
-                self._known(nested, {*seen, name})
+                self._register_known(nested, {*seen, name})
             return None
-        theirs = empty_store()
-        theirs.register(parsed(cls._type, cls._full_text))
-        adopt(self._target, theirs, name)
+        known_store = empty_store()
+        known_store.register(parsed(cls._type, cls._full_text))
+        adopt(self._target, known_store, name)
         return cls._md5sum, cls._full_text

@@ -129,16 +129,16 @@ def _demosaiced(raw: Pixels, pattern: str) -> Pixels:
     colours = np.empty((height, width, 3), raw.dtype)
     for channel, name in enumerate("rgb"):
         known = np.zeros((height, width), np.float32)
-        for place, colour in enumerate(pattern):
+        for position, colour in enumerate(pattern):
             if colour == name:
-                known[place // 2 :: 2, place % 2 :: 2] = 1
-        weight = _spread(known)
-        mean = _spread(np.where(known > 0, raw, 0).astype(np.float32)) / np.where(weight > 0, weight, 1)
+                known[position // 2 :: 2, position % 2 :: 2] = 1
+        weight = _stretch(known)
+        mean = _stretch(np.where(known > 0, raw, 0).astype(np.float32)) / np.where(weight > 0, weight, 1)
         colours[:, :, channel] = np.where(known > 0, raw, np.rint(mean))
     return colours
 
 
-def _spread(values: Pixels) -> Pixels:
+def _stretch(values: Pixels) -> Pixels:
     """Return each number plus half of its direct neighbours and a quarter of its diagonal ones."""
     wide = np.pad(values, 1)
     rows = wide[1:-1] + (wide[:-2] + wide[2:]) / 2

@@ -15,7 +15,7 @@ def import_bag(
     target: str | os.PathLike[str],
     *,
     compression: str = "none",
-    wanted: Callable[[str], bool] = lambda topic: True,
+    is_selected: Callable[[str], bool] = lambda topic: True,
     progress: Callable[[int], object] | None = None,
 ) -> Imported:
     """Convert a ROS 2 bag, or an MCAP file with messages of ROS 1 or ROS 2, to a bag.
@@ -27,7 +27,7 @@ def import_bag(
         source: a folder with ``metadata.yaml``, an ``.mcap`` or a ``.db3`` file.
         target: the new bag; replaced if it exists.
         compression: ``none``, ``bz2`` or ``lz4``.
-        wanted: returns whether to import a topic.
+        is_selected: returns whether to import a topic.
         progress: called with the number of bytes done.
 
     Raises:
@@ -50,10 +50,10 @@ def import_bag(
             if reader.profile != "ros2":
                 from pyros1.bag.export.from_mcap import import_ros1  # noqa: PLC0415 - as below
 
-                return import_ros1(reader, target, compression=compression, wanted=wanted, progress=progress)
+                return import_ros1(reader, target, compression=compression, is_selected=is_selected, progress=progress)
     for file in sorted(path.glob("*.mcap")) if path.is_dir() else [path] if path.suffix == ".mcap" else []:
         with McapReader(file) as reader:
             reader.check()  # since rosbags does not check what it reads
     from pyros1.bag.export.from_ros2 import import_ros2  # noqa: PLC0415 - rosbags is slow to load, and not always needed
 
-    return import_ros2(path, target, compression=compression, wanted=wanted, progress=progress)
+    return import_ros2(path, target, compression=compression, is_selected=is_selected, progress=progress)

@@ -44,9 +44,9 @@ class LegalNames:
         legal = self._types.get(name)
         if legal is None:
             package, kind, short = name.split("/")
-            package = self._name(self._packages, package, _LOWER, _lower, f"package {package}")
+            package = self._legal_name(self._packages, package, _LOWER, _lower, f"package {package}")
             same = {old: new.rpartition("/")[2] for old, new in self._types.items() if new.startswith(f"{package}/")}
-            legal = f"{package}/{kind}/{self._name(same, short, _TYPE, _capital, f'type {name}')}"
+            legal = f"{package}/{kind}/{self._legal_name(same, short, _TYPE, _capital, f'type {name}')}"
             while legal in self._known:
                 legal += "1"
             self._types[name] = legal
@@ -73,28 +73,28 @@ class LegalNames:
 
     def _field(self, form: Any) -> Any:
         """Return a field's type, which may be a list of other types."""
-        node, inside = form
+        node, nested = form
         if node == Nodetype.NAME:
-            return node, self.type(inside)
+            return node, self.type(nested)
         if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-            return node, (self._field(inside[0]), inside[1])
+            return node, (self._field(nested[0]), nested[1])
         return form
 
     def _all(
         self, names: Collection[str], rule: re.Pattern[str], make: Callable[[str], str], what: str
     ) -> dict[str, str]:
         legal: dict[str, str] = {name: name for name in names if rule.fullmatch(name)}
-        return {name: self._name(legal, name, rule, make, what + name) for name in names}
+        return {name: self._legal_name(legal, name, rule, make, what + name) for name in names}
 
-    def _name(
+    def _legal_name(
         self, names: dict[str, str], name: str, rule: re.Pattern[str], make: Callable[[str], str], what: str
     ) -> str:
         """Return the new name in `names`; if missing, add one."""
         if name not in names:
-            taken = set(names.values())
+            used_names = set(names.values())
             first = legal = name if rule.fullmatch(name) else make(name)
             number = 2
-            while legal in taken:
+            while legal in used_names:
                 legal, number = f"{first}{number}", number + 1
             names[name] = legal
             if legal != name:

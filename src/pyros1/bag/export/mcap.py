@@ -166,7 +166,7 @@ def parse_chunk_index(content: Buffer) -> ChunkIndex:
     return ChunkIndex(start, end, offset, length, cursor.text(), cursor.number(U64), cursor.number(U64))
 
 
-def chunk_facts(content: Buffer, offset: int, size: int) -> ChunkIndex:
+def chunk_times(content: Buffer, offset: int, size: int) -> ChunkIndex:
     """Return the correct index entry of a chunk.
 
     Args:
@@ -189,18 +189,18 @@ def check_index(index: Sequence[ChunkIndex], chunks: Mapping[int, ChunkIndex], l
         limit: most bytes of chunks that overlap in time, since a reader has all of them in memory.
     """
     changes = []
-    for said in index:
-        if chunks.get(said.offset) != said:
-            raise RecordError(f"the index is wrong about the chunk at byte {said.offset}")
-        changes += [(said.start, 0, said.size), (max(said.start, said.end), 1, -said.size)]
-    if len({said.offset for said in index}) < len(index):
+    for declared in index:
+        if chunks.get(declared.offset) != declared:
+            raise RecordError(f"the index is wrong about the chunk at byte {declared.offset}")
+        changes += [(declared.start, 0, declared.size), (max(declared.start, declared.end), 1, -declared.size)]
+    if len({declared.offset for declared in index}) < len(index):
         raise RecordError("the index lists a chunk twice")
-    together = 0
+    chunk_count = 0
     for _, _, change in sorted(changes):
-        together += change
-        if together > limit:
+        chunk_count += change
+        if chunk_count > limit:
             raise RecordError(
-                f"chunks of the same time hold {together} bytes together; the limit is {limit} "
+                f"chunks of the same time hold {chunk_count} bytes together; the limit is {limit} "
                 "(--chunk-limit MB raises it, if you trust the file)"
             )
 

@@ -28,7 +28,7 @@ from pyros1.bag.export.mcap import (
     Cursor,
     Schema,
     check_index,
-    chunk_facts,
+    chunk_times,
     parse_channel,
     parse_chunk_index,
     parse_schema,
@@ -92,11 +92,11 @@ class McapReader:
                     for inner, part in walk(self._unpacked(content)):
                         if inner == OP_CHUNK:
                             raise RecordError("a chunk contains another chunk")
-                        found = self._take(inner, part)
+                        found = self._add_record(inner, part)
                         if found is not None:
                             yield found
                     continue
-                found = self._take(op, content)
+                found = self._add_record(op, content)
             except RecordError as error:
                 raise BagError(self.path, f"{error}{_HINT}", offset) from None
             if found is not None:
@@ -126,7 +126,7 @@ class McapReader:
                 else:
                     summary.add(offset)
                 if op == OP_CHUNK:
-                    chunks[offset] = chunk_facts(content, offset, len(self._unpacked(content)))
+                    chunks[offset] = chunk_times(content, offset, len(self._unpacked(content)))
                 elif op == OP_CHUNK_INDEX:
                     index.append(parse_chunk_index(content))
             except RecordError as error:
@@ -183,7 +183,7 @@ class McapReader:
             raise BagError(self.path, f"the file became shorter while it was read{_HINT}", offset)
         return op, memoryview(content)
 
-    def _take(self, op: int, content: memoryview) -> Found | None:
+    def _add_record(self, op: int, content: memoryview) -> Found | None:
         if op == OP_MESSAGE:
             if len(content) < MESSAGE.size:
                 raise RecordError("a message's record is too short")
@@ -220,15 +220,15 @@ class McapReader:
     def _decompress(self, compression: str, stored: memoryview, size: int) -> bytes:
         """Return the content, at most one byte more than `size`, so that a damaged chunk cannot fill the memory."""
         make = self._decompressor(compression)
-        left: Any = stored
+        remaining: Any = stored
         parts: list[bytes] = []
         total = 0
         try:
-            while left and total <= size:  # there may be several frames
+            while remaining and total <= size:  # there may be several frames
                 unpacker = make()
-                parts.append(unpacker.decompress(left, size + 1 - total))
+                parts.append(unpacker.decompress(remaining, size + 1 - total))
                 total += len(parts[-1])
-                left = unpacker.unused_data if unpacker.eof else b""
+                remaining = unpacker.unused_data if unpacker.eof else b""
         except Exception as error:  # each module has its own errors
             raise RecordError(f"the chunk's {compression} data are damaged: {error}") from error
         return parts[0] if len(parts) == 1 else b"".join(parts)

@@ -40,7 +40,7 @@ from pyros1.bag.format.records import U32, U64, Connection
 CHUNK_THRESHOLD = 1 << 20
 """Size in bytes above which a chunk is closed."""
 
-MOST = (1 << 16) - 1
+MAX_ID = (1 << 16) - 1
 """Most channels and types: their numbers have 16 bits."""
 _PROFILE = "ros1"
 _LATCHING = {"1": "true", "0": "false"}
@@ -88,7 +88,7 @@ class Ros1McapWriter:
         self._index: dict[int, list[tuple[int, int]]] = {}
         self._position = 0
         self._file = open(self.path, "wb")  # noqa: SIM115 - closed by close() and abort()
-        self._put(MAGIC + pack_header(_PROFILE, f"pyros1 {pyros1.__version__}"))
+        self._write(MAGIC + pack_header(_PROFILE, f"pyros1 {pyros1.__version__}"))
 
     def write_raw(self, stored: RawMessage) -> None:
         """Write a message.
@@ -121,8 +121,8 @@ class Ros1McapWriter:
         """
         try:
             self._flush()
-            self._put(pack_record(OP_DATA_END, U32.pack(0)))
-            self._put(self._summary())
+            self._write(pack_record(OP_DATA_END, U32.pack(0)))
+            self._write(self._summary())
         finally:
             self._file.close()
 
@@ -137,8 +137,8 @@ class Ros1McapWriter:
         key = (connection.topic, tuple(connection.header.items()))
         if key in self._channels:
             return self._channels[key].id
-        if max(len(self._channels), len(self._schemas)) >= MOST:
-            raise BagError(self.path, f"an MCAP file can hold at most {MOST} connections and types")
+        if max(len(self._channels), len(self._schemas)) >= MAX_ID:
+            raise BagError(self.path, f"an MCAP file can hold at most {MAX_ID} connections and types")
         if known not in self._schemas:
             schema = Schema(len(self._schemas) + 1, connection.type, ROS1_SCHEMA, definition)
             self._schemas[known] = schema
@@ -163,14 +163,14 @@ class Ros1McapWriter:
         self._content, self._index, self._chunk_times = bytearray(), {}, _Times()
         start, size = self._position, len(content)
         fields = _CHUNK.pack(times.first, times.last, size, zlib.crc32(content)) + pack_text("") + U64.pack(size)
-        self._put(HEAD.pack(OP_CHUNK, len(fields) + size) + fields)
-        self._put(content)
+        self._write(HEAD.pack(OP_CHUNK, len(fields) + size) + fields)
+        self._write(content)
         end = self._position
         places = []
         for number, entries in index.items():
             places.append(_COUNT.pack(number, self._position))
             found = pack_map(_ENTRY.pack(*entry) for entry in sorted(entries))
-            self._put(pack_record(OP_MESSAGE_INDEX, U16.pack(number), found))
+            self._write(pack_record(OP_MESSAGE_INDEX, U16.pack(number), found))
         self._chunk_indexes.append(
             pack_record(
                 OP_CHUNK_INDEX,
@@ -210,6 +210,6 @@ class Ros1McapWriter:
         summary += offsets + footer
         return bytes(summary) + U32.pack(zlib.crc32(summary)) + MAGIC
 
-    def _put(self, data: bytes | bytearray) -> None:
+    def _write(self, data: bytes | bytearray) -> None:
         self._file.write(data)
         self._position += len(data)

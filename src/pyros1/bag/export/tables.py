@@ -11,7 +11,7 @@ from pyros1.msgs.base import nested_classes
 
 Emit = Callable[[str], object]
 
-_TOGETHER = 1000
+_VALUES_PER_WRITE = 1000
 """Number of values of a row that are joined at a time."""
 
 _BYTES = ("uint8", "char")
@@ -63,11 +63,11 @@ class Table:
             value, path = getattr(message, name), f"{prefix}.{name}"
             items = value if array else (value,)
             for number, item in enumerate(items):
-                where = f"{path}{number}" if array else path
+                path_ = f"{path}{number}" if array else path
                 if kind in nested_classes(type(message)):
-                    yield from self._names(item, where)
+                    yield from self._names(item, path_)
                 else:
-                    yield where
+                    yield path_
 
     def _values(self, message: Message) -> Iterator[str]:
         for name, kind, array in self._fields(type(message)):
@@ -87,9 +87,9 @@ class Table:
 def emit_row(emit: Emit, first: str, others: Iterator[str]) -> None:
     """Emit a row of values, in pieces of a thousand values."""
     emit(f"{first},")
-    before = ""
-    while part := list(islice(others, _TOGETHER)):
-        emit(before)
+    separator = ""
+    while part := list(islice(others, _VALUES_PER_WRITE)):
+        emit(separator)
         emit(",".join(part) if len(part) > 1 else part[0])
-        before = ","
+        separator = ","
     emit("\n")

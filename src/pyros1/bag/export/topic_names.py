@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-_STRANGE = re.compile(r"[^\w.~-]", re.ASCII)
+_ILLEGAL_CHARACTER = re.compile(r"[^\w.~-]", re.ASCII)
 
 
 class FileNames:
@@ -16,11 +16,11 @@ class FileNames:
     def __getitem__(self, topic: str) -> str:
         name = self._names.get(topic)
         if name is None:
-            plain = _STRANGE.sub("_", topic.strip("/").replace("/", "-")).lstrip(".") or "_"
-            taken = set(self._names.values())
+            base_name = _ILLEGAL_CHARACTER.sub("_", topic.strip("/").replace("/", "-")).lstrip(".") or "_"
+            used_names = set(self._names.values())
             number = 2
-            name = plain
-            while name in taken:
-                name, number = f"{plain}_{number}", number + 1
+            name = base_name
+            while name in used_names:
+                name, number = f"{base_name}_{number}", number + 1
             self._names[topic] = name
         return name

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from pyros1.bag.export.extras import extra
+from pyros1.bag.export.image_files import TYPES, compressed_pixels
 from pyros1.bag.export.images import Pixels, pixels, to_8_bits
-from pyros1.bag.export.pictures import TYPES, compressed_pixels
 from pyros1.ground.errors import MessageError
 from pyros1.ground.timing import Time
 

@@ -7,7 +7,7 @@ from typing import IO
 
 from pyros1.bag.errors import BagError
 from pyros1.bag.format.reader import BagReader
-from pyros1.bag.format.writer import CHUNK_THRESHOLD, BagWriter, Begun
+from pyros1.bag.format.writer import CHUNK_THRESHOLD, BagWriter, ExistingBag
 
 
 def append(
@@ -28,6 +28,6 @@ def append(
     with BagReader(target) as old:
         if old.file.version != 200:
             raise BagError(old.path, "nothing can be added to a bag of version 1.2; `pyros1 bag fix` converts it")
-        begun = Begun(old.connections, old.chunks, old.file.index_pos)
+        existing = ExistingBag(old.connections, old.chunks, old.file.index_pos)
         cipher = old.file.cipher
-    return BagWriter(target, compression, chunk_threshold, cipher, begun)
+    return BagWriter(target, compression, chunk_threshold, cipher, existing)

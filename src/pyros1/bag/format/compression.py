@@ -24,7 +24,7 @@ def check_size(size: int, limit: int) -> None:
 
 _BZ2_FULL_LEVEL = 9
 _LZ4_BLOCKS_OF_1_MB = 6
-_PIECE = 1 << 20
+_PIECE_SIZE = 1 << 20
 """Number of bytes that are compressed or decompressed at a time."""
 _SMALL = 4096
 
@@ -53,8 +53,8 @@ def compress(compression: str, parts: Sequence[Buffer]) -> Sequence[Buffer]:
 def _pieces(parts: Sequence[Buffer]) -> Iterator[memoryview]:
     for part in parts:
         view = memoryview(part)
-        for start in range(0, len(view), _PIECE):
-            yield view[start : start + _PIECE]
+        for start in range(0, len(view), _PIECE_SIZE):
+            yield view[start : start + _PIECE_SIZE]
 
 
 def decompress(compression: str, data: bytes, size: int, limit: int, *, partial: bool = False) -> bytes:
@@ -89,20 +89,20 @@ def _unpack(compression: str, data: bytes, size: int, partial: bool) -> bytes:
     else:
         unpacker = _lz4().LZ4FrameDecompressor()
     content = BytesIO()  # grows in place, and returns its bytes without a copy
-    left = size
-    step = _SMALL if partial else _PIECE  # so that what comes before a damaged part is not lost with it
+    remaining = size
+    step = _SMALL if partial else _PIECE_SIZE  # so that what comes before a damaged part is not lost with it
     view = memoryview(data)
     try:
         for start in range(0, len(data), step):
             piece = view[start : start + step]
-            while left > 0:
-                made: bytes = unpacker.decompress(piece, min(left, _PIECE))
-                if len(made) == size:
-                    return made
-                left -= content.write(made)
+            while remaining > 0:
+                output: bytes = unpacker.decompress(piece, min(remaining, _PIECE_SIZE))
+                if len(output) == size:
+                    return output
+                remaining -= content.write(output)
                 if unpacker.eof:
                     return content.getvalue()
-                if unpacker.needs_input or not made:
+                if unpacker.needs_input or not output:
                     break
                 piece = memoryview(b"")
     except (OSError, RuntimeError, EOFError, ValueError) as error:

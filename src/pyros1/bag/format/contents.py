@@ -72,7 +72,7 @@ class Messages:
     def where(self, wanted: Callable[[int, int], bool]) -> Messages:
         """Return the messages for which ``wanted(connection id, time)`` is true."""
         mask = bytearray(map(wanted, self.conns, self.times))
-        return self if all(mask) else self._made(lambda column: compress(column, mask))
+        return self if all(mask) else self._transformed(lambda column: compress(column, mask))
 
     def by_time(self, ranks: Mapping[int, int] | None = None) -> Messages:
         """Return the messages in order of time; with the same time, in their present order.
@@ -89,7 +89,7 @@ class Messages:
             return self
         else:
             order = array("I", sorted(range(len(times)), key=times.__getitem__))
-        return self._made(lambda column: map(column.__getitem__, order))
+        return self._transformed(lambda column: map(column.__getitem__, order))
 
     def part(self, first: int, end: int) -> Iterator[tuple[int, int, int, int]]:
         """Return (connection, time, start, end) of the messages with numbers from `first` to before `end`."""
@@ -103,11 +103,11 @@ class Messages:
     def _columns(self) -> tuple[array[int], ...]:
         return self.conns, self.times, self.offsets, self.starts, self.ends
 
-    def _made(self, change: Callable[[array[int]], Iterator[int]]) -> Messages:
-        made = Messages()
-        for old, new in zip(self._columns(), made._columns(), strict=True):
+    def _transformed(self, change: Callable[[array[int]], Iterator[int]]) -> Messages:
+        transformed = Messages()
+        for old, new in zip(self._columns(), transformed._columns(), strict=True):
             new.extend(change(old))
-        return made
+        return transformed
 
 
 # Nearly all headers of messages have one of these two forms: that of Python's writers, and the sorted one of C++.

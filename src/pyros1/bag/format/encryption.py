@@ -19,7 +19,7 @@ NONE = "rosbag/NoEncryptor"
 ENCRYPTORS = (AES, NONE)
 
 _BLOCK = 16
-_PIECE = 1 << 20
+_PIECE_SIZE = 1 << 20
 """Number of bytes that are encrypted or decrypted at a time: the package makes copies of them."""
 
 Buffer = bytes | bytearray | memoryview
@@ -48,7 +48,7 @@ class Cipher:
             algorithm: Any = ciphers.algorithms.AES(key)
         except ValueError:
             raise KeyUnavailableError(f"the bag's key has {len(key)} bytes, which is not a key size of AES") from None
-        self._of: Callable[[bytes], Any] = lambda vector: ciphers.Cipher(algorithm, ciphers.modes.CBC(vector))
+        self._make_cipher: Callable[[bytes], Any] = lambda vector: ciphers.Cipher(algorithm, ciphers.modes.CBC(vector))
 
     def encrypt(self, data: bytes) -> bytes:
         """Return bytes encrypted, with the initial vector in front."""
@@ -57,13 +57,13 @@ class Cipher:
     def encrypt_parts(self, parts: Iterable[Buffer]) -> list[bytes]:
         """Yield the bytes in some parts, encrypted, in small parts."""
         vector = os.urandom(_BLOCK)
-        encryptor = self._of(vector).encryptor()
-        made, size = [vector], 0
+        encryptor = self._make_cipher(vector).encryptor()
+        output, size = [vector], 0
         for part in parts:
-            made += map(encryptor.update, _pieces(memoryview(part)))
+            output += map(encryptor.update, _pieces(memoryview(part)))
             size += len(part)
         padding = _BLOCK - size % _BLOCK
-        return [*made, encryptor.update(bytes([padding]) * padding)]
+        return [*output, encryptor.update(bytes([padding]) * padding)]
 
     def decrypt(self, data: bytes, *, partial: bool = False) -> bytes:
         """Return bytes decrypted.
@@ -78,7 +78,7 @@ class Cipher:
             data = data[: len(data) // _BLOCK * _BLOCK]
         if len(data) < (1 if partial else 2) * _BLOCK or len(data) % _BLOCK:
             raise RecordError("the encrypted data are cut off")
-        decryptor = self._of(data[:_BLOCK]).decryptor()
+        decryptor = self._make_cipher(data[:_BLOCK]).decryptor()
         plain = BytesIO()  # grows in place, and returns its bytes without a copy
         last = b""
         for piece in _pieces(memoryview(data)[_BLOCK:]):
@@ -93,7 +93,7 @@ class Cipher:
 
 
 def _pieces(data: memoryview) -> Iterator[memoryview]:
-    return (data[start : start + _PIECE] for start in range(0, len(data), _PIECE))
+    return (data[start : start + _PIECE_SIZE] for start in range(0, len(data), _PIECE_SIZE))
 
 
 def new_cipher(user: str = _DEFAULT_USER) -> Cipher:
@@ -107,13 +107,13 @@ def new_cipher(user: str = _DEFAULT_USER) -> Cipher:
         KeyUnavailableError: gpg has no such key, or a program or package is not installed.
     """
     _ciphers()
-    recipient, name = _own_key() if user == _DEFAULT_USER else (user, user)
+    recipient, name = _own_fingerprint() if user == _DEFAULT_USER else (user, user)
     key = os.urandom(_BLOCK)
-    locked = gpg("--batch", "--trust-model", "always", "--recipient", recipient, "--encrypt", data=key)
-    return Cipher({"encryptor": AES.encode(), "gpg_user": name.encode(), "encrypted_key": locked}, key)
+    encrypted_key = gpg("--batch", "--trust-model", "always", "--recipient", recipient, "--encrypt", data=key)
+    return Cipher({"encryptor": AES.encode(), "gpg_user": name.encode(), "encrypted_key": encrypted_key}, key)
 
 
-def _own_key() -> tuple[str, str]:
+def _own_fingerprint() -> tuple[str, str]:
     """Return the fingerprint of the user's first key, and the name in it."""
     fingerprint = ""
     for line in gpg("--batch", "--with-colons", "--list-secret-keys").decode(errors="replace").splitlines():

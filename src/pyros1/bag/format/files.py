@@ -38,7 +38,7 @@ _COUNT = struct.Struct("<II")
 _HEAD = 512
 """Number of bytes that are read first for a record's header; enough for most."""
 
-_TRUSTED = 64 << 20
+_TRUSTED_SIZE = 64 << 20
 """Size in bytes up to which a chunk's two lengths are not compared; a damaged length must not fill the memory."""
 
 
@@ -109,14 +109,14 @@ class ChunkHeader:
     data: int
     stored: int
 
-    def sane(self, limit: int) -> int:
+    def trusted_size(self, limit: int) -> int:
         """Return the number of stored bytes to read: less than `stored` if the two lengths contradict each other.
 
         Args:
             limit: largest content that is read.
         """
         size = min(self.size, limit)
-        return min(self.stored, max(size + size // 32, _TRUSTED))
+        return min(self.stored, max(size + size // 32, _TRUSTED_SIZE))
 
 
 def name_of(target: str | os.PathLike[str] | IO[bytes]) -> str:
@@ -141,7 +141,7 @@ class BagFile:
         header: the fields of the bag header.
         begin: offset of the first record after the bag header.
         cipher: decrypts the bag; None if it is not encrypted, or still locked.
-        taken: number of bytes read so far; those read twice count twice.
+        bytes_read: number of bytes read so far; those read twice count twice.
 
     Raises:
         NotABagError: the file is not a bag.
@@ -152,13 +152,13 @@ class BagFile:
         self.path = name_of(source)
         self.limit = chunk_limit(os.environ) if limit is None else limit
         self.cipher: Cipher | None = None
-        self.taken = 0
-        self._own = isinstance(source, (str, os.PathLike))
-        if self._own and stat.S_ISFIFO(os.stat(self.path).st_mode):
+        self.bytes_read = 0
+        self._is_ours = isinstance(source, (str, os.PathLike))
+        if self._is_ours and stat.S_ISFIFO(os.stat(self.path).st_mode):
             raise NotABagError(
                 self.path, "this is a pipe; bags can only be read from files"
             )  # to open it would block for ever
-        file: Any = FileIO(self.path, "rb") if self._own else source
+        file: Any = FileIO(self.path, "rb") if self._is_ours else source
         self._file = file
         self._place = threading.RLock()  # of the file: threads may read one bag at once
         try:
@@ -209,29 +209,29 @@ class BagFile:
 
     def close(self) -> None:
         """Close the file, if it was opened here."""
-        if self._own:
+        if self._is_ours:
             self._file.close()
 
     def read(self, position: int, size: int) -> bytes:
         """Return bytes at an offset; fewer at the end of the file."""
-        wanted = min(size, self.size - position)
-        if wanted <= 0:
+        size_left = min(size, self.size - position)
+        if size_left <= 0:
             return b""  # offsets beyond the end come from damaged records, and may be too large for seek
         parts: list[bytes] = []
         with self._place:
             self._file.seek(position)
-            while wanted > 0:
-                part = self._file.read(wanted)
+            while size_left > 0:
+                part = self._file.read(size_left)
                 if not part:
                     break
                 parts.append(part)
-                wanted -= len(part)
-                self.taken += len(part)
+                size_left -= len(part)
+                self.bytes_read += len(part)
         return parts[0] if len(parts) == 1 else b"".join(parts)
 
-    def expect(self, positions: Iterable[int]) -> None:
+    def prefetch(self, positions: Iterable[int]) -> None:
         """Let the system fetch the records at some offsets, many at a time, before they are read one by one."""
-        if self._own and hasattr(os, "posix_fadvise"):
+        if self._is_ours and hasattr(os, "posix_fadvise"):
             number = self._file.fileno()
             os.posix_fadvise(number, 0, 0, os.POSIX_FADV_RANDOM)  # not the bytes around them
             for position in positions:
@@ -329,7 +329,7 @@ class BagFile:
         try:
             fields, data, length = self.record(begin)
             if op_of(fields) == OP_BAG:
-                return fields, self._behind_padding(data, data + length)
+                return fields, self._header_end(data, data + length)
         except RecordError as error:
             if self.version == 200 and self.size <= begin + BAG_HEADER_SIZE:
                 raise BagError(
@@ -337,7 +337,7 @@ class BagFile:
                 ) from None
         return {}, begin  # chunks may follow a damaged header, and version 1.2 without an index has no header
 
-    def _behind_padding(self, begin: int, end: int) -> int:
+    def _header_end(self, begin: int, end: int) -> int:
         """Return `end`, where the first record is; or `begin`, for a search, if the padding's length is damaged."""
         try:
             self.record(end)

@@ -118,7 +118,7 @@ class BagReader:
         try:
             if written is not None:
                 self.file.cipher = written.cipher
-                self._use(dict(written.connections), list(written.chunks))
+                self._set_index(dict(written.connections), list(written.chunks))
                 return
             self.file.unlock()
             if self.file.version == 102:
@@ -127,7 +127,7 @@ class BagReader:
                     check_old(self.file, self.damages)
                 return
             try:
-                self._use(*read_index(self.file))
+                self._set_index(*read_index(self.file))
             except UnindexedError:
                 if not unindexed:
                     raise
@@ -221,7 +221,7 @@ class BagReader:
 
         ids = known.keys() if connections is None else known.keys() & set(connections)
 
-        def wanted(found: Messages) -> Messages:
+        def select(found: Messages) -> Messages:
             if start is not None or end is not None:
                 found = found.where(lambda conn, time: conn in ids and first <= time <= last)
             elif not ids >= set(found.conns):
@@ -233,7 +233,7 @@ class BagReader:
 
         placed = make is PlacedMessage
         heap: list[tuple[tuple[int, int], int, int, Chunk]] = []  # order, position, and number of each chunk's next one
-        contents = _Contents(self, wanted)
+        contents = _ChunkCache(self, select)
         while pending or heap:
             while pending and (not heap or pending[0].start <= heap[0][0][0]):
                 chunk = pending.popleft()
@@ -247,8 +247,8 @@ class BagReader:
             _, pos, number, chunk = heapq.heappop(heap)
             content, found = contents.get(chunk)
             until = min(heap[0][0][0] if heap else MAX_TIME + 1, pending[0].start if pending else MAX_TIME + 1)
-            behind = bisect_left(found.times, until, number + 1)
-            final = behind - 1
+            next_number = bisect_left(found.times, until, number + 1)
+            final = next_number - 1
             if final > number and placed:
                 for each in found.part(number, final):
                     conn, time, begin, stop = each[:4]
@@ -257,11 +257,11 @@ class BagReader:
             elif final > number:
                 for conn, time, begin, stop in found.part(number, final):
                     yield RawMessage(known[conn], time, content[begin:stop])
-            ((conn, time, begin, stop),) = found.part(final, behind)
+            ((conn, time, begin, stop),) = found.part(final, next_number)
             place = ((pos, found.offsets[final]),) if placed else ()
             message = make(known[conn], time, content[begin:stop], *place)
-            if behind < len(found):
-                heapq.heappush(heap, (key(found, behind), pos, behind, chunk))
+            if next_number < len(found):
+                heapq.heappush(heap, (key(found, next_number), pos, next_number, chunk))
             else:
                 contents.drop(chunk)
             del content, found  # a large message is alone in its chunk: while it is used, the chunk is not in memory
@@ -316,7 +316,7 @@ class BagReader:
         Raises:
             BagError: a header cannot be read.
         """
-        self.file.expect(chunk.pos for chunk in self.chunks)
+        self.file.prefetch(chunk.pos for chunk in self.chunks)
         return map(self.header, self.chunks)
 
     def content_size(self) -> int:
@@ -347,14 +347,14 @@ class BagReader:
         try:
             check_size(header.size, file.limit)
             self._check_end(chunk, header)
-            unfinished = not chunk.whole and not header.stored
-            stored = file.read(header.data, file.limit if unfinished else header.sane(file.limit))
+            is_unfinished = not chunk.whole and not header.stored
+            stored = file.read(header.data, file.limit if is_unfinished else header.trusted_size(file.limit))
             if chunk.loose:
-                return stored, self._loose(stored)
+                return stored, self._read_loose(stored)
             if chunk.whole and len(stored) < header.stored:
-                cut = header.data + header.stored > file.size
+                is_cut = header.data + header.stored > file.size
                 raise RecordError(
-                    "the chunk runs past the end of the file" if cut else "the chunk's lengths contradict each other"
+                    "the chunk runs past the end of the file" if is_cut else "the chunk's lengths contradict each other"
                 )
             partial = not chunk.whole
             stored = file.plain(stored, partial=partial)
@@ -380,11 +380,11 @@ class BagReader:
 
     def _check_end(self, chunk: Chunk, header: ChunkHeader) -> None:
         """Raise RecordError if a chunk overlaps the next one: many such chunks could each hold most of the file."""
-        following = bisect_right(self._positions, chunk.pos)
-        if following < len(self._positions) and header.data + header.stored > self._positions[following]:
-            raise RecordError(f"the chunk overlaps the one at byte {self._positions[following]}")
+        next_index = bisect_right(self._positions, chunk.pos)
+        if next_index < len(self._positions) and header.data + header.stored > self._positions[next_index]:
+            raise RecordError(f"the chunk overlaps the one at byte {self._positions[next_index]}")
 
-    def _loose(self, stored: bytes) -> Messages:
+    def _read_loose(self, stored: bytes) -> Messages:
         if self._old is not None:
             return read_old(stored, self._old)[0]
         return read_content(stored, partial=True)[0]
@@ -392,7 +392,7 @@ class BagReader:
     def _damaged(self, chunk: Chunk, reason: str) -> BagError:
         return BagError(self.path, f"{reason}; `pyros1 bag reindex` saves all that can be read", chunk.pos)
 
-    def _use(self, connections: dict[int, Connection], chunks: list[Chunk]) -> None:
+    def _set_index(self, connections: dict[int, Connection], chunks: list[Chunk]) -> None:
         self.connections, self.chunks = connections, chunks
         self._positions = sorted(chunk.pos for chunk in chunks)
 
@@ -409,38 +409,38 @@ class BagReader:
             self._old = scanner.old
 
 
-class _Contents:
+class _ChunkCache:
     """The contents of the chunks being read. If too many overlap in time, the least recently used are read again later.
 
     Args:
         reader: reads them.
-        wanted: chooses and sorts the messages of a chunk.
+        select: chooses and sorts the messages of a chunk.
     """
 
-    def __init__(self, reader: BagReader, wanted: Callable[[Messages], Messages]) -> None:
+    def __init__(self, reader: BagReader, select: Callable[[Messages], Messages]) -> None:
         self._reader = reader
-        self._wanted = wanted
-        self._held: dict[int, tuple[bytes, Messages]] = {}
-        self._size = 0
+        self._select = select
+        self._cache: dict[int, tuple[bytes, Messages]] = {}
+        self._memory_size = 0
 
     def get(self, chunk: Chunk) -> tuple[bytes, Messages]:
-        held = self._held.get(chunk.pos)
-        if held is not None:
-            if self._size > MAX_OPEN // 2:
-                self._held[chunk.pos] = self._held.pop(chunk.pos)  # as the last one
-            return held
+        cached = self._cache.get(chunk.pos)
+        if cached is not None:
+            if self._memory_size > MAX_OPEN // 2:
+                self._cache[chunk.pos] = self._cache.pop(chunk.pos)  # as the last one
+            return cached
         content, found = self._reader.content(chunk)
-        held = self._held[chunk.pos] = content, self._wanted(found)
-        self._size += _size(held)
-        while self._size > MAX_OPEN and len(self._held) > 1:
-            self._size -= _size(self._held.pop(next(iter(self._held))))
-        return held
+        cached = self._cache[chunk.pos] = content, self._select(found)
+        self._memory_size += _memory_size(cached)
+        while self._memory_size > MAX_OPEN and len(self._cache) > 1:
+            self._memory_size -= _memory_size(self._cache.pop(next(iter(self._cache))))
+        return cached
 
     def drop(self, chunk: Chunk) -> None:
-        held = self._held.pop(chunk.pos, None)
-        if held is not None:
-            self._size -= _size(held)
+        cached = self._cache.pop(chunk.pos, None)
+        if cached is not None:
+            self._memory_size -= _memory_size(cached)
 
 
-def _size(held: tuple[bytes, Messages]) -> int:
-    return len(held[0]) + Messages.SIZE * len(held[1])
+def _memory_size(cached: tuple[bytes, Messages]) -> int:
+    return len(cached[0]) + Messages.SIZE * len(cached[1])

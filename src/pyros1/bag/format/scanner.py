@@ -26,7 +26,7 @@ from pyros1.bag.format.records import (
     split_record,
     u32,
 )
-from pyros1.bag.format.version_1_2 import LONGEST_BEGIN, OldConnections, read_old, record_begins
+from pyros1.bag.format.version_1_2 import MAX_BEGIN_LENGTH, OldConnections, read_old, record_begins
 
 _LOOSE_SIZE = 1 << 20
 """Number of bytes of messages outside of chunks that are read at a time."""
@@ -35,11 +35,11 @@ _SEARCH = 1 << 20
 """Number of bytes that are searched at a time, and at first, since the next record may be near."""
 _FIRST_SEARCH = 1 << 12
 
-_WORK = 64
+_MAX_READ_FACTOR = 64
 """Most times, on average, that the file's bytes are read: wrong lengths might each ask for the whole rest."""
-LEAST_WORK = 64 << 20
+MIN_READ_BUDGET = 64 << 20
 
-_FAR = 1 << 16
+_TRUSTED_SIZE = 1 << 16
 """Size in bytes up to which a record other than a chunk is trusted; after a longer one, another record must follow."""
 
 
@@ -57,7 +57,7 @@ class Damage:
 
 
 @dataclass(frozen=True)
-class Found:
+class ScannedChunk:
     """A chunk that the scanner has read.
 
     Attributes:
@@ -99,32 +99,32 @@ class Scanner:
         self.damages: list[Damage] = []
         self.old = OldConnections(self.connections)
         self._definitions = 0  # bytes in connections
-        self._most = file.taken + LEAST_WORK + _WORK * file.size
+        self._read_budget = file.bytes_read + MIN_READ_BUDGET + _MAX_READ_FACTOR * file.size
         self._loose_size = _LOOSE_SIZE
 
-    def chunks(self) -> Iterator[Found]:
+    def chunks(self) -> Iterator[ScannedChunk]:
         """Yield the chunks in the file's order, and messages outside of chunks in pieces."""
         position = self._file.begin
         while position < self._file.size:
-            if self._exhausted():
+            if self._is_exhausted():
                 self.damages.append(
                     Damage(position, "there is too much damage, so the rest of the file was not searched")
                 )
                 return
             if self._progress is not None:
                 self._progress(position)
-            found, following = self._next(position)
+            found, next_position = self._next(position)
             if found is not None and (found.messages or found.defined):
                 for connection in found.defined.values():
                     self._define(connection)
                 yield found
             del found  # so that only one chunk is in memory
-            position = following
+            position = next_position
 
-    def _exhausted(self) -> bool:
-        return self._file.taken > self._most
+    def _is_exhausted(self) -> bool:
+        return self._file.bytes_read > self._read_budget
 
-    def _next(self, position: int) -> tuple[Found | None, int]:
+    def _next(self, position: int) -> tuple[ScannedChunk | None, int]:
         """Read a record at an offset; return the messages there, and the offset at which to continue."""
         file = self._file
         try:
@@ -137,21 +137,21 @@ class Scanner:
             if op in (OP_MESSAGE, OP_DEFINITION) or (op == OP_CONNECTION and not self._in_end_section(position)):
                 return self._loose(position)
             if op == OP_CONNECTION:
-                connection, following = file.connection(position)
+                connection, next_position = file.connection(position)
                 self._define(connection)
-                return None, following
+                return None, next_position
             if op == OP_INDEX:
                 length = self._index_length(fields, length)
             if data + length > file.size:
                 raise RecordError("the record's data run past the end of the file")
-            self._credible(data, length)
+            self._is_credible(data, length)
         except RecordError as error:
             return None, self._damaged(position, str(error))
         return None, data + length
 
-    def _credible(self, data: int, length: int) -> None:
+    def _is_credible(self, data: int, length: int) -> None:
         """Raise RecordError if a record other than a chunk has a wrong length, since it must not skip whole chunks."""
-        if length > _FAR and data + length < self._file.size:
+        if length > _TRUSTED_SIZE and data + length < self._file.size:
             self._file.record(data + length)
 
     def _end_section(self) -> int:
@@ -177,12 +177,12 @@ class Scanner:
             return 12 * u32(fields, "count")
         return length
 
-    def _chunk(self, position: int, header: ChunkHeader) -> tuple[Found | None, int]:
+    def _chunk(self, position: int, header: ChunkHeader) -> tuple[ScannedChunk | None, int]:
         file = self._file
         if header.stored == 0 and header.size == 0:
             return self._unfinished(position, header)
-        stored = file.read(header.data, header.sane(file.limit))
-        following = header.data + len(stored)
+        stored = file.read(header.data, header.trusted_size(file.limit))
+        next_position = header.data + len(stored)
         reason = ""
         if len(stored) < header.stored:
             cut = header.data + header.stored > file.size
@@ -199,24 +199,26 @@ class Scanner:
         if reason:
             self.damages.append(Damage(position, reason))
             del content, messages
-            content, messages, defined = self._save(header, stored, header.size)
-            following = self._sane_end(position, following, cut=len(stored) < header.stored)
+            content, messages, defined = self._keep_chunk(header, stored, header.size)
+            next_position = self._trusted_end(position, next_position, cut=len(stored) < header.stored)
         chunk = _summary(position, messages)
         chunk.whole = not reason
-        return Found(chunk, header, content, messages, defined), following
+        return ScannedChunk(chunk, header, content, messages, defined), next_position
 
-    def _unfinished(self, position: int, header: ChunkHeader) -> tuple[Found | None, int]:
+    def _unfinished(self, position: int, header: ChunkHeader) -> tuple[ScannedChunk | None, int]:
         """Return a chunk that the recorder had not finished: its header still says that it is empty."""
         self.damages.append(Damage(position, "the last chunk was not finished"))
         if header.compression == "none":
             return None, header.data  # its messages follow as if they were outside of chunks
         stored = self._file.read(header.data, self._file.limit)
-        content, messages, defined = self._save(header, stored, self._file.limit)
+        content, messages, defined = self._keep_chunk(header, stored, self._file.limit)
         chunk = _summary(position, messages)
         chunk.whole = False
-        return Found(chunk, header, content, messages, defined), self._search(header.data)
+        return ScannedChunk(chunk, header, content, messages, defined), self._find_next_record(header.data)
 
-    def _save(self, header: ChunkHeader, stored: bytes, size: int) -> tuple[bytes, Messages, dict[int, Connection]]:
+    def _keep_chunk(
+        self, header: ChunkHeader, stored: bytes, size: int
+    ) -> tuple[bytes, Messages, dict[int, Connection]]:
         """Return the readable part of a damaged chunk."""
         file = self._file
         try:
@@ -225,7 +227,7 @@ class Scanner:
             return b"", Messages(), {}
         return content, *read_content(content, partial=True)
 
-    def _sane_end(self, position: int, end: int, *, cut: bool) -> int:
+    def _trusted_end(self, position: int, end: int, *, cut: bool) -> int:
         """Return where to continue after a damaged chunk: at its end if a record is there, else at the next chunk."""
         if not cut:
             try:
@@ -234,16 +236,16 @@ class Scanner:
             except RecordError:
                 if end >= self._file.size:
                     return end
-        return self._search(position + 1)
+        return self._find_next_record(position + 1)
 
-    def _loose(self, position: int) -> tuple[Found | None, int]:
+    def _loose(self, position: int) -> tuple[ScannedChunk | None, int]:
         """Return messages outside of chunks: those of an unfinished chunk, or of a bag of version 1.2."""
         file = self._file
         _, data, length = file.record(position)
         if data + length > file.size:
             return None, self._damaged(position, "the message is cut off, or its length is damaged")
         check_size(length, file.limit)
-        self._credible(data, length)
+        self._is_credible(data, length)
         content = file.read(position, max(self._loose_size, data + length - position))
         messages, defined, used = self._split_loose(content)
         # The size of a piece depends on how full of messages the earlier ones were.
@@ -252,7 +254,7 @@ class Scanner:
             return None, self._damaged(position, "the message is cut off")
         chunk = _summary(position, messages)
         chunk.loose = used
-        return Found(chunk, None, content[:used], messages, defined), position + used
+        return ScannedChunk(chunk, None, content[:used], messages, defined), position + used
 
     def _split_loose(self, content: bytes) -> tuple[Messages, dict[int, Connection], int]:
         if self._file.version == 102:
@@ -264,19 +266,19 @@ class Scanner:
     def _damaged(self, position: int, reason: str) -> int:
         if self._file.size - position > 0:
             self.damages.append(Damage(position, reason))
-        return self._search(position + 1)
+        return self._find_next_record(position + 1)
 
-    def _search(self, position: int) -> int:
+    def _find_next_record(self, position: int) -> int:
         """Return the offset of the next chunk after a damaged place, or else that of the index or the file's end.
 
         In a bag of version 1.2: the offset of the next message or definition.
         """
         if self._file.version == 102:
-            return self._search_old(position)
+            return self._find_next_old_record(position)
         word = b"compression="
         index = self._file.index_pos
         last = index if position < index else self._file.size
-        least = position  # not the damaged chunk itself again
+        earliest = position  # not the damaged chunk itself again
         size = _FIRST_SEARCH
         while position < self._file.size:
             block = self._file.read(position, size)
@@ -284,7 +286,7 @@ class Scanner:
             while at >= 0:
                 for before in (16, 8, 17 + 8):  # the field is the second, the first, or after the size
                     start = position + at - before
-                    if start >= least and (self._exhausted() or self._is_chunk(start)):
+                    if start >= earliest and (self._is_exhausted() or self._is_chunk(start)):
                         return start
                 at = block.find(word, at + 1)
             if len(block) < size:
@@ -293,16 +295,16 @@ class Scanner:
             size = min(4 * size, _SEARCH)
         return min(last, self._file.size)
 
-    def _search_old(self, position: int) -> int:
+    def _find_next_old_record(self, position: int) -> int:
         size = _FIRST_SEARCH
         while position < self._file.size:
             block = self._file.read(position, size)
             for at in record_begins(block, 0):
-                if self._exhausted() or self._is_old(position + at):
+                if self._is_exhausted() or self._is_old(position + at):
                     return position + at
             if len(block) < size:
                 break
-            position += len(block) - LONGEST_BEGIN
+            position += len(block) - MAX_BEGIN_LENGTH
             size = min(4 * size, _SEARCH)
         return self._file.size
 

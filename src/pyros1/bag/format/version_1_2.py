@@ -30,7 +30,7 @@ _Key = tuple[bytes, bytes, bytes, bytes, bytes]
 _BEGINS = re.compile(rb"...\0...\0(?:callerid|def|latching|md5|nsec|op|sec|topic|type)=", re.DOTALL)
 """Pattern of the beginning of a message or definition record: two lengths below 16 MiB and the name of a field."""
 
-LONGEST_BEGIN = 17
+MAX_BEGIN_LENGTH = 17
 """Most bytes that the pattern matches."""
 
 

@@ -54,7 +54,7 @@ Stock's readers do a binary search in it.
 
 
 @dataclass(frozen=True)
-class Begun:
+class ExistingBag:
     """What is in a bag to which a writer appends.
 
     Attributes:
@@ -80,7 +80,7 @@ class BagWriter:
         compression: ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: bytes, uncompressed, beyond which a chunk is closed.
         cipher: encrypts the bag; None for a plain bag.
-        begun: what is in the file already, which is kept; None for a new bag. See `pyros1.bag.format.appending`.
+        existing: what is in the file already, which is kept; None for a new bag. See `pyros1.bag.format.appending`.
 
     Attributes:
         path: path of the file; of an open file its name.
@@ -97,38 +97,38 @@ class BagWriter:
         compression: str = "none",
         chunk_threshold: int = CHUNK_THRESHOLD,
         cipher: Cipher | None = None,
-        begun: Begun | None = None,
+        existing: ExistingBag | None = None,
     ) -> None:
         if compression not in COMPRESSIONS:
             raise ValueError(f"unknown compression {compression!r}: use one of {', '.join(COMPRESSIONS)}")
         self.path = name_of(target)
         self.compression = compression
         self.chunk_threshold = chunk_threshold
-        self.connections: dict[int, Connection] = {} if begun is None else dict(begun.connections)
+        self.connections: dict[int, Connection] = {} if existing is None else dict(existing.connections)
         self._heads = {number: message_head(number) for number in self.connections}
         self._next = max(self.connections, default=-1) + 1
-        self._infos: list[Chunk] = [] if begun is None else list(begun.chunks)
+        self._infos: list[Chunk] = [] if existing is None else list(existing.chunks)
         self.messages = sum(sum(info.counts.values()) for info in self._infos)
         self._content = bytearray()
         self._index: dict[int, list[tuple[int, int]]] = {}  # connection id -> time in ns, offset
         self._cipher = cipher
         self._closed = False
         self._size = 0
-        self._own = isinstance(target, (str, os.PathLike))
-        file: Any = FileIO(self.path, "wb" if begun is None else "r+b") if self._own else target
+        self._is_ours = isinstance(target, (str, os.PathLike))
+        file: Any = FileIO(self.path, "wb" if existing is None else "r+b") if self._is_ours else target
         self._file = file
         try:
             self._append(MAGIC_20 + self._bag_header())
-            if begun is not None:  # from here on the bag counts as not closed, until it has its new index
-                self._size = begun.end
-            if begun is not None or not self._own:
+            if existing is not None:  # from here on the bag counts as not closed, until it has its new index
+                self._size = existing.end
+            if existing is not None or not self._is_ours:
                 self._file.truncate(self._size)
                 self._file.seek(self._size)
         except BaseException as error:
             self.abort()
             if isinstance(error, OSError) and error.filename is None:
                 error.filename = self.path
-            if self._own and begun is None and os.path.isfile(self.path):
+            if self._is_ours and existing is None and os.path.isfile(self.path):
                 os.unlink(self.path)
             raise
 
@@ -165,20 +165,20 @@ class BagWriter:
             Its id.
         """
         fields = {"topic": topic.encode("utf-8", "surrogateescape"), **header}
-        return self.put_connection(topic, fields, conn, inside=True)
+        return self.put_connection(topic, fields, conn, in_chunk=True)
 
-    def put_connection(self, topic: str, header: Mapping[str, bytes], conn: int | None, *, inside: bool) -> int:
+    def put_connection(self, topic: str, header: Mapping[str, bytes], conn: int | None, *, in_chunk: bool) -> int:
         """Add a connection, with its header unchanged.
 
         Args:
-            inside: whether to write it into the open chunk, too; False if it is in a copied chunk.
+            in_chunk: whether to write it into the open chunk, too; False if it is in a copied chunk.
         """
         number = self._next if conn is None else conn
         self._next = max(self._next, number + 1)
         connection = Connection(number, topic, header)
         self.connections[number] = connection
         self._heads[number] = message_head(number)
-        if inside:
+        if in_chunk:
             self._content += make_connection(connection)
         return number
 
@@ -201,8 +201,8 @@ class BagWriter:
             raise BagError(self.path, f"the time {time / NS:.3f} s cannot be stored: bags can hold 0 to 2^32 s")
         if len(self._content) + len(data) > MAX_CHUNK and self._content:
             self.flush()
-        before = self._state()
-        content, index = before[0], before[3]
+        state_before = self._state()
+        content, index = state_before[0], state_before[3]
         secs, nsecs = divmod(time, NS)
         try:
             index.setdefault(conn, []).append((time, len(content)))
@@ -217,21 +217,21 @@ class BagWriter:
         except OSError:
             raise
         except BaseException:
-            self._undo(before, conn)
+            self._undo(state_before, conn)
             raise
 
     def flush(self) -> None:
         """Close the open chunk and hand it to the system, so that a crash of this process does not lose it."""
         if not self._content:
             return
-        before = self._state()
+        state_before = self._state()
         try:
             content, self._content = self._content, bytearray()
             self._put_content([content])
         except OSError:
             raise
         except BaseException:
-            self._undo(before)
+            self._undo(state_before)
             raise
 
     def _state(self) -> tuple[bytearray, int, int, dict[int, list[tuple[int, int]]], int, int]:
@@ -239,9 +239,9 @@ class BagWriter:
         content = self._content
         return content, len(content), self._size, self._index, len(self._infos), self.messages
 
-    def _undo(self, before: tuple[Any, ...], conn: int | None = None) -> None:
+    def _undo(self, state_before: tuple[Any, ...], conn: int | None = None) -> None:
         """Take back a message or chunk in the middle of which a signal handler raised: Ctrl-C ends most recordings."""
-        content, length, size, index, chunks, messages = before
+        content, length, size, index, chunks, messages = state_before
         if len(self._infos) > chunks:
             return  # it had been written
         self._cut(size)
@@ -258,14 +258,14 @@ class BagWriter:
 
     def _put_content(self, parts: Sequence[Buffer]) -> None:
         """Write a chunk with the messages of the index, then empty that; the content is in parts, and not copied."""
-        entries = self._take_entries()
+        entries = self._pop_entries()
         size = sum(map(len, parts))
         stored = compress(self.compression, parts)
         if self._cipher is not None:
             stored = self._cipher.encrypt_parts(stored)
         self._put_chunk(self.compression, size, stored, entries)
 
-    def _take_entries(self) -> Entries:
+    def _pop_entries(self) -> Entries:
         index, self._index = self._index, {}
         pack = _ENTRY.pack
         return {
@@ -320,7 +320,7 @@ class BagWriter:
     def abort(self) -> None:
         """Close the file as it is, without index."""
         self._closed = True
-        if self._own:
+        if self._is_ours:
             self._file.close()
 
     def __enter__(self) -> BagWriter:
@@ -345,7 +345,7 @@ class BagWriter:
         return make_bag_header(index_pos, len(self.connections), len(self._infos), fields)
 
     def _append(self, data: Buffer) -> None:
-        if not self._own:
+        if not self._is_ours:
             self._file.seek(self._size)  # who reads a file object moves its position
         self._put(data)
         self._size += len(data)

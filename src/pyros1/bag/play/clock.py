@@ -12,14 +12,14 @@ class Timeline:
         rate: factor of the speed.
 
     Attributes:
-        held: whether bag time stands still.
+        is_held: whether bag time stands still.
     """
 
     def __init__(self, rate: float) -> None:
         self._rate = rate
         self._bag = 0  # the bag time at self._wall, from which it runs
         self._wall = 0.0
-        self.held = False
+        self.is_held = False
 
     def set(self, bag: int, wall: float) -> None:
         """Set the bag time.
@@ -32,7 +32,7 @@ class Timeline:
 
     def bag_at(self, wall: float) -> int:
         """Return the bag time, in nanoseconds, at a wall time in seconds."""
-        if self.held:
+        if self.is_held:
             return self._bag
         return self._bag + round((wall - self._wall) * self._rate * NS)
 
@@ -40,11 +40,11 @@ class Timeline:
         """Return the wall time, in seconds, of a bag time, unless that is held."""
         return self._wall + (bag - self._bag) / (self._rate * NS)
 
-    def hold(self, wall: float, held: bool) -> None:
+    def set_held(self, wall: float, is_held: bool) -> None:
         """Hold bag time, or let it continue."""
-        if held != self.held:
+        if is_held != self.is_held:
             bag = self.bag_at(wall)
-            self.held = held
+            self.is_held = is_held
             self.set(bag, wall)
 
 

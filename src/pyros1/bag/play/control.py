@@ -28,9 +28,11 @@ class Control:
         self.pause_on_topics = True
         self.ended = False
         self._lock = threading.Lock()
-        self._wake, self._bell = socket.socketpair()  # what a signal handler may use, and Windows can wait for
-        self._bell.setblocking(False)
-        self._wake.setblocking(False)
+        self._wake_receiver, self._wake_sender = (
+            socket.socketpair()
+        )  # what a signal handler may use, and Windows can wait for
+        self._wake_sender.setblocking(False)
+        self._wake_receiver.setblocking(False)
         self._keys = -1
         self._on_key: Callable[[], object] = lambda: None
 
@@ -47,7 +49,7 @@ class Control:
         """Pause or continue; return False if that is already the state."""
         with self._lock:
             changed, self.paused = self.paused != paused, paused
-        self.ring()
+        self.wake()
         return changed
 
     def toggle(self) -> None:
@@ -58,17 +60,17 @@ class Control:
         """Play one message, if paused."""
         if self.paused:
             self.steps += 1
-            self.ring()
+            self.wake()
 
     def end(self) -> None:
         """End playing soon. Takes no lock."""
         self.ended = True
-        self.ring()
+        self.wake()
 
-    def ring(self) -> None:
+    def wake(self) -> None:
         """End a `wait`."""
         with contextlib.suppress(OSError):  # it has been rung often enough, or is closed
-            self._bell.send(b"!")
+            self._wake_sender.send(b"!")
 
     def wait(self, seconds: float) -> None:
         """Wait at most an hour; any change ends the wait early.
@@ -76,14 +78,16 @@ class Control:
         Args:
             seconds: time to wait; with 0 or less, only keys are read.
         """
-        watched: list[socket.socket | int] = [self._wake] if self._keys < 0 else [self._wake, self._keys]
-        ready, _, _ = select.select(watched, [], [], min(max(0.0, seconds), 3600.0))
-        if self._wake in ready:
-            self._wake.recv(4096)
+        descriptors: list[socket.socket | int] = (
+            [self._wake_receiver] if self._keys < 0 else [self._wake_receiver, self._keys]
+        )
+        ready, _, _ = select.select(descriptors, [], [], min(max(0.0, seconds), 3600.0))
+        if self._wake_receiver in ready:
+            self._wake_receiver.recv(4096)
         if self._keys in ready:
             self._on_key()
 
     def close(self) -> None:
-        """Close the sockets; later calls of `ring` do nothing."""
-        self._wake.close()
-        self._bell.close()
+        """Close the sockets; later calls of `wake` do nothing."""
+        self._wake_receiver.close()
+        self._wake_sender.close()

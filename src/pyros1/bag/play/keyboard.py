@@ -20,15 +20,15 @@ class Keyboard:
         control: the control that the keys change: space pauses, ``s`` steps, ``t`` toggles pausing on topics.
 
     Attributes:
-        there: whether there is a terminal.
+        is_available: whether there is a terminal.
     """
 
     def __init__(self, control: Control) -> None:
         self._control = control
-        self._former: Any = None
-        self._former_handler: Any = None
+        self._saved_attributes: Any = None
+        self._saved_handler: Any = None
         self._descriptor = -1
-        self.there = False
+        self.is_available = False
 
     def __enter__(self) -> Keyboard:
         try:
@@ -39,26 +39,26 @@ class Keyboard:
             descriptor = sys.stdin.fileno()
             if not os.isatty(descriptor) or not _in_foreground(descriptor):
                 return self
-            self._former = termios.tcgetattr(descriptor)
-            self._descriptor, self.there = descriptor, True
-            self._take_up()
-            self._former_handler = signal.signal(signal.SIGCONT, lambda *_: self._take_up())
+            self._saved_attributes = termios.tcgetattr(descriptor)
+            self._descriptor, self.is_available = descriptor, True
+            self._set_cbreak()
+            self._saved_handler = signal.signal(signal.SIGCONT, lambda *_: self._set_cbreak())
         except (termios.error, OSError, ValueError, AttributeError):
-            self.there = False
+            self.is_available = False
         return self
 
     def __exit__(self, *_: object) -> None:
         self._control.watch(-1, lambda: None)
-        if self._former_handler is not None:
-            signal.signal(signal.SIGCONT, self._former_handler)
-        if self._former is not None:
+        if self._saved_handler is not None:
+            signal.signal(signal.SIGCONT, self._saved_handler)
+        if self._saved_attributes is not None:
             import termios  # noqa: PLC0415
 
             with contextlib.suppress(OSError, termios.error):
                 if _in_foreground(self._descriptor):
-                    termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._former)
+                    termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._saved_attributes)
 
-    def _take_up(self) -> None:
+    def _set_cbreak(self) -> None:
         """Read keys, if this is a foreground job: a background job that uses the terminal is stopped."""
         import termios  # noqa: PLC0415
         import tty  # noqa: PLC0415

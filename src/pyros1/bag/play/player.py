@@ -14,17 +14,17 @@ from typing import Any
 from pyros1.bag.format.records import MAX_TIME, Connection
 from pyros1.bag.play.clock import NS, Ticker, Timeline
 from pyros1.bag.play.control import Control
-from pyros1.bag.play.source import Bags, Played, ReadAhead
-from pyros1.bag.play.static import StaticTransforms, keeps_static
+from pyros1.bag.play.source import Bags, PlayItem, ReadAhead
+from pyros1.bag.play.static import StaticTransforms, is_static_transforms
 from pyros1.ground.errors import Error
 from pyros1.ground.timing import Time
 from pyros1.msgs import AnyMsg, load_message
 from pyros1.node import Node
 from pyros1.wire.handshake import TopicType
 
-_STATUS_TIME = 0.1
-_PATIENCE = 0.05
-_GIVE_UP = 5.0
+_STATUS_PERIOD = 0.1
+_POLL_PERIOD = 0.05
+_DRAIN_TIMEOUT = 5.0
 _OWN_TYPES = ("rosgraph_msgs/Log", "rosgraph_msgs/Clock")
 """Types of topics that the node itself publishes; their publishers accept encoded messages, too."""
 
@@ -107,26 +107,26 @@ class Player:
         self._control = control
         self._on_status = on_status
         self._timeline = Timeline(options.rate)
-        self._status = Ticker(_STATUS_TIME)
-        self._tick = Ticker(1 / options.clock_rate if options.clock_rate else inf)
+        self._status_ticker = Ticker(_STATUS_PERIOD)
+        self._clock_ticker = Ticker(1 / options.clock_rate if options.clock_rate else inf)
         self._node = node
         self._send: dict[tuple[int, int], Callable[[AnyMsg], object]] = {}
         self._publishers: dict[tuple[str, str], Any] = {}
         self._static: dict[str, StaticTransforms] = {}
-        self._pausing: set[str] = {topic.lstrip("/") for topic in options.pause_topics}
+        self._pause_topics: set[str] = {topic.lstrip("/") for topic in options.pause_topics}
         self._clock_class: Any = load_message("rosgraph_msgs/Clock")
         self._clock: Any = node.advertise("clock", self._clock_class, queue_size=1)
         self._begin, self._length = bags.start, bags.end - bags.start
-        self._latched: list[Played] = []
-        self._ahead: ReadAhead | None = None
-        self._last: int | None = None
+        self._latched_messages: list[PlayItem] = []
+        self._read_ahead: ReadAhead | None = None
+        self._last_time: int | None = None
         for number, connection in bags.connections():
             self._advertise(number, connection)
 
     # Publishers -------------------------------------------------------------------------------------------------------
 
     def _advertise(self, number: int, connection: Connection) -> None:
-        topic, static = self._options.prefix + connection.topic, keeps_static(connection)
+        topic, static = self._options.prefix + connection.topic, is_static_transforms(connection)
         key = (connection.callerid, topic)
         publisher = self._publishers.get(key)
         if publisher is None:
@@ -148,8 +148,8 @@ class Player:
 
     def wait_for_subscribers(self) -> None:
         """Wait until every topic has a subscriber, or the user ends the wait."""
-        while not self._control.ended and not all(one.num_connections for one in self._publishers.values()):
-            self._control.wait(_PATIENCE)
+        while not self._control.ended and not all(item.num_connections for item in self._publishers.values()):
+            self._control.wait(_POLL_PERIOD)
 
     def now(self) -> int:
         """Return the bag time in nanoseconds."""
@@ -158,26 +158,26 @@ class Player:
     def follow(self, stamp: int) -> None:
         """Take a stamp of the topic that controls the pace, in nanoseconds."""
         self.rate_stamp = stamp
-        self._control.ring()
+        self._control.wake()
 
     def dropped(self) -> int:
         """Return the number of messages that connected subscribers have lost because they were too slow."""
-        return sum({one.name: one.dropped for one in self._publishers.values()}.values())
+        return sum({item.name: item.dropped for item in self._publishers.values()}.values())
 
-    def wait_until_taken(self) -> bool:
+    def wait_until_sent(self) -> bool:
         """Wait until slow subscribers have taken all their messages; one that takes nothing for 5 s is given up.
 
         Returns:
             Whether they have all messages; False also if the user ends the wait.
         """
-        left, until = inf, perf_counter() + _GIVE_UP
+        fewest, deadline = inf, perf_counter() + _DRAIN_TIMEOUT
         while True:
-            waiting = sum({one.name: one.waiting for one in self._publishers.values()}.values())
-            if not waiting or self._control.ended or perf_counter() > until:
+            waiting = sum({item.name: item.waiting for item in self._publishers.values()}.values())
+            if not waiting or self._control.ended or perf_counter() > deadline:
                 return not waiting
-            if waiting < left:
-                left, until = waiting, perf_counter() + _GIVE_UP
-            self._control.wait(_PATIENCE)
+            if waiting < fewest:
+                fewest, deadline = waiting, perf_counter() + _DRAIN_TIMEOUT
+            self._control.wait(_POLL_PERIOD)
 
     def close(self) -> None:
         """End the publishers; without this, they end with the node."""
@@ -194,10 +194,10 @@ class Player:
             OSError: a file cannot be read.
         """
         if self._options.start > 0:  # first, since only one thread may read a file
-            self._latched = self._bags.latched_before(self._begin + int(self._options.start * NS))
-        self._ahead = ReadAhead(self._messages())
+            self._latched_messages = self._bags.latched_messages_before(self._begin + int(self._options.start * NS))
+        self._read_ahead = ReadAhead(self._messages())
 
-    def _messages(self) -> Iterator[Played]:
+    def _messages(self) -> Iterator[PlayItem]:
         start = self._begin + int(self._options.start * NS)
         duration = self._options.duration
         return self._bags.messages(start, MAX_TIME if duration is None else start + int(duration * NS))
@@ -213,109 +213,113 @@ class Player:
             OSError: a file cannot be read.
         """
         played = 0
-        if self._ahead is None:
+        if self._read_ahead is None:
             self.read_ahead()
         try:
             while not self._control.ended:
-                for one in self._latched:
-                    self._publish(one)
+                for item in self._latched_messages:
+                    self._publish(item)
                 count = self._play()
                 played += count
                 if not self._options.loop or not count:
                     break
         finally:
-            if self._ahead is not None:
-                self._ahead.close()
+            if self._read_ahead is not None:
+                self._read_ahead.close()
         return played
 
     def _play(self) -> int:
         """Play once; return the number of messages."""
         count, control = 0, self._control
-        self._last = None
-        ahead, self._ahead = self._ahead, None
+        self._last_time = None
+        ahead, self._read_ahead = self._read_ahead, None
         with ahead or ReadAhead(self._messages()) as source:
             while not control.ended:
-                batch = source.take(_PATIENCE)
+                batch = source.take(_POLL_PERIOD)
                 if batch is None:
                     break
                 if not batch:
                     control.wait(0)
-                for one in batch:
-                    if not self._await(one):
+                for item in batch:
+                    if not self._wait_until_due(item):
                         return count
-                    self._publish(one)
+                    self._publish(item)
                     count += 1
         return count
 
-    def _publish(self, one: Played) -> None:
-        send = self._send.get((one.bag, one.message.connection.id))
+    def _publish(self, item: PlayItem) -> None:
+        send = self._send.get((item.bag, item.message.connection.id))
         if send is not None:
-            send(AnyMsg(one.message.data))
+            send(AnyMsg(item.message.data))
 
-    def _await(self, one: Played) -> bool:
+    def _wait_until_due(self, item: PlayItem) -> bool:
         """Wait until a message is due; return False if the user ends the wait."""
-        control, timeline, options, time = self._control, self._timeline, self._options, one.message.time
+        control, timeline, options, time = self._control, self._timeline, self._options, item.message.time
         now = perf_counter()
-        if self._last is None:
-            self._begin_at(time, now)
-        elif options.skip_empty is not None and time - self._last > options.skip_empty * NS:
-            self._jump(time, now)
-        if self._pausing and control.pause_on_topics and one.message.connection.topic.lstrip("/") in self._pausing:
+        if self._last_time is None:
+            self._start_clock(time, now)
+        elif options.skip_empty is not None and time - self._last_time > options.skip_empty * NS:
+            self._jump_to(time, now)
+        if (
+            self._pause_topics
+            and control.pause_on_topics
+            and item.message.connection.topic.lstrip("/") in self._pause_topics
+        ):
             control.set_paused(True)
-        self._last = time
+        self._last_time = time
         while not control.ended:
-            held = control.paused or self._delayed(timeline.bag_at(now))
-            if held or timeline.held:
-                timeline.hold(now, held)
+            is_held = control.paused or self._is_delayed(timeline.bag_at(now))
+            if is_held or timeline.is_held:
+                timeline.set_held(now, is_held)
             if control.paused and control.steps:
                 control.steps -= 1
                 return self._step(time, now)
-            if not held and options.immediate:
+            if not is_held and options.immediate:
                 return self._step(time, now)
-            due = inf if held else timeline.wall_at(time)
-            if now >= self._tick.due or now >= self._status.due:
-                self._show(min(timeline.bag_at(now), time), now)
+            due = inf if is_held else timeline.wall_at(time)
+            if now >= self._clock_ticker.due or now >= self._status_ticker.due:
+                self._report(min(timeline.bag_at(now), time), now)
             if due <= now:
                 return True
-            control.wait(min(due, self._tick.due, self._status.due) - now)
+            control.wait(min(due, self._clock_ticker.due, self._status_ticker.due) - now)
             now = perf_counter()
         return False
 
-    def _begin_at(self, time: int, now: float) -> None:
+    def _start_clock(self, time: int, now: float) -> None:
         self._timeline.set(time, now)
-        self._tick.due = now
-        self._status.due = now
+        self._clock_ticker.due = now
+        self._status_ticker.due = now
         if self.rate_stamp is not None:
             self.rate_stamp = time
 
-    def _delayed(self, time: int) -> bool:
+    def _is_delayed(self, time: int) -> bool:
         return self.rate_stamp is not None and time - self.rate_stamp > self._options.max_delay * NS
 
     def _step(self, time: int, now: float) -> bool:
         """Go to a message's time at once; return False if the user has ended playing."""
-        self._jump(time, now)
-        if now >= self._status.due:
+        self._jump_to(time, now)
+        if now >= self._status_ticker.due:
             self._control.wait(0)
-            self._show(time, now)
+            self._report(time, now)
         return not self._control.ended
 
-    def _jump(self, time: int, now: float) -> None:
+    def _jump_to(self, time: int, now: float) -> None:
         """Set the bag time, and publish it on /clock before the message."""
         self._timeline.set(time, now)
         self._publish_clock(time)
-        if now >= self._tick.due:
-            self._tick.tick(now)
+        if now >= self._clock_ticker.due:
+            self._clock_ticker.tick(now)
 
-    def _show(self, time: int, now: float) -> None:
+    def _report(self, time: int, now: float) -> None:
         """Publish /clock and the status, if they are due."""
-        if now >= self._tick.due:
-            self._tick.tick(now)
+        if now >= self._clock_ticker.due:
+            self._clock_ticker.tick(now)
             self._publish_clock(time)
-        if now >= self._status.due:
-            self._status.tick(now)
+        if now >= self._status_ticker.due:
+            self._status_ticker.tick(now)
             self._control.wait(0)  # keys, if messages come too fast for other waits
             if self._on_status is not None:
-                state = "PAUSED" if self._control.paused else "DELAYED" if self._timeline.held else "RUNNING"
+                state = "PAUSED" if self._control.paused else "DELAYED" if self._timeline.is_held else "RUNNING"
                 self._on_status(Status(state, time / NS, (time - self._begin) / NS, self._length / NS))
 
     def _publish_clock(self, time: int) -> None:

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 from pyros1.bag.format.reader import BagReader, RawMessage
 from pyros1.bag.format.records import Connection
-from pyros1.bag.play.static import keeps_static
+from pyros1.bag.play.static import is_static_transforms
 
-AHEAD = 32 << 20
+MAX_AHEAD_BYTES = 32 << 20
 """Most bytes that are read ahead, without the last batch."""
 _BATCH = 1 << 20
 _BATCH_MESSAGES = 500
@@ -25,7 +25,7 @@ _STATIC_CHUNKS = 20
 """Number of chunks at the beginning of a bag that are read for static transforms."""
 
 
-class Played(NamedTuple):
+class PlayItem(NamedTuple):
     """A message to play.
 
     Attributes:
@@ -51,18 +51,18 @@ class Bags:
 
     def __init__(self, paths: Sequence[str | BagReader], topics: Collection[str] | None = None) -> None:
         self.readers: list[BagReader] = []
-        self._own: list[BagReader] = []
-        self._chosen: list[set[int] | None] = []
+        self._opened: list[BagReader] = []
+        self._connection_ids: list[set[int] | None] = []
         try:
             for path in paths:
                 if isinstance(path, str):
-                    self._own.append(BagReader(path))
-                self.readers.append(self._own[-1] if isinstance(path, str) else path)
+                    self._opened.append(BagReader(path))
+                self.readers.append(self._opened[-1] if isinstance(path, str) else path)
         except BaseException:
             self.close()
             raise
         for reader in self.readers:
-            self._chosen.append(None if topics is None else reader.ids(topics))
+            self._connection_ids.append(None if topics is None else reader.ids(topics))
 
     @property
     def start(self) -> int:
@@ -76,12 +76,12 @@ class Bags:
 
     def connections(self) -> Iterator[tuple[int, Connection]]:
         """Yield the connections to play, each with the number of its bag."""
-        for number, (reader, chosen) in enumerate(zip(self.readers, self._chosen, strict=True)):
+        for number, (reader, connection_ids) in enumerate(zip(self.readers, self._connection_ids, strict=True)):
             for conn, connection in reader.connections.items():
-                if chosen is None or conn in chosen:
+                if connection_ids is None or conn in connection_ids:
                     yield number, connection
 
-    def messages(self, start: int, end: int) -> Iterator[Played]:
+    def messages(self, start: int, end: int) -> Iterator[PlayItem]:
         """Yield messages in order of time; with the same time, those of the first bag first.
 
         Args:
@@ -96,30 +96,34 @@ class Bags:
             return streams[0]
         return heapq.merge(*streams, key=lambda played: played.message.time)
 
-    def _of_bag(self, number: int, start: int, end: int) -> Iterator[Played]:
-        messages = self.readers[number].messages(self._chosen[number], start, end)
-        return map(Played, repeat(number), messages)  # which keeps no message while the next one is read
+    def _of_bag(self, number: int, start: int, end: int) -> Iterator[PlayItem]:
+        messages = self.readers[number].messages(self._connection_ids[number], start, end)
+        return map(PlayItem, repeat(number), messages)  # which keeps no message while the next one is read
 
-    def latched_before(self, time: int) -> list[Played]:
+    def latched_messages_before(self, time: int) -> list[PlayItem]:
         """Return the last message of each latched connection before a time, in order of time, for new subscribers.
 
         Static transforms at the beginning of the bag are included, since Python programs, and filters of other tools,
         store several publishers as one connection.
         """
-        found: list[Played] = []
+        found: list[PlayItem] = []
         for number, reader in enumerate(self.readers):
-            chosen = self._chosen[number]
-            chosen_ones = [one for conn, one in reader.connections.items() if chosen is None or conn in chosen]
-            static = {one.id for one in chosen_ones if keeps_static(one)}
-            latched = {one.id for one in chosen_ones if one.latching}
-            found += [Played(number, message) for message in _first_ones(reader, static, time)]
-            found += [Played(number, message) for message in _last_before(reader, latched | static, time)]
+            connection_ids = self._connection_ids[number]
+            selected = [
+                connection
+                for conn, connection in reader.connections.items()
+                if connection_ids is None or conn in connection_ids
+            ]
+            static = {connection.id for connection in selected if is_static_transforms(connection)}
+            latched = {connection.id for connection in selected if connection.latching}
+            found += [PlayItem(number, message) for message in _first_messages(reader, static, time)]
+            found += [PlayItem(number, message) for message in _last_messages_before(reader, latched | static, time)]
         found.sort(key=lambda played: played.message.time)
         return found
 
     def close(self) -> None:
         """Close the files."""
-        for reader in self._own:
+        for reader in self._opened:
             reader.close()
 
     def __enter__(self) -> Bags:
@@ -129,29 +133,33 @@ class Bags:
         self.close()
 
 
-def _first_ones(reader: BagReader, wanted: set[int], time: int) -> Iterator[RawMessage]:
+def _first_messages(reader: BagReader, ids: set[int], time: int) -> Iterator[RawMessage]:
     """Yield the wanted connections' messages before a time, from the first chunks that hold some."""
-    chunks = [chunk for chunk in reader.chunks if chunk.start < time and not wanted.isdisjoint(chunk.counts)]
+    chunks = [chunk for chunk in reader.chunks if chunk.start < time and not ids.isdisjoint(chunk.counts)]
     for chunk in sorted(chunks, key=lambda chunk: chunk.start)[:_STATIC_CHUNKS]:
         content, messages = reader.content(chunk)
         for message in messages:
-            if message.conn in wanted and message.time < time:
+            if message.conn in ids and message.time < time:
                 data = content[message.start : message.end]
                 yield RawMessage(reader.connections[message.conn], message.time, data)
 
 
-def _last_before(reader: BagReader, wanted: set[int], time: int) -> Iterator[RawMessage]:
+def _last_messages_before(reader: BagReader, ids: set[int], time: int) -> Iterator[RawMessage]:
     """Yield the last message before a time of each wanted connection. Only chunks that may hold one are read."""
     best: dict[int, RawMessage] = {}
     chunks = sorted((chunk for chunk in reader.chunks if chunk.start < time), key=lambda chunk: chunk.end, reverse=True)
     for chunk in chunks:
-        open_ones = {conn for conn in wanted & chunk.counts.keys() if conn not in best or best[conn].time < chunk.end}
-        if not open_ones:
+        candidates = {conn for conn in ids & chunk.counts.keys() if conn not in best or best[conn].time < chunk.end}
+        if not candidates:
             continue
         content, messages = reader.content(chunk)
         for message in messages:
-            known = best.get(message.conn)
-            if message.conn in open_ones and message.time < time and (known is None or known.time <= message.time):
+            previous = best.get(message.conn)
+            if (
+                message.conn in candidates
+                and message.time < time
+                and (previous is None or previous.time <= message.time)
+            ):
                 data = content[message.start : message.end]
                 best[message.conn] = RawMessage(reader.connections[message.conn], message.time, data)
     yield from best.values()
@@ -165,10 +173,10 @@ class ReadAhead:
         limit: bytes of memory.
     """
 
-    def __init__(self, messages: Iterator[Played], limit: int = AHEAD) -> None:
+    def __init__(self, messages: Iterator[PlayItem], limit: int = MAX_AHEAD_BYTES) -> None:
         self._messages = messages
         self._limit = limit
-        self._batches: deque[tuple[int, list[Played]]] = deque()
+        self._batches: deque[tuple[int, list[PlayItem]]] = deque()
         self._bytes = 0
         self._changed = threading.Condition()
         self._finished = False
@@ -177,7 +185,7 @@ class ReadAhead:
         self._thread = threading.Thread(target=self._run, name="bag:reader", daemon=True)
         self._thread.start()
 
-    def take(self, timeout: float) -> list[Played] | None:
+    def take(self, timeout: float) -> list[PlayItem] | None:
         """Return the next messages; an empty list if none are ready, None at the end.
 
         Args:
@@ -209,20 +217,20 @@ class ReadAhead:
             self._changed.notify_all()
 
     def _read(self) -> None:
-        batch: list[Played] = []
-        size, most = 0, 1  # the first at once, then in larger batches
+        batch: list[PlayItem] = []
+        size, batch_limit = 0, 1  # the first at once, then in larger batches
         for played in self._messages:
             batch.append(played)
             size += len(played.message.data) + _OVERHEAD
             del played  # so that a large message is not in memory while the next one is read
-            if size >= _BATCH or len(batch) >= most:
-                if not self._hand_over(size, batch):
+            if size >= _BATCH or len(batch) >= batch_limit:
+                if not self._put_batch(size, batch):
                     return
-                batch, size, most = [], 0, min(2 * most, _BATCH_MESSAGES)
+                batch, size, batch_limit = [], 0, min(2 * batch_limit, _BATCH_MESSAGES)
         if batch:
-            self._hand_over(size, batch)
+            self._put_batch(size, batch)
 
-    def _hand_over(self, size: int, batch: list[Played]) -> bool:
+    def _put_batch(self, size: int, batch: list[PlayItem]) -> bool:
         with self._changed:
             self._batches.append((size, batch))
             self._bytes += size

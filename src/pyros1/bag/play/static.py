@@ -12,7 +12,7 @@ from pyros1.msgs import AnyMsg, load_message
 TYPE = "tf2_msgs/TFMessage"
 
 
-def keeps_static(connection: Connection) -> bool:
+def is_static_transforms(connection: Connection) -> bool:
     """Return whether a connection's messages are static transforms, which later subscribers must get.
 
     It need not be latched: bags written by Python programs do not record that.
@@ -39,8 +39,8 @@ class StaticTransforms:
     def publish(self, message: AnyMsg) -> None:
         """Publish a message with all earlier transforms; one that cannot be decoded is published unchanged."""
         try:
-            came = self._class._decode(message._buff, 0, len(message._buff)).transforms
-            known = self._known | {transform.child_frame_id: transform for transform in came}
+            received = self._class._decode(message._buff, 0, len(message._buff)).transforms
+            known = self._known | {transform.child_frame_id: transform for transform in received}
             message = AnyMsg(self._class._encode(self._class(list(known.values()))))
         except MessageError:
             pass

@@ -25,8 +25,8 @@ SUFFIX = ".active"
 FLUSH_TIME = 0.9
 """Seconds after which a chunk is closed even if it is not full."""
 
-_TAKEN = "another recording is writing this file"
-_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_LOCKED = "another recording is writing this file"
+_DISK_FULL_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def claim(path: str) -> str:
@@ -50,7 +50,7 @@ def claim(path: str) -> str:
     except FileNotFoundError:
         return ""
     except BlockingIOError:
-        raise BagError(path, _TAKEN) from None
+        raise BagError(path, _LOCKED) from None
     number = 1
     while os.path.lexists(f"{path}.{number}"):
         number += 1
@@ -83,7 +83,7 @@ class RecordWriter(BagWriter):
             _lock(self._file)
         except BlockingIOError:
             self.abort()
-            raise BagError(path, _TAKEN) from None
+            raise BagError(path, _LOCKED) from None
         self.lost: Counter[int] = Counter()
 
     def _put_chunk(self, compression: str, size: int, parts: Sequence[Buffer], entries: Entries) -> None:
@@ -105,7 +105,7 @@ class RecordWriter(BagWriter):
                 super()._write_end()
                 return
             except OSError as error:
-                if error.errno not in _FULL or not self._infos:
+                if error.errno not in _DISK_FULL_ERRORS or not self._infos:
                     raise
             info = self._infos.pop()
             self.lost.update(info.counts)
@@ -141,7 +141,7 @@ class RecordFile(Generic[_K]):
         self._conns: dict[_K, int] = {}
         self._flush_at = time.monotonic() + FLUSH_TIME
         try:
-            self._disk = _DiskSync(self._writer.descriptor())
+            self._disk_sync = _DiskSync(self._writer.descriptor())
         except OSError:
             self._writer.abort()
             os.remove(path + SUFFIX)
@@ -191,7 +191,7 @@ class RecordFile(Generic[_K]):
             self._flush_at = now + FLUSH_TIME
             if self._writer.pending:
                 self._writer.flush()
-            self._disk.request()
+            self._disk_sync.request()
 
     @property
     def lost(self) -> dict[_K, int]:
@@ -200,7 +200,7 @@ class RecordFile(Generic[_K]):
 
     def discard(self) -> None:
         """Remove the file, in which nothing was written."""
-        self._disk.close()
+        self._disk_sync.close()
         self._writer.abort()
         with contextlib.suppress(OSError):
             os.remove(self.path + SUFFIX)
@@ -211,16 +211,16 @@ class RecordFile(Generic[_K]):
         Raises:
             OSError: the file cannot be written; it keeps the suffix ``.active`` and can be reindexed.
         """
-        self._disk.close()
+        self._disk_sync.close()
         try:
             self._writer.close()
         except OSError as error:
             # A full disk cost the last chunk; the bag is still complete, unless not even its index fits.
-            if error.errno not in _FULL or not self._closed_well():
+            if error.errno not in _DISK_FULL_ERRORS or not self._has_index():
                 raise
         os.replace(self.path + SUFFIX, self.path)
 
-    def _closed_well(self) -> bool:
+    def _has_index(self) -> bool:
         from pyros1.bag.format.files import BagFile  # noqa: PLC0415 - for a full disk only
 
         file = BagFile(self.path + SUFFIX)
@@ -235,26 +235,26 @@ class _DiskSync:
 
     def __init__(self, descriptor: int) -> None:
         self._descriptor = descriptor
-        self._wanted = threading.Event()
+        self._sync_requested = threading.Event()
         self._closed = False
         self._thread = threading.Thread(target=self._run, name="bag:sync", daemon=True)
         self._thread.start()
 
     def request(self) -> None:
         """Begin to sync now, unless that is under way."""
-        self._wanted.set()
+        self._sync_requested.set()
 
     def close(self) -> None:
         """End the thread, without waiting for the disk."""
         self._closed = True
-        self._wanted.set()
+        self._sync_requested.set()
         self._thread.join(0.2)
 
     def _run(self) -> None:
         sync = getattr(os, "fdatasync", os.fsync)
         while True:
-            self._wanted.wait()
-            self._wanted.clear()
+            self._sync_requested.wait()
+            self._sync_requested.clear()
             if self._closed:
                 break
             with contextlib.suppress(OSError):

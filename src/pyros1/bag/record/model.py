@@ -51,7 +51,7 @@ class Topic:
         messages: number of messages received so far.
         bytes: their size in bytes.
         dropped: number of those not written because the buffer or the disk was full.
-        beyond: number of those not written because they came after the end.
+        after_limit: number of those not written because they came after the end.
         subscriber: the subscriber that receives them.
     """
 
@@ -59,13 +59,13 @@ class Topic:
     messages: int = 0
     bytes: int = 0
     dropped: int = 0
-    beyond: int = 0
+    after_limit: int = 0
     subscriber: Any = None
 
     @property
     def written(self) -> int:
         """Number of messages that are in the files, or will be."""
-        return self.messages - self.dropped - self.beyond
+        return self.messages - self.dropped - self.after_limit
 
 
 @dataclass(eq=False)

@@ -11,9 +11,9 @@ _S = TypeVar("_S")
 
 OVERHEAD = 250
 """Bytes of memory that a waiting message takes in addition to its own size."""
-_BATCH = 4 << 20
+_BATCH_BYTES = 4 << 20
 """Number of bytes that are taken out at a time; they are in memory in addition to the limit."""
-_WAKE = 1 << 20
+_WAKE_BYTES = 1 << 20
 """Number of bytes that wake the writer early."""
 
 
@@ -34,7 +34,7 @@ class RecordQueue(Generic[_S]):
         self._entries: deque[tuple[_S, int, bytes]] = deque()
         self._bytes = 0
         self._lock = threading.Lock()
-        self._wake_at = min(_WAKE, limit // 4) if limit else _WAKE
+        self._wake_at = min(_WAKE_BYTES, limit // 4) if limit else _WAKE_BYTES
         self._wake = threading.Event()
         self._closed = False
 
@@ -73,24 +73,24 @@ class RecordQueue(Generic[_S]):
         if self._bytes <= self._wake_at:
             self._wake.wait(timeout)
         self._wake.clear()
-        taken: list[tuple[_S, int, bytes]] = []
+        batch: list[tuple[_S, int, bytes]] = []
         size = 0
         with self._lock:
             entries = self._entries
-            while entries and size < _BATCH:
+            while entries and size < _BATCH_BYTES:
                 entry = entries.popleft()
                 size += len(entry[2]) + OVERHEAD
-                taken.append(entry)
+                batch.append(entry)
             self._bytes -= size
-        return taken
+        return batch
 
     def close(self) -> list[tuple[_S, int, bytes]]:
         """Accept no more messages, and return all that wait."""
         with self._lock:
             self._closed = True
-            taken = list(self._entries)
+            batch = list(self._entries)
             self._entries.clear()
-            return taken
+            return batch
 
     def wake(self) -> None:
         """End a wait in `take`."""

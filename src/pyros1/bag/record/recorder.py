@@ -16,17 +16,17 @@ from dataclasses import dataclass, field
 from itertools import chain
 
 from pyros1.bag.errors import BagError
+from pyros1.bag.record.disk_space import SpaceGuard
 from pyros1.bag.record.file import RecordFile
 from pyros1.bag.record.model import RecordOptions, Source, Sources, Topic, clock_of
 from pyros1.bag.record.queue import RecordQueue
-from pyros1.bag.record.space import SpaceGuard
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
 
 _NS = 1_000_000_000
-_POLL = 0.05
-_WARN_TIME = 5.0
-_AGAIN_TIME = 1.0
+_POLL_PERIOD = 0.05
+_WARN_PERIOD = 5.0
+_SPLIT_RETRY_DELAY = 1.0
 
 
 @dataclass
@@ -87,17 +87,17 @@ class Recorder:
         self._options = options
         self._events = events or Events()
         self._now = clock_of(node)
-        self._queue: RecordQueue[Source] = RecordQueue(options.buffer_size, self._taken, self._dropped)
+        self._queue: RecordQueue[Source] = RecordQueue(options.buffer_size, self._count_received, self._count_dropped)
         self._latching: dict[Source, None] = {}
         self._finished: deque[str] = deque()
         self._number = 0
-        self._began = self._now()
-        self._split_from = 0.0  # of the monotonic clock: when to try to begin the next file
+        self._file_started_at = self._now()
+        self._retry_split_at = 0.0  # of the monotonic clock: when to try to begin the next file
         self._warned: dict[str, float] = {}
-        self._ending = threading.Event()
-        self._unwritten: list[tuple[Source, int, bytes]] = []  # of a batch that could not be finished
-        self._some_done = False  # a topic has reached the limit
-        self._overrun = False  # messages were dropped
+        self._stop_event = threading.Event()
+        self._unwritten_messages: list[tuple[Source, int, bytes]] = []  # of a batch that could not be finished
+        self._limit_reached = False  # a topic has reached the limit
+        self._has_dropped = False  # messages were dropped
         folder = os.path.dirname(options.names.name(0, time.time())) or "."
         self._space = SpaceGuard(folder, options.min_space, self._events.warning)
         self._space.check()
@@ -111,26 +111,26 @@ class Recorder:
     def subscribe(self, name: str, *, transports: Sequence[str] = ("tcp",)) -> None:
         """Begin to record a topic; ``transports`` as for `Node.subscribe`."""
         topic = self.topics[name] = Topic(name)
-        topic.subscriber = self._node.subscribe(name, AnyMsg, self._taker(topic), transports=transports)
+        topic.subscriber = self._node.subscribe(name, AnyMsg, self._make_callback(topic), transports=transports)
 
-    def _taker(self, topic: Topic) -> Callable[[AnyMsg], None]:
+    def _make_callback(self, topic: Topic) -> Callable[[AnyMsg], None]:
         """Return the callback of a topic; its calls never overlap."""
-        of, now, put, limit = Sources(topic).of, self._now, self._queue.put, self._options.limit
+        source_of, now, enqueue, limit = Sources(topic).of, self._now, self._queue.put, self._options.limit
 
-        def take(message: AnyMsg) -> None:
+        def on_message(message: AnyMsg) -> None:
             stamp, data = now(), message._buff
-            source = of(message._connection_header or {})
+            source = source_of(message._connection_header or {})
             if limit and topic.messages >= limit:
                 return
-            if put(source, stamp, data) and topic.messages == limit:
-                self._some_done = True
+            if enqueue(source, stamp, data) and topic.messages == limit:
+                self._limit_reached = True
 
-        return take
+        return on_message
 
-    def leave_finished(self) -> bool:
+    def unsubscribe_finished(self) -> bool:
         """Unsubscribe from topics that have reached the limit; return whether all have."""
         limit = self._options.limit
-        if not limit or not self._some_done:
+        if not limit or not self._limit_reached:
             return False
         for topic in self.topics.values():
             if topic.messages >= limit and topic.subscriber is not None:
@@ -139,18 +139,18 @@ class Recorder:
         return all(topic.subscriber is None for topic in self.topics.values())
 
     @staticmethod
-    def _taken(source: Source, size: int) -> None:
+    def _count_received(source: Source, size: int) -> None:
         source.topic.messages += 1
         source.topic.bytes += size
 
-    def _dropped(self, source: Source) -> None:
+    def _count_dropped(self, source: Source) -> None:
         source.topic.dropped += 1
-        self._overrun = True  # the writing thread reports it: this one has messages to receive
+        self._has_dropped = True  # the writing thread reports it: this one has messages to receive
 
     def _warn(self, text: str) -> None:
         """Report a warning that every message may cause, but less often."""
         now, kind = time.monotonic(), text[:20]
-        if now - self._warned.get(kind, -_WARN_TIME) >= _WARN_TIME:
+        if now - self._warned.get(kind, -_WARN_PERIOD) >= _WARN_PERIOD:
             self._warned[kind] = now
             self._events.warning(text)
 
@@ -164,7 +164,7 @@ class Recorder:
 
     def close(self) -> None:
         """End the recording: write all received messages, and close the file."""
-        self._ending.set()
+        self._stop_event.set()
         self._queue.wake()
         self._thread.join()
 
@@ -181,29 +181,29 @@ class Recorder:
             self._write_all()
         except Exception as error:  # noqa: BLE001 - whatever it is, the file must be closed
             self.error = error
-        for source, _, _ in chain(self._unwritten, self._queue.close()):
+        for source, _, _ in chain(self._unwritten_messages, self._queue.close()):
             if self.error is None:
-                source.topic.beyond += 1
+                source.topic.after_limit += 1
             else:
                 source.topic.dropped += 1
         try:
             self._close_file()
         except OSError as error:
             self.error = self.error or error
-        if not self._ending.is_set():
+        if not self._stop_event.is_set():
             self._events.ended()
 
     def _write_all(self) -> None:
         """Write until the end or a limit."""
         while True:
-            ending = self._ending.is_set()
-            batch = self._queue.close() if ending else self._queue.take(_POLL)
+            ending = self._stop_event.is_set()
+            batch = self._queue.close() if ending else self._queue.take(_POLL_PERIOD)
             if not self._write_batch(batch) or ending:
                 return
             if not batch and not self._within_limits(self._now()):
                 return
-            if self._overrun:
-                self._overrun = False
+            if self._has_dropped:
+                self._has_dropped = False
                 self._warn("rosbag record buffer exceeded.  Dropping oldest queued message.")
             if self._file is not None:
                 self._file.tick()
@@ -219,7 +219,7 @@ class Recorder:
                 done += 1  # if it cannot be written, the file counts it
                 self._write(source, stamp, data)
         finally:
-            self._unwritten = batch[done:]
+            self._unwritten_messages = batch[done:]
         return True
 
     def _write(self, source: Source, stamp: int, data: bytes) -> None:
@@ -237,19 +237,19 @@ class Recorder:
         """Begin a new file at a limit; return False if the recording ends there."""
         options, file = self._options, self._file
         assert file is not None
-        due = bool(options.max_size and file.size > options.max_size)
+        is_due = bool(options.max_size and file.size > options.max_size)
         duration = int(options.max_duration * _NS)
-        self._began = min(self._began, stamp)  # simulated time may start again
-        began = self._began
-        if duration and stamp - began > duration:
-            due = True
-            began += (stamp - began - 1) // duration * duration
-        if not due:
+        self._file_started_at = min(self._file_started_at, stamp)  # simulated time may start again
+        file_started_at = self._file_started_at
+        if duration and stamp - file_started_at > duration:
+            is_due = True
+            file_started_at += (stamp - file_started_at - 1) // duration * duration
+        if not is_due:
             return True
         if not options.split:
             return False
-        if time.monotonic() >= self._split_from and self._split():
-            self._began = began
+        if time.monotonic() >= self._retry_split_at and self._split():
+            self._file_started_at = file_started_at
         return True
 
     def _split(self) -> bool:
@@ -257,27 +257,27 @@ class Recorder:
         file = self._file
         assert file is not None
         try:
-            following = self._open(self._number + 1)  # first: what comes meanwhile must not find no file
+            next_file = self._open(self._number + 1)  # first: what comes meanwhile must not find no file
         except OSError as error:
             if error.errno not in (errno.EMFILE, errno.ENFILE):
                 raise
-            self._split_from = time.monotonic() + _AGAIN_TIME
+            self._retry_split_at = time.monotonic() + _SPLIT_RETRY_DELAY
             self._warn(f"Cannot start the next file ({error.strerror}); the recording continues in {file.path}.")
             return False
         try:
             self._close_file()
         except OSError:
-            following.discard()
+            next_file.discard()
             raise
-        self._file = following
+        self._file = next_file
         self._number += 1
-        self._forget_oldest()
-        self._events.opened(following.path)
+        self._remove_oldest()
+        self._events.opened(next_file.path)
         if self._options.repeat_latched:
-            moment = self._now()
+            now = self._now()
             for source in self._latching:
                 if source.latched is not None:
-                    following.write(source, source.topic.name, source.header, moment, source.latched)
+                    next_file.write(source, source.topic.name, source.header, now, source.latched)
         return True
 
     def _open(self, number: int) -> RecordFile[Source]:
@@ -307,7 +307,7 @@ class Recorder:
         self.report.messages += file.messages
         self._finished.append(file.path)
 
-    def _forget_oldest(self) -> None:
+    def _remove_oldest(self) -> None:
         if self._options.max_splits and len(self._finished) > self._options.max_splits:
             with contextlib.suppress(OSError):
                 os.remove(self._finished.popleft())

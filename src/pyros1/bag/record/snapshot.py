@@ -9,10 +9,10 @@ from collections import deque
 from collections.abc import Callable
 from operator import itemgetter
 
+from pyros1.bag.record.disk_space import SpaceGuard
 from pyros1.bag.record.file import RecordFile
 from pyros1.bag.record.model import RecordOptions, Source, Sources, Topic, clock_of
 from pyros1.bag.record.queue import OVERHEAD
-from pyros1.bag.record.space import SpaceGuard
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
 
@@ -20,7 +20,7 @@ Entry = tuple[int, Source, bytes]
 """Receive time in nanoseconds, publisher, bytes."""
 
 
-class Ring:
+class MessageRing:
     """The last messages of one topic; of each latching publisher at least one is kept.
 
     Args:
@@ -55,15 +55,15 @@ class Ring:
             _, _, data = entries.popleft()
             self.bytes -= len(data) + OVERHEAD
 
-    def kept(self, now: int) -> tuple[list[Entry], list[Entry]]:
+    def messages_at(self, now: int) -> tuple[list[Entry], list[Entry]]:
         """Return the messages at a time: latched messages that are older than the rest, and the rest."""
         with self._lock:
             if self._entries and now < self._entries[-1][0]:  # simulated time has started again
                 now = self._entries[-1][0]
             self._trim(now)
-            rest = list(self._entries)
-            present = {id(entry) for entry in rest}
-            return [entry for entry in self._latched.values() if id(entry) not in present], rest
+            current = list(self._entries)
+            current_ids = {id(entry) for entry in current}
+            return [entry for entry in self._latched.values() if id(entry) not in current_ids], current
 
     def clear(self) -> None:
         """Remove all messages except latched ones."""
@@ -97,7 +97,7 @@ class Snapshots:
         self._duration = int(duration * 1e9)
         self._size = size
         self._now = clock_of(node)
-        self._rings: dict[str, Ring] = {}
+        self._rings: dict[str, MessageRing] = {}
         self._writing = threading.Lock()
         self._number = 0
         folder = os.path.dirname(options.names.name(0, time.time())) or "."
@@ -111,16 +111,16 @@ class Snapshots:
     def subscribe(self, name: str) -> None:
         """Begin to keep a topic's messages."""
         topic = self.topics[name] = Topic(name)
-        ring = self._rings[name] = Ring(self._duration, self._size)
-        of, now = Sources(topic).of, self._now
+        ring = self._rings[name] = MessageRing(self._duration, self._size)
+        source_of, now = Sources(topic).of, self._now
 
-        def take(message: AnyMsg) -> None:
+        def on_message(message: AnyMsg) -> None:
             if self.enabled:
                 topic.messages += 1
                 topic.bytes += len(message._buff)
-                ring.add(now(), of(message._connection_header or {}), message._buff)
+                ring.add(now(), source_of(message._connection_header or {}), message._buff)
 
-        topic.subscriber = self._node.subscribe(name, AnyMsg, take)
+        topic.subscriber = self._node.subscribe(name, AnyMsg, on_message)
 
     def enable(self, enabled: bool) -> None:
         """Keep messages, or pause. Messages from before a pause are removed at its end."""
@@ -141,24 +141,24 @@ class Snapshots:
         """
         with self._writing:
             now = self._now()
-            older: list[Entry] = []
+            latched_entries: list[Entry] = []
             entries: list[Entry] = []
             for ring in list(self._rings.values()):
-                latched, rest = ring.kept(now)
-                older += latched
-                entries += rest
-            if not (older or entries):
+                latched, current = ring.messages_at(now)
+                latched_entries += latched
+                entries += current
+            if not (latched_entries or entries):
                 return "", 0
             entries.sort(key=itemgetter(0))
             # Old ones get the time of the beginning: a bag that began with them would be mostly empty.
             begin = entries[0][0] if entries else now
             self._space.check()
             options = self._options
-            path = _unused(options.names.name(self._number, time.time()))
+            path = _unused_path(options.names.name(self._number, time.time()))
             file = RecordFile[Source](path, options.compression, options.chunk_size)
             self._number += 1
             try:
-                for _, source, data in older:
+                for _, source, data in latched_entries:
                     file.write(source, source.topic.name, source.header, begin, data)
                 for stamp, source, data in entries:
                     file.write(source, source.topic.name, source.header, stamp, data)
@@ -167,7 +167,7 @@ class Snapshots:
             return file.path, file.messages
 
 
-def _unused(path: str) -> str:
+def _unused_path(path: str) -> str:
     """Return an unused name: a snapshot of the same second or name must not replace an earlier one."""
     found, number = path, 1
     while os.path.lexists(found):

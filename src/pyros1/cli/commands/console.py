@@ -14,7 +14,7 @@ from pyros1.cli.failures import UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Command, Flag, Option, Verb
 from pyros1.cli.shared.printing import print_json, use_colour
-from pyros1.ground.shown import lines, one_line
+from pyros1.ground.terminal_text import lines, one_line
 
 _LOWEST = "info"
 _SIMULATED = 100_000_000
@@ -29,19 +29,19 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError("--count needs a number of at least 1")
     wanted = Filter(options)
     colour = not options.nocolor and use_colour(sys.stdout)
-    left = options.count
+    remaining = options.count
     if sys.stderr.isatty():
-        print(_before(), file=sys.stderr)
+        print(_earlier_logs_hint(), file=sys.stderr)
     for message in messages(invocation):
-        if not wanted.fits(message):
+        if not wanted.matches(message):
             continue
         if options.json:
             print_json(as_json(message))
         else:
             print(row(message, colour=colour))
         sys.stdout.flush()
-        left = left and left - 1
-        if left == 0:
+        remaining = remaining and remaining - 1
+        if remaining == 0:
             return
 
 
@@ -64,7 +64,7 @@ class Filter:
         self._texts = [_compiled("--grep", text) for text in options.texts or ()]
         self._not = [_compiled("--exclude", text) for text in options.excluded or ()]
 
-    def fits(self, message: Any) -> bool:
+    def matches(self, message: Any) -> bool:
         """Return whether to show a rosgraph_msgs/Log message."""
         return bool(
             message.level >= self._lowest
@@ -90,20 +90,20 @@ def row(message: Any, *, colour: bool = False) -> str:
     """
     severity = f"{level_name(message.level).upper():5}"
     node, text = one_line(message.name), lines(message.msg).rstrip("\n").replace("\n", "\n    ")
-    place = _place(message)
+    location = _source_location(message)
     moment = _clock(message.header.stamp.secs, message.header.stamp.nsecs)
     if not colour:
-        return f"{moment} {severity} {node}: {text}{place and f'  [{place}]'}"
-    place = place and f"  {DIM}[{place}]{RESET}"
+        return f"{moment} {severity} {node}: {text}{location and f'  [{location}]'}"
+    location = location and f"  {DIM}[{location}]{RESET}"
     shade = COLOURS.get(message.level, "")
-    return f"{DIM}{moment}{RESET} {shade}{severity}{RESET} {BOLD}{node}{RESET}: {text}{place}"
+    return f"{DIM}{moment}{RESET} {shade}{severity}{RESET} {BOLD}{node}{RESET}: {text}{location}"
 
 
-def _place(message: Any) -> str:
+def _source_location(message: Any) -> str:
     if not message.file:
         return one_line(message.function)
-    where = f"{os.path.basename(one_line(message.file))}:{message.line}"
-    return f"{where} {one_line(message.function)}".rstrip()
+    source = f"{os.path.basename(one_line(message.file))}:{message.line}"
+    return f"{source} {one_line(message.function)}".rstrip()
 
 
 def _clock(seconds: int, nanoseconds: int) -> str:
@@ -112,7 +112,7 @@ def _clock(seconds: int, nanoseconds: int) -> str:
     return f"{time.strftime('%H:%M:%S', time.localtime(seconds))}.{nanoseconds // 1_000_000:03}"
 
 
-def _before() -> str:
+def _earlier_logs_hint() -> str:
     """Return what to say about messages from before: no topic has them."""
     from pyros1.launch.running.logs import log_folder  # noqa: PLC0415 - for people only
 

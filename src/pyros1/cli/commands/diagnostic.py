@@ -14,7 +14,7 @@ from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Command, Flag, Option, Verb
 from pyros1.cli.shared.printing import print_json, use_colour
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 
 if TYPE_CHECKING:
     from pyros1.msgs import Message
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 LEVELS = ["ok", "warn", "error", "stale"]
 """Names of the levels, each at the index of its number."""
 _NUMBERED = ", ".join(f"{number} {name}" for number, name in enumerate(LEVELS))
-_SHOWN = [" OK  ", "WARN ", "ERROR", "STALE"]
+_LEVEL_LABELS = [" OK  ", "WARN ", "ERROR", "STALE"]
 _COLOURS = ["\x1b[92m", "\x1b[93m", "\x1b[91m", "\x1b[94m"]
 _RESET = "\x1b[0m"
 _WIDTH = 69
-_LOOK_FOR_END = 0.2
+_POLL_PERIOD = 0.2
 _AGGREGATED, _RAW = "/diagnostics_agg", "/diagnostics"
-_PATIENCE = 2.0
+_GATHER_TIMEOUT = 2.0
 """Seconds to wait for all nodes: most send once a second."""
 _TYPE = "diagnostic_msgs/DiagnosticArray"
 
@@ -43,22 +43,22 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     colour = not options.nocolor and use_colour(sys.stdout)
     arrived: queue.SimpleQueue[Message] = queue.SimpleQueue()
     with invocation.open_node() as node, node.subscribe(topic, _TYPE, arrived.put):
-        _say_if_unpublished(invocation, node.resolve(topic))
+        _warn_if_unpublished(invocation, node.resolve(topic))
         while node.ok():
             try:
-                message: Any = arrived.get(timeout=_LOOK_FOR_END)
+                message: Any = arrived.get(timeout=_POLL_PERIOD)
             except queue.Empty:
                 continue
             if sources > 1 and not options.follow:
                 _gather(message, arrived, sources)
-            chosen = selected(message.status, options.level, pattern)
+            selected_statuses = selected(message.status, options.level, pattern)
             if options.json:
-                print_json(as_json(message, chosen))
+                print_json(as_json(message, selected_statuses))
             elif options.follow:
-                _print(status_lines(message, chosen, detail=options.detail, colour=colour))
+                _print(status_lines(message, selected_statuses, detail=options.detail, colour=colour))
             else:
-                _print([f"{'=' * _WIDTH}", f"Diagnostics generated on: {_moment(message)}", "-" * _WIDTH])
-                _print(status_lines(message, chosen, detail=options.detail, colour=colour))
+                _print([f"{'=' * _WIDTH}", f"Diagnostics generated on: {_local_time(message)}", "-" * _WIDTH])
+                _print(status_lines(message, selected_statuses, detail=options.detail, colour=colour))
                 _print(["=" * _WIDTH])
             sys.stdout.flush()
             if not options.follow:
@@ -135,19 +135,19 @@ def _topic(invocation: Invocation, named: str) -> tuple[str, int]:
 def _gather(message: Any, arrived: queue.SimpleQueue[Message], sources: int) -> None:
     """Add what other nodes send to the first message, until all were heard; who is silent is not waited for long."""
     statuses = {status.name: status for status in message.status}
-    heard = {message._connection_header.get("callerid")}
-    until = monotonic() + _PATIENCE
-    while len(heard) < sources and (left := until - monotonic()) > 0:
+    senders = {message._connection_header.get("callerid")}
+    deadline = monotonic() + _GATHER_TIMEOUT
+    while len(senders) < sources and (remaining := deadline - monotonic()) > 0:
         try:
-            other: Any = arrived.get(timeout=left)
+            other: Any = arrived.get(timeout=remaining)
         except queue.Empty:
             break
-        heard.add(other._connection_header.get("callerid"))
+        senders.add(other._connection_header.get("callerid"))
         statuses.update({status.name: status for status in other.status})
     message.status = [*statuses.values()]
 
 
-def _say_if_unpublished(invocation: Invocation, topic: str) -> None:
+def _warn_if_unpublished(invocation: Invocation, topic: str) -> None:
     types = invocation.graph.published_types()
     if topic in types:
         return
@@ -161,7 +161,7 @@ def _print(lines: Sequence[str] | Iterator[str]) -> None:
         print(line)
 
 
-def _moment(message: Any) -> datetime:
+def _local_time(message: Any) -> datetime:
     stamp = message.header.stamp
     return datetime.fromtimestamp(stamp.secs + stamp.nsecs / 1e9, timezone.utc).astimezone()
 
@@ -179,12 +179,12 @@ def selected(statuses: Sequence[Any], lowest: int = 1, pattern: re.Pattern[str] 
         pattern: a regular expression that must match somewhere in the name.
     """
     parents = {status.name.rpartition("/")[0] for status in statuses}
-    chosen = [
+    selected_statuses = [
         status
         for status in statuses
         if status.name not in parents and status.level >= lowest and (pattern is None or pattern.search(status.name))
     ]
-    return sorted(chosen, key=lambda status: -status.level)
+    return sorted(selected_statuses, key=lambda status: -status.level)
 
 
 def status_lines(message: Any, statuses: Sequence[Any], *, detail: bool = False, colour: bool = False) -> Iterator[str]:
@@ -198,12 +198,12 @@ def status_lines(message: Any, statuses: Sequence[Any], *, detail: bool = False,
     """
     for status in statuses:
         known = 0 <= status.level < len(LEVELS)
-        shown = _SHOWN[status.level] if known else f"{status.level:<5}"
+        shown = _LEVEL_LABELS[status.level] if known else f"{status.level:<5}"
         if colour and known:
             shown = f"{_COLOURS[status.level]}{shown}{_RESET}"
         yield f"[ {shown} ] {one_line(status.name)} - {one_line(status.message)}"
         if detail:
-            yield f"    timestamp:   {_moment(message)}"
+            yield f"    timestamp:   {_local_time(message)}"
             yield f"    hardware_id: {one_line(status.hardware_id)}"
             yield from (f"    - {one_line(each.key)}: {one_line(each.value)}" for each in status.values)
 

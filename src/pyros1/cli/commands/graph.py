@@ -15,12 +15,12 @@ from pyros1.cli.failures import CommandError, no_master
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import leave_words
 from pyros1.cli.records import Command, Flag, Option, Verb
-from pyros1.doctor.edges import actual_edges, expected_edges, is_lacking
-from pyros1.doctor.together import together
+from pyros1.doctor.concurrent import run_concurrently
+from pyros1.doctor.edges import actual_edges, expected_edges, is_missing_edge
 from pyros1.graph import Connection, Graph
+from pyros1.ground.atomic_file import write_atomically
 from pyros1.ground.errors import MasterUnreachableError
-from pyros1.ground.shown import json_text, one_line
-from pyros1.ground.whole_file import write_whole
+from pyros1.ground.terminal_text import json_text, one_line
 
 _NODE_TIMEOUT = 2.0
 _PERIOD = 1.0
@@ -86,7 +86,7 @@ def _print(invocation: Invocation, how: str = "", file: str = "") -> None:
             print(json_text(json.dumps(picture.as_json(), ensure_ascii=False)))
         else:
             print(picture.dot() if how == "--dot" else picture.text(), flush=True)
-            for name in picture.silent:
+            for name in picture.unreachable:
                 print(f"WARNING: {name} does not answer; see: pyros1 wtf", file=sys.stderr)
         if how:
             return
@@ -104,7 +104,7 @@ class Picture:
         edges: connections that the nodes report.
         missing: connections that follow from the registrations, but which their ends do not report.
         unknown: connections that follow from the registrations, with an end that did not answer.
-        silent: nodes that did not answer.
+        unreachable: nodes that did not answer.
     """
 
     def __init__(self, graph: Graph) -> None:
@@ -112,16 +112,18 @@ class Picture:
         self.nodes = sorted(state.nodes())
         self.services = sorted(state.services)
         uris = {name: uri for name in self.nodes if (uri := graph.node_uri(name)) is not None}
-        answers = together({name: partial(_connections, graph, uri) for name, uri in uris.items()}, _NODE_TIMEOUT)
-        self.silent = [name for name, answer in answers.items() if isinstance(answer, Exception)]
-        told = {name: answer for name, answer in answers.items() if not isinstance(answer, Exception)}
+        answers = run_concurrently(
+            {name: partial(_query_connections, graph, uri) for name, uri in uris.items()}, _NODE_TIMEOUT
+        )
+        self.unreachable = [name for name, answer in answers.items() if isinstance(answer, Exception)]
+        reports = {name: answer for name, answer in answers.items() if not isinstance(answer, Exception)}
         topics = {*state.publishers, *state.subscribers}
-        reported = actual_edges(told, uris)
+        reported = actual_edges(reports, uris)
         self.edges = sorted({edge for edges in reported.values() for edge in edges if edge.topic in topics})
         expected = expected_edges(state)
-        self.missing = {edge for edge in expected if is_lacking(edge, reported)}
-        silent = {*self.silent}
-        self.unknown = {edge for edge in expected if not silent.isdisjoint(edge[1:])}.difference(self.edges)
+        self.missing = {edge for edge in expected if is_missing_edge(edge, reported)}
+        unreachable = {*self.unreachable}
+        self.unknown = {edge for edge in expected if not unreachable.isdisjoint(edge[1:])}.difference(self.edges)
 
     def text(self) -> str:
         """Return the listing of the stock tool."""
@@ -135,7 +137,7 @@ class Picture:
     def as_json(self) -> dict[str, Any]:
         """Return the same for JSON."""
         edges = [edge._asdict() for edge in self.edges]
-        return {"nodes": self.nodes, "edges": edges, "services": self.services, "silent": self.silent}
+        return {"nodes": self.nodes, "edges": edges, "services": self.services, "silent": self.unreachable}
 
     def dot(self) -> str:
         """Return the same in the dot language.
@@ -145,16 +147,16 @@ class Picture:
         """
         lines = ["digraph system {", "  rankdir=LR;"]
         for node in self.nodes:
-            lines.append(f"  {_quoted(node)}{' [style=dashed]' if node in self.silent else ''};")
+            lines.append(f"  {_quoted(node)}{' [style=dashed]' if node in self.unreachable else ''};")
         for edge in sorted({*self.edges, *self.missing, *self.unknown}):
-            look = (
+            style = (
                 ", color=red, style=dashed"
                 if edge in self.missing
                 else ", style=dashed"
                 if edge in self.unknown
                 else ""
             )
-            facts = f"label={_quoted(edge.topic)}{look}"
+            facts = f"label={_quoted(edge.topic)}{style}"
             lines.append(f"  {_quoted(edge.publisher)} -> {_quoted(edge.subscriber)} [{facts}];")
         return "\n".join([*lines, "}"])
 
@@ -168,7 +170,7 @@ def _indented(names: Iterable[str]) -> list[str]:
     return [f"      {name}" for name in sorted(names)]
 
 
-def _connections(graph: Graph, uri: str) -> list[Connection]:
+def _query_connections(graph: Graph, uri: str) -> list[Connection]:
     node = graph.node(uri, _NODE_TIMEOUT)
     try:
         return node.connections()
@@ -178,7 +180,7 @@ def _connections(graph: Graph, uri: str) -> list[Connection]:
 
 def _write(file: str, dot: str) -> None:
     try:
-        write_whole(file, f"{dot}\n")
+        write_atomically(file, f"{dot}\n")
     except OSError as error:
         raise CommandError(f"cannot write {one_line(file)}: {error.strerror}") from None
 

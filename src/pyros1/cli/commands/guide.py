@@ -16,7 +16,7 @@ from pyros1.ground.suggest import did_you_mean
 if TYPE_CHECKING:
     from pyros1.guide.text import GuidePage, GuideStep
 
-_WIDEST = 100
+_MAX_WIDTH = 100
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -78,7 +78,7 @@ def _show(page: GuideStep | GuidePage) -> None:
     """Print a step or page."""
     from pyros1.guide.text import for_terminal  # noqa: PLC0415
 
-    width = min(shutil.get_terminal_size().columns, _WIDEST)
+    width = min(shutil.get_terminal_size().columns, _MAX_WIDTH)
     print(for_terminal(page, width, use_colour(sys.stdout)), end="")
 
 

@@ -27,12 +27,12 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if args:
         raise UsageError(f"unrecognized args: {' '.join(args)}")
 
-    from pyros1.ground.interrupts import catch  # noqa: PLC0415
+    from pyros1.ground.interrupts import install_handler  # noqa: PLC0415
     from pyros1.launch.running.core import LOG_LEVELS, Core  # noqa: PLC0415 - after the command line proved right
     from pyros1.launch.running.logs import log_folder  # noqa: PLC0415
-    from pyros1.net.bell import STEP  # noqa: PLC0415
-    from pyros1.net.guests import guests_of  # noqa: PLC0415
+    from pyros1.net.allowlist import make_allowlist  # noqa: PLC0415
     from pyros1.net.hosts import host_from_environment, make_uri, master_uri, parse_uri  # noqa: PLC0415
+    from pyros1.net.signal_safe import POLL_INTERVAL  # noqa: PLC0415
 
     if options.port not in PORT_RANGE:
         raise UsageError(f"the port must be from 1 to 65535, not {options.port}")
@@ -43,7 +43,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     special = invocation.special
     environ = with_options(os.environ, options)
     ended: SimpleQueue[str] = SimpleQueue()  # safe in signal handlers
-    restore = catch(lambda *_: ended.put("signal"))  # before it answers, since clients may then end it at once
+    restore = install_handler(
+        lambda *_: ended.put("signal")
+    )  # before it answers, since clients may then end it at once
     try:
         port = options.port or parse_uri(master_uri(os.environ, special))[1]
         address = host_from_environment(environ, special)
@@ -58,13 +60,13 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
             on_shutdown=ended.put,
             notify_timeout=options.timeout,
             log_level=options.level,
-            guests=guests_of(address.allowed),
+            allowlist=make_allowlist(address.allowed),
         )
         core.start_master()
         try:
             while True:
                 with suppress(Empty):
-                    ended.get(timeout=STEP)  # a signal that comes just before a wait does not end it
+                    ended.get(timeout=POLL_INTERVAL)  # a signal that comes just before a wait does not end it
                     break
         finally:
             core.stop_master()

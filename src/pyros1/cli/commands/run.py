@@ -15,19 +15,19 @@ from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import PackageNotFoundError
 from pyros1.ground.suggest import argument_hint, did_you_mean
 from pyros1.launch.running.command_line import executable_words, is_own, program_environment
-from pyros1.launch.running.shebang import script_trouble
+from pyros1.launch.running.shebang import script_problem
 
 _VALUED = ("-p", "--prefix")
 
 
 class _Options:
-    """The parsed command line. ``usage`` asks for the usage text: of an unknown option ``wrong``, or without a name."""
+    """The parsed command line. ``usage`` asks for the usage text: an option is unknown, or the name is missing."""
 
     def __init__(self, argv: list[str]) -> None:
         words = list(argv)
         self.prefix: list[str] = []
         self.debug = False
-        self.wrong = ""
+        self.invalid_option = ""
         while words and words[0].startswith("-"):
             option = words.pop(0)
             if option in ("-d", "--debug"):
@@ -37,9 +37,9 @@ class _Options:
             elif option.startswith("--prefix="):
                 self.prefix = shlex.split(option.partition("=")[2])
             else:
-                self.wrong = option
+                self.invalid_option = option
         self.words = words
-        self.usage = bool(self.wrong) or len(words) < 2
+        self.usage = bool(self.invalid_option) or len(words) < 2
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -52,12 +52,12 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     Raises:
         UsageError: an option is unknown, or has no value. ``rosrun`` prints the usage text and returns 0, as stock.
     """
-    if options.wrong not in ("", "-h", "--help") and not invocation.as_stock:
-        if options.wrong in _VALUED:
-            raise UsageError(f"{options.wrong} needs a value")
-        raise UsageError(f"no such option: {options.wrong}{_similar_option(options.wrong)}")
+    if options.invalid_option not in ("", "-h", "--help") and not invocation.as_stock:
+        if options.invalid_option in _VALUED:
+            raise UsageError(f"{options.invalid_option} needs a value")
+        raise UsageError(f"no such option: {options.invalid_option}{_similar_option(options.invalid_option)}")
     if options.usage:
-        names_package = len(args) == 1 and not options.wrong and not invocation.as_stock
+        names_package = len(args) == 1 and not options.invalid_option and not invocation.as_stock
         return _list(args[0]) if names_package else _print_usage(invocation)
     package, name, *arguments = args
     if name.endswith("/"):
@@ -67,14 +67,14 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     try:
         found = index.find_executable(package, name)
     except PackageNotFoundError as error:
-        _say_unknown(index, package)
+        _print_unknown_package(index, package)
         if options.debug:
             print(f"[rosrun] {error}", file=sys.stderr)
         return 2
     if options.debug:
         print(f"[rosrun] found: {', '.join(map(str, found)) or 'nothing'}")
     if not found:
-        _say_missing(index, package, name, index.find(package))
+        _print_missing_executable(index, package, name, index.find(package))
         return 3
     executable = found[0] if len(found) == 1 else _select(found)
     if executable is None:
@@ -94,9 +94,9 @@ def _execute(command: list[str], executable: Path) -> int:
     own = is_own(executable)
     environ = {**os.environ, **program_environment(executable, os.environ)}
     sys.stdout.flush()
-    trouble = "" if own or command[0] != str(executable) else script_trouble(executable, environ)
-    if trouble:
-        print(f"[rosrun] cannot run {executable}: {trouble}", file=sys.stderr)
+    problem = "" if own or command[0] != str(executable) else script_problem(executable, environ)
+    if problem:
+        print(f"[rosrun] cannot run {executable}: {problem}", file=sys.stderr)
         return 126
     try:
         os.execvpe(command[0], command, environ)
@@ -111,7 +111,7 @@ def _list(package: str) -> int:
     try:
         names = index.executables(package)
     except PackageNotFoundError:
-        _say_unknown(index, package)
+        _print_unknown_package(index, package)
         return 2
     if not names:
         print(f"[rosrun] the package {package} in {index.find(package)} has no executables", file=sys.stderr)
@@ -120,12 +120,12 @@ def _list(package: str) -> int:
     return 0
 
 
-def _say_unknown(index: PackageIndex, package: str) -> None:
+def _print_unknown_package(index: PackageIndex, package: str) -> None:
     print(f"[rospack] Error: package '{package}' not found", file=sys.stderr)
     _suggest(package, index.list())
 
 
-def _say_missing(index: PackageIndex, package: str, name: str, folder: Path) -> None:
+def _print_missing_executable(index: PackageIndex, package: str, name: str, folder: Path) -> None:
     print(f"[rosrun] Couldn't find executable named {name} below {folder}", file=sys.stderr)
     others = index.find_resource(package, name)
     if others:

@@ -13,7 +13,7 @@ from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_all_words
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
-from pyros1.ground import shown
+from pyros1.ground import terminal_text
 from pyros1.ground.errors import Error
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def _run(run: TestRun, path: Path, text: bool) -> int:
     print(f"... logging to {log}")
     if not text:
         print(f"[ROSUNIT] Outputting test results to {path}", flush=True)
-    restore = install_signals(run.stop, run.hurry)
+    restore = install_signals(run.stop, run.stop_waiting)
     try:
         run.run()
     finally:
@@ -112,7 +112,7 @@ def _run(run: TestRun, path: Path, text: bool) -> int:
     else:
         print()
         # Coloured in files and pipes, too, as stock's.
-        print(shown.coloured_lines(summary(run.runs, run.results)), file=data_stream())
+        print(terminal_text.coloured_lines(summary(run.runs, run.results)), file=data_stream())
     print(f"rostest log file is in {log}")
     if run.stopped or run.runs.errors or run.runs.failures:
         return 1

@@ -15,18 +15,26 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_these
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.cli.shared.listening import ALLOW, with_options
-from pyros1.cli.shared.windows import PARTS, PROGRAMS, USUAL_FILE, call_of, first_argument, has_display, picture_topic
+from pyros1.cli.shared.windows import (
+    DEFAULT_RVIZ_FILE,
+    PARTS,
+    PROGRAMS,
+    call_of,
+    first_argument,
+    has_display,
+    picture_topic,
+)
 from pyros1.ground.names import parse_arguments
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 
 if TYPE_CHECKING:
     from pyros1.node import Node
-    from pyros1.web.bags.granted import Granted
+    from pyros1.web.bags.granted_files import GrantedFiles
 
 PORT = 9090
-_LARGEST_LIMIT = 10_000
-_EVERYWHERE = ("0.0.0.0", "::", "")
-_ONE = {
+_MAX_PAGES_LIMIT = 10_000
+_ALL_INTERFACES = ("0.0.0.0", "::", "")
+_ONE_NAME = {
     "image": ("topic", "topic"),
     "topics": ("selected", "topic"),
     "services": ("selected", "service"),
@@ -43,8 +51,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Serve the page until a signal comes; or open a panel of a server that runs."""
     if options.port is not None and not 0 <= options.port <= 65535:
         raise UsageError(f"the port must be from 0 to 65535, not {options.port}")
-    if options.most_pages is not None and not 1 <= options.most_pages <= _LARGEST_LIMIT:
-        raise UsageError(f"--most-pages must be from 1 to {_LARGEST_LIMIT}, not {options.most_pages}")
+    if options.most_pages is not None and not 1 <= options.most_pages <= _MAX_PAGES_LIMIT:
+        raise UsageError(f"--most-pages must be from 1 to {_MAX_PAGES_LIMIT}, not {options.most_pages}")
     if options.list_plugins:
         print("\n".join(name for name in PROGRAMS if name.startswith("rqt_") and name != "rqt_gui"))
         return 0
@@ -53,21 +61,21 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     options.files = []
     if options.standalone:
         args = [*_panel_of(options.standalone), *args]
-    panel, settings = _wanted(invocation, options, args)
+    panel, settings = _panel_and_settings(invocation, options, args)
     from pyros1.launch.running.logs import ros_home  # noqa: PLC0415 - after the command line proved right
+    from pyros1.net.connectivity import is_loopback  # noqa: PLC0415
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
-    from pyros1.net.reach import is_loopback  # noqa: PLC0415
-    from pyros1.web.bags.granted import Granted  # noqa: PLC0415
-    from pyros1.web.links import note_file, noted, panel_link, running_link, turn  # noqa: PLC0415
+    from pyros1.web.bags.granted_files import GrantedFiles  # noqa: PLC0415
+    from pyros1.web.links import link_file, link_published, panel_link, running_link, startup_lock  # noqa: PLC0415
 
     uri = master_uri(os.environ, invocation.special)
-    note = note_file(ros_home(os.environ), uri)
-    granted = Granted(note.with_suffix(".bags"))
-    joins = bool(panel or options.program)
+    note = link_file(ros_home(os.environ), uri)
+    granted = GrantedFiles(note.with_suffix(".bags"))
+    opens_panel = bool(panel or options.program)
     with contextlib.ExitStack() as stack:
-        end_turn = stack.enter_context(turn(note))
+        release_lock = stack.enter_context(startup_lock(note))
         known = running_link(note)
-        if joins and known:
+        if opens_panel and known:
             if options.files:
                 try:
                     granted.add(options.files)  # in turn: others may add theirs
@@ -75,28 +83,28 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
                     raise CommandError(
                         f"cannot let the server open the bag: {error.filename}: {error.strerror}"
                     ) from None
-            end_turn()
-            return _join(invocation, panel_link(known, panel, settings), uri)
+            release_lock()
+            return _open_in_running_server(invocation, panel_link(known, panel, settings), uri)
         if not known:
             granted.clear()
 
         def started(link: str) -> None:
-            stack.enter_context(noted(note, link))
-            end_turn()
-            shown = panel_link(link, panel, settings)
-            print(f"the robot at {uri} in a browser: {shown}", flush=True)
+            stack.enter_context(link_published(note, link))
+            release_lock()
+            url = panel_link(link, panel, settings)
+            print(f"the robot at {uri} in a browser: {url}", flush=True)
             if not is_loopback(options.host):
                 print(
                     "other machines can reach this page; anyone who has the link can do everything that the page can",
                     file=sys.stderr,
                 )
-            if options.open or joins:
-                _show(shown)
+            if options.open or opens_panel:
+                _show(url)
 
         try:
             _serve(invocation, options, uri, granted, started, PORT if options.port is None else options.port)
         except _PortTakenError:
-            if options.port is not None or not joins:
+            if options.port is not None or not opens_panel:
                 raise
             _serve(
                 invocation, options, uri, granted, started, 0
@@ -115,7 +123,7 @@ def _save_graph(invocation: Invocation, file: str) -> int:
     return run_command("graph", ["--svg" if file.endswith(".svg") else "--dot", file, *invocation.remapping_args])
 
 
-def _join(invocation: Invocation, link: str, uri: str) -> int:
+def _open_in_running_server(invocation: Invocation, link: str, uri: str) -> int:
     """Open a panel of a server that runs. In a launch file, then stay, as a window would: the node may be required."""
     print(f"the robot at {uri} in a browser: {link}", flush=True)
     _show(link)
@@ -128,9 +136,9 @@ def _join(invocation: Invocation, link: str, uri: str) -> int:
 
 
 def _serve(
-    invocation: Invocation, options: Any, uri: str, granted: Granted, started: Callable[[str], object], port: int
+    invocation: Invocation, options: Any, uri: str, granted: GrantedFiles, started: Callable[[str], object], port: int
 ) -> None:
-    from pyros1.net.guests import guests_of  # noqa: PLC0415
+    from pyros1.net.allowlist import make_allowlist  # noqa: PLC0415
     from pyros1.net.hosts import host_from_environment  # noqa: PLC0415
     from pyros1.web.robot import Robot  # noqa: PLC0415
     from pyros1.web.run import run_server  # noqa: PLC0415
@@ -141,10 +149,10 @@ def _serve(
     more = {"token": options.token, "most_pages": options.most_pages}
     access = Access(
         names=_names(options.host, options.names),
-        any_address=options.host in _EVERYWHERE,
+        any_address=options.host in _ALL_INTERFACES,
         read_only=options.read_only,
         topics=tuple(options.topics),
-        guests=guests_of(address.allowed),
+        allowlist=make_allowlist(address.allowed),
         origins=frozenset(origin.lower().rstrip("/") for origin in options.origins),
         bags=(*(options.bags or [os.getcwd()]), *options.files),
         granted=granted,
@@ -153,7 +161,7 @@ def _serve(
     robot = Robot(uri, access, _node_maker(invocation, uri, environ))
     try:
         was_killed = run_server(
-            robot, access, options.host, port, lambda taken: started(_link(options.host, taken, access.token))
+            robot, access, options.host, port, lambda bound_port: started(_link(options.host, bound_port, access.token))
         )
         if was_killed:
             print("the node of this server was asked to shut down, so the server exits", file=sys.stderr)
@@ -167,21 +175,21 @@ def _serve(
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     """Return options and arguments; the first word may be a stock program, whose own options follow."""
     words = invocation.args
-    place = first_argument(words, [name for option in verb.options if option.takes_value for name in option.names])
-    program = words[place] if place < len(words) else ""
+    index = first_argument(words, [name for option in verb.options if option.takes_value for name in option.names])
+    program = words[index] if index < len(words) else ""
     if program not in PROGRAMS:
         options, args = parse_these(invocation, verb, words)
         options.program = ""
         return options, args
-    call = call_of(program, words[place + 1 :])
+    call = call_of(program, words[index + 1 :])
     for note in call.notes:
         print(f"{program}: {note}", file=sys.stderr)
-    options, args = parse_these(invocation, verb, [*words[:place], *call.words])
+    options, args = parse_these(invocation, verb, [*words[:index], *call.words])
     options.program = program
     if args[:1] == ["image"]:
-        given = parse_arguments(invocation.argv)
-        topic = next((new for old, new in given.remappings.items() if _is_picture(invocation, old)), "")
-        args[1:] = picture_topic(args[1:], topic, given.parameters.get("image_transport", ""))
+        arguments = parse_arguments(invocation.argv)
+        topic = next((new for old, new in arguments.remappings.items() if _is_picture(invocation, old)), "")
+        args[1:] = picture_topic(args[1:], topic, arguments.parameters.get("image_transport", ""))
     return options, args
 
 
@@ -194,7 +202,7 @@ def _panel_of(plugin: str) -> tuple[str, ...]:
     return PROGRAMS[name].words
 
 
-def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str, dict[str, Any]]:
+def _panel_and_settings(invocation: Invocation, options: Any, args: list[str]) -> tuple[str, dict[str, Any]]:
     """Return the panel or layout that the words name, and its settings."""
     if options.layout:
         if args:
@@ -214,10 +222,12 @@ def _wanted(invocation: Invocation, options: Any, args: list[str]) -> tuple[str,
         raise UsageError(f"there is no panel {panel!r}{hint}; the panels are {', '.join(panels)}")
     if panel in _SETTINGS:
         return panel, _SETTINGS[panel](invocation, options, words)
-    if panel in _ONE and len(words) == 1:
-        return panel, {_ONE[panel][0]: invocation.resolve(words[0])}
+    if panel in _ONE_NAME and len(words) == 1:
+        return panel, {_ONE_NAME[panel][0]: invocation.resolve(words[0])}
     if words:
-        raise UsageError(f"the panel {panel} takes {f'one {_ONE[panel][1]}' if panel in _ONE else 'no arguments'}")
+        raise UsageError(
+            f"the panel {panel} takes {f'one {_ONE_NAME[panel][1]}' if panel in _ONE_NAME else 'no arguments'}"
+        )
     return panel, {}
 
 
@@ -250,14 +260,14 @@ def _scene(invocation: Invocation, options: Any, words: list[str]) -> dict[str, 
     if len(words) > 1 or (words and options.display_config):
         raise UsageError("the panel scene takes one rviz file")
     named = words[0] if words else options.display_config
-    usual = os.path.expanduser(USUAL_FILE) if options.program == "rviz" else ""
+    default_file = os.path.expanduser(DEFAULT_RVIZ_FILE) if options.program == "rviz" else ""
     settings: dict[str, Any] = {}
-    if file := named or (usual if os.path.isfile(usual) else ""):
-        from pyros1.web.scene.rviz.file import MOST_BYTES, RvizFileError, read_rviz  # noqa: PLC0415
+    if file := named or (default_file if os.path.isfile(default_file) else ""):
+        from pyros1.web.scene.rviz.file import MAX_BYTES, RvizFileError, read_rviz  # noqa: PLC0415
 
         try:
             with open(file, "rb") as opened:
-                text = opened.read(MOST_BYTES + 1).decode(errors="replace")
+                text = opened.read(MAX_BYTES + 1).decode(errors="replace")
             settings, notes = read_rviz(text, invocation.resolve)
             lines = [f"{one_line(file)}: {note}" for note in notes]
         except OSError as error:
@@ -413,15 +423,15 @@ def _is_picture(invocation: Invocation, name: str) -> bool:
 
 
 def _names(host: str, more: list[str]) -> frozenset[str]:
-    own = {socket.gethostname()} if host in _EVERYWHERE else {host}
+    own = {socket.gethostname()} if host in _ALL_INTERFACES else {host}
     return frozenset(name.lower() for name in {*own, *more} if name)
 
 
 def _link(host: str, port: int, token: str) -> str:
-    shown = socket.gethostname() if host in _EVERYWHERE else host
-    if ":" in shown:
-        shown = f"[{shown}]"
-    return f"http://{shown}:{port}/" + (f"?token={quote(token, safe='')}" if token else "")
+    url = socket.gethostname() if host in _ALL_INTERFACES else host
+    if ":" in url:
+        url = f"[{url}]"
+    return f"http://{url}:{port}/" + (f"?token={quote(token, safe='')}" if token else "")
 
 
 def _show(link: str) -> None:

@@ -7,7 +7,7 @@ import os
 from pyros1.bag.errors import BagError
 from pyros1.bag.format.files import BagFile
 from pyros1.cli.failures import CommandError, did_you_mean
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 
 
 def check_bag(word: str) -> None:

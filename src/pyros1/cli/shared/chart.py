@@ -77,10 +77,10 @@ def draw(curves: Sequence[tuple[str, Curve]], now: float, period: float, size: t
     columns, rows = max(10, size[0] - _AXIS - 1), max(4, size[1] - 2 - len(curves))
     canvas = Canvas(columns, rows)
     begin = now - period
-    shown = [[(t, v) for t, v in points if t >= begin and math.isfinite(v)] for _, points in curves]
-    values = [v for points in shown for _, v in points]
+    visible_curves = [[(t, v) for t, v in points if t >= begin and math.isfinite(v)] for _, points in curves]
+    values = [v for points in visible_curves for _, v in points]
     low, high = nice_range(min(values), max(values)) if values else (0.0, 1.0)
-    for number, curve in enumerate(shown):
+    for number, curve in enumerate(visible_curves):
         last = None
         for t, v in curve:
             x = round((t - begin) / period * (canvas.width - 1))
@@ -95,7 +95,7 @@ def draw(curves: Sequence[tuple[str, Curve]], now: float, period: float, size: t
     lines.append(" " * _AXIS + "\u2514" + "\u2500" * columns)
     span = f"{-period:g} s"
     lines.append(" " * (_AXIS + 1) + span + "now".rjust(columns - len(span)))
-    for number, ((label, points), visible) in enumerate(zip(curves, shown, strict=True)):
+    for number, ((label, points), visible) in enumerate(zip(curves, visible_curves, strict=True)):
         mark = f"\033[{COLOURS[number % len(COLOURS)]}m\u2501\u2501\033[0m" if coloured else "\u2501\u2501"
         last_value = f"{points[-1][1]:.6g}" if points else "nothing yet"
         rate = f", {(len(visible) - 1) / (visible[-1][0] - visible[0][0]):.1f} Hz" if _measurable(visible) else ""

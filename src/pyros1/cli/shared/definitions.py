@@ -65,7 +65,7 @@ def find(kind: Kind, name: str) -> tuple[list[str], bool]:
     ], True
 
 
-def near(kind: Kind, name: str) -> str:
+def similar_names(kind: Kind, name: str) -> str:
     """Return a hint at the type that may have been meant."""
     full_names = [full for package in library().packages() for full in kind.names(library(), package)]
     return did_you_mean(name, full_names if "/" in name else {full.partition("/")[2] for full in full_names})

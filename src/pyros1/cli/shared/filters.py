@@ -6,7 +6,7 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
-from pyros1.ground.shown import lines
+from pyros1.ground.terminal_text import lines
 from pyros1.ground.timing import Time
 from pyros1.observe.expression import Expression
 from pyros1.observe.modules import Module, times

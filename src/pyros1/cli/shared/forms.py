@@ -11,9 +11,9 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from pyros1.bag.export.tables import emit_row
-from pyros1.cli.shared.pieces import Pieces, Write
+from pyros1.cli.shared.buffered_output import BufferedOutput, Write
 from pyros1.cli.shared.printing import use_colour
-from pyros1.ground.shown import json_text, lines
+from pyros1.ground.terminal_text import json_text, lines
 from pyros1.ground.timing import Time, TVal
 from pyros1.msgs import Message
 from pyros1.msgs.text import emit_message
@@ -44,7 +44,7 @@ class Text:
         if self._prefix:
             write(self._prefix)
         offset = self._now() if self._now else None
-        with Pieces(write, self._change()) as out:
+        with BufferedOutput(write, self._change()) as out:
             emit_message(out.add, value, type_name=kind, time_offset=offset, **self._settings)
             out.add("\n---\n")
 
@@ -75,11 +75,11 @@ class Json:
     def __call__(self, message: Message, value: Any, kind: str | None, write: Write, end: str = "\n") -> None:
         from pyros1.msgs.json_form import emit_json  # noqa: PLC0415
 
-        with Pieces(write, json_text) as out:
-            emit_json(out.add, value, kind, shown=self._shown)
+        with BufferedOutput(write, json_text) as out:
+            emit_json(out.add, value, kind, includes=self._is_included)
             out.add(end)
 
-    def _shown(self, kind: str) -> bool:
+    def _is_included(self, kind: str) -> bool:
         return not (self._noarr and "[" in kind) and not (self._nostr and kind.partition("[")[0] == "string")
 
 
@@ -95,21 +95,23 @@ class Plot:
 
     def __call__(self, message: Message, value: Any, kind: str | None, write: Write) -> None:
         now = self._now()
-        whole = not self._recorded and kind is None and getattr(message, "_has_header", False)
-        stamp = message.header.stamp if whole else now  # type: ignore[attr-defined] # _has_header says that it is there
+        seconds = not self._recorded and kind is None and getattr(message, "_has_header", False)
+        stamp = message.header.stamp if seconds else now  # type: ignore[attr-defined] # _has_header says that it is there
         ns = stamp.to_nsec() - (now.to_nsec() if self._offset else 0)
-        with Pieces(write, lines) as out:
+        with BufferedOutput(write, lines) as out:
             if not self._header_done:
                 self._header_done = True
                 emit_row(out.add, "%time", self._names(value, kind, "field"))
             emit_row(out.add, str(ns), self._values(value, kind, now if self._offset else None))
 
-    def _shown(self, kind: str) -> bool:
+    def _is_included(self, kind: str) -> bool:
         return not (self._noarr and "[" in kind) and not (self._nostr and kind.partition("[")[0] == "string")
 
     def _slots(self, message: Message) -> list[tuple[str, str]]:
-        shown = [(n, t) for n, t in zip(message.__slots__, message._slot_types, strict=True) if self._shown(t)]
-        return [(n, t) for n, t in shown if not isinstance(getattr(message, n), bytes)]  # as stock: no raw data in rows
+        includes = [(n, t) for n, t in zip(message.__slots__, message._slot_types, strict=True) if self._is_included(t)]
+        return [
+            (n, t) for n, t in includes if not isinstance(getattr(message, n), bytes)
+        ]  # as stock: no raw data in rows
 
     def _names(self, value: Any, kind: str | None, prefix: str) -> Iterator[str]:
         if isinstance(value, Message):

@@ -71,7 +71,7 @@ def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
     pid_file = Path(values.pid_file) if values.pid_file else None
     if pid_file is not None:
         _write_pid(pid_file)
-    restore = install_signals(session.stop, session.hurry)
+    restore = install_signals(session.stop, session.stop_waiting)
     try:
         session.run()
     finally:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import os
 from typing import Any, TextIO
 
-from pyros1.ground import shown
+from pyros1.ground import terminal_text
 
 
 def print_json(value: Any) -> None:
     """Print a value as one line of JSON."""
     import json  # noqa: PLC0415
 
-    print(shown.json_text(json.dumps(value, ensure_ascii=False)))
+    print(terminal_text.json_text(json.dumps(value, ensure_ascii=False)))
 
 
 def use_colour(stream: TextIO) -> bool:

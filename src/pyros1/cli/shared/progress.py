@@ -21,21 +21,21 @@ class Progress:
     def __init__(self, name: str, total: int, *, quiet: bool = False) -> None:
         self._name = name
         self._total = max(total, 1)
-        self._shown = not quiet and sys.stderr.isatty()
+        self._is_shown = not quiet and sys.stderr.isatty()
         self._begin = self._last = time.monotonic()
         self._drawn = False
 
     def __call__(self, done: int) -> None:
         """Show how many bytes are done."""
-        if not self._shown:
+        if not self._is_shown:
             return
         now = time.monotonic()
         if now - self._last < _PERIOD:
             return
         self._last = now
         share = min(done / self._total, 1.0)
-        left = (now - self._begin) * (1 / share - 1) if share > 0 else 0.0
-        tail = f" {100 * share:3.0f}% of {self._total / 1e6:.1f} MB, {left // 60:.0f}:{left % 60:02.0f} left "
+        remaining = (now - self._begin) * (1 / share - 1) if share > 0 else 0.0
+        tail = f" {100 * share:3.0f}% of {self._total / 1e6:.1f} MB, {remaining // 60:.0f}:{remaining % 60:02.0f} left "
         self._draw(tail)
 
     def close(self) -> None:

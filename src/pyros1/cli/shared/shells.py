@@ -20,7 +20,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Option, Verb
 from pyros1.cli.registry import SHELL_FUNCTIONS
 from pyros1.cli.shared.argparsing import add_parts, make_parser
-from pyros1.finding.python_modules import START
+from pyros1.finding.python_modules import DROP_IN_START
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Shell:
         functions = " ".join(SHELL_FUNCTIONS)
         undo = self.take_back.replace("@@otherwise", "true")
         values = {"bin": shlex.quote(folder), "names": str(names), "functions": functions, "undo": undo}
-        values |= {"modules": shlex.quote(START), "python": shlex.quote(sys.executable)}
+        values |= {"modules": shlex.quote(DROP_IN_START), "python": shlex.quote(sys.executable)}
         return _AtTemplate(self.text).substitute(values).lstrip()
 
     def undo(self) -> str:

@@ -11,7 +11,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.ground.errors import MasterError
 from pyros1.msgs import AnyMsg
 
-_LOOK_AGAIN = 0.2
+_POLL_PERIOD = 0.2
 
 
 def find_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str, str] | None:
@@ -29,7 +29,7 @@ def find_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str, 
         if not node.ok():
             return None
         # Only the master knows which part of the name is the topic and which is a field.
-        invocation.pause(_LOOK_AGAIN)
+        invocation.pause(_POLL_PERIOD)
         try:
             found = graph.find_topic(name)
         except MasterError:

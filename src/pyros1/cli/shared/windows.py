@@ -12,8 +12,8 @@ from typing import NamedTuple
 from pyros1.cli.failures import UsageError
 
 _LAYOUTS = "the page cannot read rqt perspectives; its Layouts button saves and shares layouts"
-_NOT_ALONE = "a page cannot control another window or be embedded in one; this option has no effect"
-_NONE = ""
+_NO_EMBEDDING = "a page cannot control another window or be embedded in one; this option has no effect"
+_NO_NOTE = ""
 """An option that changes nothing that a page has."""
 
 
@@ -28,7 +28,7 @@ class Meaning(NamedTuple):
 
     word: str = ""
     value: bool = False
-    note: str = _NONE
+    note: str = _NO_NOTE
 
 
 _IGNORED = Meaning()
@@ -44,12 +44,12 @@ _RQT: Mapping[str, Meaning] = {
     "-v": _IGNORED, "--verbose": _IGNORED,
     "--perspective": Meaning(value=True, note=_LAYOUTS),
     "--perspective-file": Meaning(value=True, note=_LAYOUTS),
-    "--command-pid": Meaning(value=True, note=_NOT_ALONE),
-    "--command-start-plugin": Meaning(value=True, note=_NOT_ALONE),
-    "--command-switch-perspective": Meaning(value=True, note=_NOT_ALONE),
-    "--embed-plugin": Meaning(value=True, note=_NOT_ALONE),
-    "--embed-plugin-serial": Meaning(value=True, note=_NOT_ALONE),
-    "--embed-plugin-address": Meaning(value=True, note=_NOT_ALONE),
+    "--command-pid": Meaning(value=True, note=_NO_EMBEDDING),
+    "--command-start-plugin": Meaning(value=True, note=_NO_EMBEDDING),
+    "--command-switch-perspective": Meaning(value=True, note=_NO_EMBEDDING),
+    "--embed-plugin": Meaning(value=True, note=_NO_EMBEDDING),
+    "--embed-plugin-serial": Meaning(value=True, note=_NO_EMBEDDING),
+    "--embed-plugin-address": Meaning(value=True, note=_NO_EMBEDDING),
 }  # fmt: skip
 _PERSPECTIVE: Mapping[str, Meaning] = {"-p": Meaning(value=True, note=_LAYOUTS)}
 _RQT_ALONE: Mapping[str, Meaning] = {
@@ -64,7 +64,7 @@ _PLOT: Mapping[str, Meaning] = {
     "-P": Meaning("--start-paused"), "--pause": Meaning("--start-paused"), "--start-paused": Meaning("--start-paused"),
     "-e": Meaning("--empty"), "--empty": Meaning("--empty"),
 }  # fmt: skip
-_TOLD = {
+_RXPLOT_NOTES = {
     ("-b", "--buffer"): "the page keeps at least the period that it shows (-p); its CSV button saves it",
     ("-r", "--refresh"): "the page redraws whenever the browser does; this option has no effect",
     ("-m", "--marker"): "the page draws curves as lines, without markers",
@@ -73,7 +73,7 @@ _TOLD = {
     ("-M", "--mode"): "the page plots curves over time; --xy plots the second of two against the first",
 }
 _RXPLOT: Mapping[str, Meaning] = {
-    **{name: Meaning(value=True, note=note) for names, note in _TOLD.items() for name in names},
+    **{name: Meaning(value=True, note=note) for names, note in _RXPLOT_NOTES.items() for name in names},
     "-P": Meaning("--start-paused"),
 }
 _RVIZ: Mapping[str, Meaning] = {
@@ -133,7 +133,7 @@ PACKAGED: Mapping[str, tuple[str, ...]] = {
     "rviz": ("rviz",),
 }
 """Package -> its programs of `PROGRAMS`."""
-USUAL_FILE = "~/.rviz/default.rviz"
+DEFAULT_RVIZ_FILE = "~/.rviz/default.rviz"
 """What rviz shows if no file is named."""
 _TRANSPORTS = frozenset({"raw", "compressed"})
 
@@ -163,18 +163,18 @@ def call_of(program: str, words: Sequence[str]) -> Call:
     known = PROGRAMS[program]
     result = [*known.words]
     notes: list[str] = []
-    left = [*words]
-    while left:
-        word = left.pop(0)
+    remaining = [*words]
+    while remaining:
+        word = remaining.pop(0)
         option, equals, value = word.partition("=") if word.startswith("--") else (word, "", "")
         meaning = known.options.get(option)
         if meaning is None:
             result.append(word)
             continue
         if meaning.value and not equals:
-            if not left:
+            if not remaining:
                 raise UsageError(f"{option} needs a value")
-            value = left.pop(0)
+            value = remaining.pop(0)
         elif equals and not meaning.value:
             raise UsageError(f"{option} takes no value")
         if meaning.note and meaning.note not in notes:
@@ -191,10 +191,10 @@ def first_argument(words: Sequence[str], valued: Collection[str]) -> int:
         words: a command line.
         valued: names of the options that take a value.
     """
-    place = 0
-    while place < len(words) and words[place].startswith("-"):
-        place += 2 if words[place] in valued else 1
-    return min(place, len(words))
+    index = 0
+    while index < len(words) and words[index].startswith("-"):
+        index += 2 if words[index] in valued else 1
+    return min(index, len(words))
 
 
 def picture_topic(words: Sequence[str], remapped: str, transport: str) -> list[str]:
@@ -206,10 +206,10 @@ def picture_topic(words: Sequence[str], remapped: str, transport: str) -> list[s
         transport: its private parameter ``image_transport``; empty for none.
     """
     topics = [word for word in words if word not in _TRANSPORTS] or [remapped] * bool(remapped)
-    how = next((word for word in words if word in _TRANSPORTS), transport)
-    if how in ("", "raw"):
+    selected_transport = next((word for word in words if word in _TRANSPORTS), transport)
+    if selected_transport in ("", "raw"):
         return topics
-    return [f"{topic.rstrip('/')}/{how}" for topic in topics]
+    return [f"{topic.rstrip('/')}/{selected_transport}" for topic in topics]
 
 
 def has_display(environ: Mapping[str, str], platform: str) -> bool:

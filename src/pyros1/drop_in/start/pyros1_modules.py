@@ -26,7 +26,8 @@ class Waiting(object):
     def find_spec(self, name, path=None, target=None):
         if path is not None or name in getattr(sys, "stdlib_module_names", ()) or name.startswith("pyros1"):
             return None
-        # Python holds the import lock now, for which other threads may wait in the middle of an import of what we import.
+        # Python holds the import lock now, for which other threads may wait in the middle of an import of what we
+        # import.
         try:
             _imp.release_lock()
         except RuntimeError:  # a program asks, not the import system
@@ -175,7 +176,7 @@ PYTHON2 = (
 )
 
 
-def word_on(error):
+def reason_for(error):
     """Return what is to be said of an error that old programs meet, or an empty text."""
     if is_python2(error):
         return PYTHON2
@@ -219,7 +220,7 @@ def install():
 
     def excepthook(kind, error, traceback):
         show(kind, error, traceback)
-        word = word_on(error)
+        word = reason_for(error)
         if word:
             sys.stderr.write(word + "\n")
 

@@ -16,7 +16,7 @@ from pyros1.ground.expressions.limits import (
     ExpressionError,
     LimitError,
     UnknownNameError,
-    bounded,
+    checked,
     require,
     size,
 )
@@ -30,7 +30,7 @@ __all__ = [
     "Interpreter",
     "LimitError",
     "UnknownNameError",
-    "bounded",
+    "checked",
     "require",
     "size",
 ]

@@ -11,25 +11,27 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from pyros1.ground.expressions.functions import name_of, owner_of
-from pyros1.ground.expressions.limits import CONTAINERS, HASHED, SCALARS, STEP, TEXTS, array_size, inside
+from pyros1.ground.expressions.limits import CONTAINERS, HASHED, SCALARS, STEP, TEXTS, array_size, nested_size
 
-_PLAIN = SCALARS - {int}
-_PAIRS = 64
+_FIXED_COST = SCALARS - {int}
+_PAIRS_PER_STEP = 64
 """Number of pairs of characters that count as one item."""
-_GLANCE = frozenset({"get", "has", "isinstance", "len"})
+_CONSTANT_TIME = frozenset({"get", "has", "isinstance", "len"})
 """Functions that do not visit the items of their arguments."""
-_SURFACE = frozenset({"all", "any", "bool", "enumerate", "filter", "list", "map", "reversed", "sum", "tuple", "zip"})
+_LINEAR_TIME = frozenset(
+    {"all", "any", "bool", "enumerate", "filter", "list", "map", "reversed", "sum", "tuple", "zip"}
+)
 """Functions that visit the items of a value, but not nested items."""
-_BRIEF = frozenset({"endswith", "get", "items", "keys", "startswith", "values"})
+_CHEAP_METHODS = frozenset({"endswith", "get", "items", "keys", "startswith", "values"})
 """Methods that do not visit the items of their value."""
-_PRECISE = frozenset({"fsum", "gcd", "lcm", "isqrt", "dist", "sumprod", "hypot", "round", "divmod"})
+_SLOW_FUNCTIONS = frozenset({"fsum", "gcd", "lcm", "isqrt", "dist", "sumprod", "hypot", "round", "divmod"})
 """Functions that do much work for each number, or for each 64 bits of one."""
-_PRECISE_FACTOR = 20
+_SLOW_FACTOR = 20
 _FIELD = 8
 """Cost of one field of a format string, in addition to the formatted value."""
 
 
-def surface(value: Any) -> int:
+def shallow_size(value: Any) -> int:
     """Return the number of items at the top level of a value; eight characters count as one."""
     kind = type(value)
     if kind in SCALARS:
@@ -39,7 +41,7 @@ def surface(value: Any) -> int:
     return len(value) if isinstance(value, CONTAINERS) else array_size(value)
 
 
-def depth(value: Any, limit: int) -> int:
+def deep_size(value: Any, limit: int) -> int:
     """Return the number of items in a value and in nested values, each as often as it occurs.
 
     Args:
@@ -61,10 +63,10 @@ def depth(value: Any, limit: int) -> int:
             total += STEP + len(part)
             if total <= limit:
                 before = len(pending)
-                total += inside(part, pending)
+                total += nested_size(part, pending)
                 total += len(pending) - before
                 if isinstance(part, dict):
-                    total += len(part) + inside(part.values(), pending)
+                    total += len(part) + nested_size(part.values(), pending)
         elif kind not in SCALARS:
             shift = 0
             total += _other(part, pending)
@@ -92,50 +94,50 @@ def call(function: Callable[..., Any], arguments: Sequence[Any], keywords: Mappi
         limit: number at which counting stops.
     """
     owner, name = owner_of(function), name_of(function)
-    if owner is None and name in _GLANCE:
+    if owner is None and name in _CONSTANT_TIME:
         return 0
-    if owner is None and name in _SURFACE:
-        return sum(map(surface, arguments))
-    if owner is None and not keywords and all(type(value) in _PLAIN for value in arguments):
+    if owner is None and name in _LINEAR_TIME:
+        return sum(map(shallow_size, arguments))
+    if owner is None and not keywords and all(type(value) in _FIXED_COST for value in arguments):
         return 0
-    inside = sum(depth(value, limit) for value in (*arguments, *keywords.values()))
+    nested_size = sum(deep_size(value, limit) for value in (*arguments, *keywords.values()))
     if owner is not None:
-        return inside + _method(name, owner, arguments, inside, limit)
+        return nested_size + _method(name, owner, arguments, nested_size, limit)
     if name == "sorted" and arguments:
-        return inside * max(1, surface(arguments[0]).bit_length() // 4)
-    return inside * (_PRECISE_FACTOR if name in _PRECISE else 1)
+        return nested_size * max(1, shallow_size(arguments[0]).bit_length() // 4)
+    return nested_size * (_SLOW_FACTOR if name in _SLOW_FUNCTIONS else 1)
 
 
-def _method(name: str, owner: Any, arguments: Sequence[Any], inside: int, limit: int) -> int:
-    if name in _BRIEF:
+def _method(name: str, owner: Any, arguments: Sequence[Any], nested_size: int, limit: int) -> int:
+    if name in _CHEAP_METHODS:
         return 0
     if name == "format":  # each field may format all arguments again
-        return int(owner.count("{")) * (_FIELD + inside)
+        return int(owner.count("{")) * (_FIELD + nested_size)
     if type(owner) not in TEXTS:
-        return depth(owner, limit)
-    return surface(owner) + sum(sought(argument, owner) for argument in arguments)
+        return deep_size(owner, limit)
+    return shallow_size(owner) + sum(search_cost(argument, owner) for argument in arguments)
 
 
-def sought(text: Any, where: Any) -> int:
+def search_cost(text: Any, where: Any) -> int:
     """Return the cost of a search for a string in another, or of stripping its characters from it: the pairs count."""
     if type(text) not in TEXTS or type(where) not in TEXTS:
         return 0
-    return len(text) * len(where) // _PAIRS
+    return len(text) * len(where) // _PAIRS_PER_STEP
 
 
-def contained(item: Any, where: Any, limit: int) -> int:
+def membership_cost(item: Any, where: Any, limit: int) -> int:
     """Return the cost of ``item in where``."""
     if type(where) in TEXTS:
-        return surface(where) + sought(item, where)
+        return shallow_size(where) + search_cost(item, where)
     if isinstance(where, HASHED):
-        return depth(item, limit)  # its hash
-    return surface(where) if type(item) in SCALARS else depth(where, limit)
+        return deep_size(item, limit)  # its hash
+    return shallow_size(where) if type(item) in SCALARS else deep_size(where, limit)
 
 
 def binary(op: ast.operator, left: Any, right: Any, limit: int) -> int:
     """Return the cost of an operator with two values, in addition to its result."""
     if isinstance(op, ast.Mod) and isinstance(left, str):  # each field may format all arguments again
-        return surface(left) + left.count("%") * (_FIELD + depth(right, limit))
+        return shallow_size(left) + left.count("%") * (_FIELD + deep_size(right, limit))
     if type(left) is int and type(right) is int:
         return (left.bit_length() + right.bit_length()) >> 8
-    return surface(left) + surface(right)
+    return shallow_size(left) + shallow_size(right)

@@ -16,7 +16,7 @@ import string
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from pyros1.ground.expressions.limits import ExpressionError, bounded, require, size
+from pyros1.ground.expressions.limits import ExpressionError, checked, require, size
 from pyros1.ground.expressions.operators import require_small
 
 _MAX_DIGITS = 400
@@ -67,8 +67,8 @@ def method(owner: Any, name: str, limit: int) -> Callable[..., Any] | None:
     """
     if type(owner) is int and name == "is_integer":
         return lambda: True  # of Python 3.12
-    if name in _MEASURED.get(type(owner), ()):
-        return functools.partial(_MEASURED[type(owner)][name], limit, owner)
+    if name in _SIZE_CHECKED.get(type(owner), ()):
+        return functools.partial(_SIZE_CHECKED[type(owner)][name], limit, owner)
     if name in _METHODS.get(type(owner), ()):
         return getattr(owner, name)  # type: ignore[no-any-return]  # one of those above
     return None
@@ -87,7 +87,7 @@ def name_of(function: Callable[..., Any]) -> str:
     return str(getattr(getattr(function, "func", function), "__name__", "")).lstrip("_")
 
 
-def applies(function: Callable[..., Any]) -> bool:
+def calls_first_argument(function: Callable[..., Any]) -> bool:
     """Return whether a function calls its first argument, as ``map`` does."""
     return getattr(function, "func", function) in (_map, _filter)
 
@@ -127,13 +127,13 @@ def _format(limit: int, template: str, *arguments: Any, **keywords: Any) -> str:
             value = keywords[field]
         else:
             raise ExpressionError(f"{{{field}}} is not allowed here: only numbers and names are")
-        parts.append(formatted(value, conversion, spec or "", limit))
+        parts.append(format_field(value, conversion, spec or "", limit))
         length += len(parts[-1])
         require(length, limit)
     return "".join(parts)
 
 
-def formatted(value: Any, conversion: str | None, spec: str, limit: int) -> str:
+def format_field(value: Any, conversion: str | None, spec: str, limit: int) -> str:
     """Return one field of a format string or an f-string.
 
     Args:
@@ -173,7 +173,7 @@ def _padder(pad: Callable[..., str]) -> Callable[..., str]:
     return padded
 
 
-_MEASURED: Mapping[type, Mapping[str, Callable[..., Any]]] = {
+_SIZE_CHECKED: Mapping[type, Mapping[str, Callable[..., Any]]] = {
     str: {
         "join": _join,
         "replace": _replace,
@@ -191,7 +191,7 @@ def _map(limit: int, function: Callable[..., Any], *iterables: Iterable[Any]) ->
     results: list[Any] = []
     total = 0
     for arguments in zip(*iterables):  # noqa: B905 - as map() does it, up to the shortest
-        results.append(bounded(function(*arguments), limit))
+        results.append(checked(function(*arguments), limit))
         total += 1 + size(results[-1], limit)
         require(total, limit)
     return results
@@ -234,7 +234,7 @@ def _sum(numbers: Iterable[Any], start: float = 0) -> Any:
 
 
 def _format_value(limit: int, value: Any, spec: str = "") -> str:
-    return formatted(value, None, spec, limit)
+    return format_field(value, None, spec, limit)
 
 
 def _pow(limit: int, base: Any, exponent: Any) -> Any:

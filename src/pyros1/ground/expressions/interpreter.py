@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
 
 from pyros1.ground.expressions import costs
-from pyros1.ground.expressions.functions import MATH, applies, formatted, method, owner_of, takes_key
+from pyros1.ground.expressions.functions import MATH, calls_first_argument, format_field, method, owner_of, takes_key
 from pyros1.ground.expressions.lambdas import Lambda, is_plain
 from pyros1.ground.expressions.limits import (
     CALL,
@@ -24,14 +24,14 @@ from pyros1.ground.expressions.limits import (
     MAX_WORK,
     SCALARS,
     STEP,
-    TOO_MUCH,
+    TOO_EXPENSIVE,
     ExpressionError,
     LimitError,
     UnknownNameError,
     check_bits,
+    check_hashes,
     measure,
     require,
-    spread,
 )
 from pyros1.ground.expressions.operators import BINARY, COMPARE, UNARY, require_small
 
@@ -212,35 +212,35 @@ class Interpreter:
         """Return the value of a node of the checked tree."""
         self._work += STEP
         if self._work > self.max_work:
-            raise LimitError(TOO_MUCH)
+            raise LimitError(TOO_EXPENSIVE)
         return _EVALUATE[type(node)](self, node, names)
 
-    def _bounded(self, value: Any) -> Any:
+    def _checked(self, value: Any) -> Any:
         kind = type(value)
         if kind is float or kind is bool or (kind is int and -_SMALL < value < _SMALL):
             return value
         if kind is int:
-            self._spend(STEP)
+            self._charge(STEP)
             return check_bits(value)
-        size, looks = measure(value, self.max_items)
-        self._spend(looks)
+        size, visited = measure(value, self.max_items)
+        self._charge(visited)
         require(size, self.max_items)
         return check_bits(value)
 
-    def _spend(self, items: int) -> None:
+    def _charge(self, items: int) -> None:
         """Add the cost of the next operation."""
         self._work += items
         if self._work > self.max_work:
-            raise LimitError(TOO_MUCH)
+            raise LimitError(TOO_EXPENSIVE)
 
-    def _spend_reading(self, *values: Any) -> None:
+    def _charge_reading(self, *values: Any) -> None:
         """Add the cost of an operation that visits whole values."""
         for value in values:
             if type(value) not in SCALARS:
-                self._spend(costs.depth(value, self.max_work - self._work))
+                self._charge(costs.deep_size(value, self.max_work - self._work))
 
     def _constant(self, node: ast.Constant, names: Mapping[str, Any]) -> Any:
-        return self._bounded(self.constant(node.value))
+        return self._checked(self.constant(node.value))
 
     def _name(self, node: ast.Name, names: Mapping[str, Any]) -> Any:
         return self.name(node.id, names)
@@ -255,19 +255,19 @@ class Interpreter:
         return self.attribute(self.value(node.value, names), node.attr)
 
     def _list(self, node: ast.List, names: Mapping[str, Any]) -> Any:
-        return self._bounded(list(self._values(node.elts, names)))
+        return self._checked(list(self._values(node.elts, names)))
 
     def _tuple(self, node: ast.Tuple, names: Mapping[str, Any]) -> Any:
-        return self._bounded(tuple(self._values(node.elts, names)))
+        return self._checked(tuple(self._values(node.elts, names)))
 
     def _dict(self, node: ast.Dict, names: Mapping[str, Any]) -> Any:
         pairs = zip(node.keys, node.values, strict=True)
-        return self._bounded({self.value(key, names): self.value(item, names) for key, item in pairs if key})
+        return self._checked({self.value(key, names): self.value(item, names) for key, item in pairs if key})
 
     def _set(self, node: ast.Set, names: Mapping[str, Any]) -> Any:
         items = list(self._values(node.elts, names))
-        spread(items)
-        return self._bounded(set(items))
+        check_hashes(items)
+        return self._checked(set(items))
 
     def _values(self, nodes: list[ast.expr], names: Mapping[str, Any]) -> Iterator[Any]:
         """Yield the values of items or arguments; ``*value`` stands for those in it."""
@@ -276,7 +276,7 @@ class Interpreter:
                 yield self.value(node, names)
                 continue
             for number, item in enumerate(self.value(node.value, names), 1):
-                self._spend(STEP)
+                self._charge(STEP)
                 require(number, self.max_items)
                 yield item
 
@@ -288,33 +288,33 @@ class Interpreter:
 
     # A generator expression is evaluated at once, so that its result is within the limits, too.
     def _listcomp(self, node: ast.ListComp | ast.GeneratorExp, names: Mapping[str, Any]) -> Any:
-        return self._collected(node.generators, names, lambda inner: self.value(node.elt, inner))
+        return self._comprehension(node.generators, names, lambda inner: self.value(node.elt, inner))
 
     def _setcomp(self, node: ast.SetComp, names: Mapping[str, Any]) -> Any:
-        items = self._collected(node.generators, names, lambda inner: self.value(node.elt, inner))
-        spread(items)
+        items = self._comprehension(node.generators, names, lambda inner: self.value(node.elt, inner))
+        check_hashes(items)
         return set(items)
 
     def _dictcomp(self, node: ast.DictComp, names: Mapping[str, Any]) -> Any:
         def pair(inner: Mapping[str, Any]) -> tuple[Any, Any]:
             return self.value(node.key, inner), self.value(node.value, inner)
 
-        pairs = self._collected(node.generators, names, pair)
-        spread(key for key, _ in pairs)
+        pairs = self._comprehension(node.generators, names, pair)
+        check_hashes(key for key, _ in pairs)
         return dict(pairs)
 
-    def _collected(
+    def _comprehension(
         self, loops: list[ast.comprehension], names: Mapping[str, Any], make: Callable[[Mapping[str, Any]], Any]
     ) -> list[Any]:
         results: list[Any] = []
         total = 0
         for inner in self._loop(loops, dict(names)):
             results.append(make(inner))
-            self._spend(len(loops))  # each result passes through all loops
+            self._charge(len(loops))  # each result passes through all loops
             total += 1
             if type(results[-1]) not in SCALARS or type(results[-1]) is int:
-                size, looks = measure(results[-1], self.max_items)
-                self._spend(looks)
+                size, visited = measure(results[-1], self.max_items)
+                self._charge(visited)
                 total += size
             require(total, self.max_items)
         return results
@@ -325,18 +325,18 @@ class Interpreter:
             return
         first, *rest = loops
         for item in self.value(first.iter, names):
-            self._spend(STEP)
+            self._charge(STEP)
             _assign(first.target, item, names)
             if all(self.value(condition, names) for condition in first.ifs):
                 yield from self._loop(rest, names)
 
     def _subscript(self, node: ast.Subscript, names: Mapping[str, Any]) -> Any:
         owner, key = self.value(node.value, names), self.value(node.slice, names)
-        self._spend_reading(key)
+        self._charge_reading(key)
         self.choose(owner, key)
         result = owner[key]
         if type(key) is slice:
-            self._spend(costs.surface(result))
+            self._charge(costs.shallow_size(result))
         return result
 
     def _slice(self, node: ast.Slice, names: Mapping[str, Any]) -> Any:
@@ -362,10 +362,10 @@ class Interpreter:
             if not isinstance(op, ast.Is | ast.IsNot) and not (searched and isinstance(right, dict | set)):
                 self.combine(left, right)
             if searched:
-                self._spend(costs.contained(left, right, self.max_work))
+                self._charge(costs.membership_cost(left, right, self.max_work))
             elif type(left) not in SCALARS and not isinstance(op, ast.Is | ast.IsNot):
-                self._spend_reading(right)
-            result = self._bounded(COMPARE[type(op)](left, right))
+                self._charge_reading(right)
+            result = self._checked(COMPARE[type(op)](left, right))
             left = right
         return result
 
@@ -373,7 +373,7 @@ class Interpreter:
         return self.value(node.body if self.value(node.test, names) else node.orelse, names)
 
     def _unaryop(self, node: ast.UnaryOp, names: Mapping[str, Any]) -> Any:
-        return self._bounded(UNARY[type(node.op)](self.value(node.operand, names)))
+        return self._checked(UNARY[type(node.op)](self.value(node.operand, names)))
 
     def _binop(self, node: ast.BinOp, names: Mapping[str, Any]) -> Any:
         left, right = self.value(node.left, names), self.value(node.right, names)
@@ -384,8 +384,8 @@ class Interpreter:
             self.combine(left, right)
         if isinstance(node.op, ast.MatMult):
             self.multiply(left, right)
-        self._spend(costs.binary(node.op, left, right, self.max_work))
-        return self._bounded(BINARY[type(node.op)](left, right))
+        self._charge(costs.binary(node.op, left, right, self.max_work))
+        return self._checked(BINARY[type(node.op)](left, right))
 
     def _call(self, node: ast.Call, names: Mapping[str, Any]) -> Any:
         function = self.value(node.func, names)
@@ -394,18 +394,18 @@ class Interpreter:
         return self._called(function, *arguments, **keywords)
 
     def _called(self, function: Callable[..., Any], *arguments: Any, **keywords: Any) -> Any:
-        self._spend(CALL + costs.call(function, arguments, keywords, self.max_work))
-        if applies(function) and arguments and arguments[0] is not None:
+        self._charge(CALL + costs.call(function, arguments, keywords, self.max_work))
+        if calls_first_argument(function) and arguments and arguments[0] is not None:
             arguments = (functools.partial(self._called, arguments[0]), *arguments[1:])
         if takes_key(function) and keywords.get("key") is not None:
             keywords["key"] = self._key(keywords["key"])
         owner = owner_of(function)
         if function is set or isinstance(owner, set):
             for argument in arguments:
-                spread(argument)
+                check_hashes(argument)
         elif function is dict and arguments and not isinstance(arguments[0], dict):
-            spread(pair[0] for pair in map(tuple, arguments[0]) if pair)
-        return self._bounded(function(*arguments, **keywords))
+            check_hashes(pair[0] for pair in map(tuple, arguments[0]) if pair)
+        return self._checked(function(*arguments, **keywords))
 
     def _key(self, function: Callable[..., Any]) -> Callable[[Any], Any]:
         """What is called for each item that is sorted: its values are kept until all are there, so all are bounded."""
@@ -421,15 +421,15 @@ class Interpreter:
         return key
 
     def _joined(self, node: ast.JoinedStr, names: Mapping[str, Any]) -> Any:
-        return self._bounded("".join(self.value(part, names) for part in node.values))
+        return self._checked("".join(self.value(part, names) for part in node.values))
 
     def _formatted(self, node: ast.FormattedValue, names: Mapping[str, Any]) -> Any:
         spec = self.value(node.format_spec, names) if node.format_spec else ""
         conversion = chr(node.conversion) if node.conversion > 0 else None
         value = self.value(node.value, names)
-        self._spend_reading(value)
+        self._charge_reading(value)
         self.write(value)
-        return self._bounded(formatted(value, conversion, spec, self.max_items))
+        return self._checked(format_field(value, conversion, spec, self.max_items))
 
 
 _EVALUATE: dict[type[ast.expr], Callable[[Interpreter, Any, Mapping[str, Any]], Any]] = {

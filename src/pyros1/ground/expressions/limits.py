@@ -26,13 +26,13 @@ STEP = 6
 CALL = 30
 """Cost of a call, in addition to that of the function."""
 
-TOO_MUCH = "the expression takes too much work; use fewer fields or items"
+TOO_EXPENSIVE = "the expression takes too much work; use fewer fields or items"
 TOO_LARGE = "the result is too large; use fewer fields, items or characters"
 MAX_SAME_HASH = 100
 """Most keys of a set or dictionary with the same hash, such as the multiples of 2**61 - 1."""
 
-_WEIGHTLESS = frozenset({bool, float, type(None)})
-SCALARS = _WEIGHTLESS | {int}
+_FIXED_SIZE = frozenset({bool, float, type(None)})
+SCALARS = _FIXED_SIZE | {int}
 _SMALL = 1 << 63
 TEXTS = (str, bytes, bytearray)
 _VIEWS: tuple[type[Any], ...] = (type({}.keys()), type({}.values()), type({}.items()))
@@ -70,7 +70,7 @@ def measure(value: Any, limit: int = MAX_ITEMS) -> tuple[int, int]:
     """Return the `size` of a value, and the work to make it: two for each number, and `STEP` for each other item."""
     if isinstance(value, TEXTS):
         return len(value), len(value) >> 3
-    total = looks = 0
+    total = visited = 0
     pending = [value]
     while pending:
         part = pending.pop()
@@ -82,20 +82,20 @@ def measure(value: Any, limit: int = MAX_ITEMS) -> tuple[int, int]:
             total += len(part)
         elif isinstance(part, CONTAINERS):
             total += len(part)
-            looks += STEP + 2 * len(part)
+            visited += STEP + 2 * len(part)
             if total <= limit:
                 before = len(pending)
-                total += inside(part, pending)
+                total += nested_size(part, pending)
                 if isinstance(part, dict):
-                    looks += 2 * len(part)
-                    total += inside(part.values(), pending)
-                looks += STEP * (len(pending) - before)
+                    visited += 2 * len(part)
+                    total += nested_size(part.values(), pending)
+                visited += STEP * (len(pending) - before)
         else:
             total += array_size(part)
-            looks += array_size(part)
+            visited += array_size(part)
         if total > limit:
             break
-    return total, looks
+    return total, visited
 
 
 def array_size(value: Any) -> int:
@@ -103,19 +103,19 @@ def array_size(value: Any) -> int:
     return int(value.nbytes) >> 3 if type(value).__module__ == "numpy" and hasattr(value, "nbytes") else 0
 
 
-def inside(items: Collection[Any], pending: list[Any]) -> int:
+def nested_size(items: Collection[Any], pending: list[Any]) -> int:
     """Return the number for integers beyond 64 bits, and add to `pending` the items that must be visited separately."""
     kinds = set(map(type, items))
     if kinds == {int}:  # as in most messages
         large: int = sum(number.bit_length() for number in items if not -_SMALL < number < _SMALL)
         return large // 64
-    if kinds <= _WEIGHTLESS:
+    if kinds <= _FIXED_SIZE:
         return 0
     pending.extend(items)
     return 0
 
 
-def bounded(value: Any, limit: int = MAX_ITEMS) -> Any:
+def checked(value: Any, limit: int = MAX_ITEMS) -> Any:
     """Return a computed value unchanged, after a check.
 
     Args:
@@ -150,7 +150,7 @@ def require(needed: int, limit: int = MAX_ITEMS) -> None:
         raise LimitError(TOO_LARGE)
 
 
-def spread(keys: Iterable[Any]) -> None:
+def check_hashes(keys: Iterable[Any]) -> None:
     """Check the keys of a new set or dictionary, which would be very slow if they had the same hash.
 
     Raises:

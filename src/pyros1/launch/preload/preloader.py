@@ -2,7 +2,7 @@
 
 A node can be one if its script's first line names the interpreter of this launcher, and nothing else starts it. Nodes
 share a server if their environments agree in all that an interpreter, or what the server imports, looks at when it
-starts (`KEPT`); a server is started with its first node. The program's code is in `server`.
+starts (`KEPT_VARIABLES`); a server is started with its first node. The program's code is in `server`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pathlib import Path
 
 from pyros1.launch.preload.server import LENGTH, NUMBER
 
-KEPT = (
+KEPT_VARIABLES = (
     "PYTHON",
     "LD_",
     "MALLOC_",
@@ -38,7 +38,7 @@ KEPT = (
 _START = (
     "import sys; '' in sys.path and sys.path.remove(''); from pyros1.launch.preload.server import main; exec(*main({}))"
 )
-ANSWER = 30.0
+REPLY_TIMEOUT = 30.0
 """Seconds that a server has to start, and to fork."""
 _LONGEST_LINE = 200
 
@@ -69,7 +69,7 @@ class Forked:
                 data = link.recv(NUMBER.size)
         if len(data) == NUMBER.size:
             return int(NUMBER.unpack(data)[0])
-        while _runs(self.pid):  # the server was killed: nobody else can wait for the process
+        while _is_running(self.pid):  # the server was killed: nobody else can wait for the process
             time.sleep(0.1)
         return -signal.SIGKILL
 
@@ -83,7 +83,7 @@ class Forked:
         self.send_signal(signal.SIGTERM)
 
 
-def _runs(pid: int) -> bool:
+def _is_running(pid: int) -> bool:
     """Return whether a process runs that is not a child of this one. Zombies, which process 1 may leave, do not."""
     try:
         os.kill(pid, 0)
@@ -106,9 +106,9 @@ class _Server:
 
     def __init__(self, environ: Mapping[str, str]) -> None:
         self._lock = threading.Lock()
-        self._control, theirs = socket.socketpair()
-        with theirs:
-            descriptor = theirs.fileno()
+        self._control, server_end = socket.socketpair()
+        with server_end:
+            descriptor = server_end.fileno()
             self._process = subprocess.Popen(
                 [sys.executable, "-c", _START.format(descriptor)],
                 env=dict(environ),
@@ -124,13 +124,13 @@ class _Server:
         Raises:
             OSError: the server does not answer.
         """
-        wanted = {"script": script, "words": list(words), "environ": dict(environ), "folder": folder}
-        text = json.dumps(wanted).encode()
-        link, theirs = socket.socketpair()
-        link.settimeout(ANSWER)
+        request = {"script": script, "words": list(words), "environ": dict(environ), "folder": folder}
+        text = json.dumps(request).encode()
+        link, server_end = socket.socketpair()
+        link.settimeout(REPLY_TIMEOUT)
         try:
-            with theirs, self._lock:
-                socket.send_fds(self._control, [b"+"], [theirs.fileno(), out, err])
+            with server_end, self._lock:
+                socket.send_fds(self._control, [b"+"], [server_end.fileno(), out, err])
             link.sendall(LENGTH.pack(len(text)) + text)
             data = link.recv(NUMBER.size)
             pid = NUMBER.unpack(data)[0] if len(data) == NUMBER.size else 0
@@ -178,13 +178,15 @@ class Preloader:
         closed = None in (sys.__stdin__, sys.__stdout__, sys.__stderr__)  # then a server has no such files either
         if script is None or closed or not os.path.isdir(folder):
             return None
-        kept = {name: value for name, value in environ.items() if name.startswith(KEPT)}
-        key = tuple(sorted(kept.items()))
+        kept_variables = {name: value for name, value in environ.items() if name.startswith(KEPT_VARIABLES)}
+        key = tuple(sorted(kept_variables.items()))
         try:
             server = self._servers.get(key)
             if server is None:
-                others = {name: value for name, value in self._environ.items() if not name.startswith(KEPT)}
-                server = self._servers[key] = _Server({**others, **kept})
+                other_variables = {
+                    name: value for name, value in self._environ.items() if not name.startswith(KEPT_VARIABLES)
+                }
+                server = self._servers[key] = _Server({**other_variables, **kept_variables})
             return server.fork(script, words[words.index(script) + 1 :], environ, folder, out, err)
         except (OSError, ValueError):  # ValueError: texts that JSON cannot hold
             return None
@@ -229,5 +231,8 @@ def _interpreter(script: Path, environ: Mapping[str, str]) -> str | None:
 
 def _same_interpreter(path: str) -> bool:
     """Return whether a file is this interpreter, of the same virtual environment."""
-    here = os.path.dirname(os.path.abspath(sys.executable))
-    return os.path.realpath(path) == os.path.realpath(sys.executable) and os.path.dirname(os.path.abspath(path)) == here
+    interpreter_folder = os.path.dirname(os.path.abspath(sys.executable))
+    return (
+        os.path.realpath(path) == os.path.realpath(sys.executable)
+        and os.path.dirname(os.path.abspath(path)) == interpreter_folder
+    )

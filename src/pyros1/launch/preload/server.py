@@ -28,9 +28,17 @@ from typing import Any
 LENGTH = struct.Struct("<I")
 NUMBER = struct.Struct("<i")
 """A process id, then its exit status."""
-_ROOMS = ("pyros1.node", "pyros1.msgs.std_msgs.msg", "pyros1.msgs.geometry_msgs.msg", "pyros1.msgs.sensor_msgs.msg")
-_FACES = ("rospy", "std_msgs.msg", "std_srvs.srv", "geometry_msgs.msg", "sensor_msgs.msg", "nav_msgs.msg", "tf2_ros")
-_OUR_FACES = os.path.join("pyros1", "drop_in", "modules")
+_PRELOADED = ("pyros1.node", "pyros1.msgs.std_msgs.msg", "pyros1.msgs.geometry_msgs.msg", "pyros1.msgs.sensor_msgs.msg")
+_PRELOADED_ROSPY = (
+    "rospy",
+    "std_msgs.msg",
+    "std_srvs.srv",
+    "geometry_msgs.msg",
+    "sensor_msgs.msg",
+    "nav_msgs.msg",
+    "tf2_ros",
+)
+_OUR_MODULES = os.path.join("pyros1", "drop_in", "modules")
 
 
 class Request:
@@ -48,11 +56,11 @@ class Request:
         self.link, *self.outputs = descriptors
         if len(self.outputs) < 2:
             raise ValueError("no room for descriptors")
-        wanted = json.loads(read_text(self.link))
-        self.script: str = wanted["script"]
-        self.words: list[str] = wanted["words"]
-        self.environ: dict[str, str] = wanted["environ"]
-        self.folder: str = wanted["folder"]
+        message = json.loads(read_text(self.link))
+        self.script: str = message["script"]
+        self.words: list[str] = message["words"]
+        self.environ: dict[str, str] = message["environ"]
+        self.folder: str = message["folder"]
 
 
 def preload() -> None:
@@ -60,14 +68,14 @@ def preload() -> None:
     import pyros1.node.node  # noqa: F401, PLC0415
     from pyros1.msgs import load_message  # noqa: PLC0415
 
-    for name in _ROOMS:
+    for name in _PRELOADED:
         __import__(name)
     for name in ("rosgraph_msgs/Log", "rosgraph_msgs/Clock", "std_msgs/Float64", "std_msgs/String"):
         load_message(name)()
     found = find_spec("rospy")
-    if found is None or _OUR_FACES not in str(found.origin):
+    if found is None or _OUR_MODULES not in str(found.origin):
         return
-    for name in _FACES:
+    for name in _PRELOADED_ROSPY:
         with contextlib.suppress(ImportError):
             __import__(name)
 
@@ -79,22 +87,22 @@ def serve(control: socket.socket) -> Request | None:
         In a forked process, what it is to become; None in this one.
     """
     children: dict[int, socket.socket] = {}
-    awake, wake = socket.socketpair()
-    for each in (awake, wake):
+    wake_receiver, wake_sender = socket.socketpair()
+    for each in (wake_receiver, wake_sender):
         each.setblocking(False)
     signal.signal(signal.SIGCHLD, lambda *_: None)
-    signal.set_wakeup_fd(wake.fileno(), warn_on_full_buffer=False)
+    signal.set_wakeup_fd(wake_sender.fileno(), warn_on_full_buffer=False)
     while True:
-        readable, _, _ = select.select([control, awake], [], [])
-        if awake in readable:
-            awake.recv(4096)
-            bury(children)
+        readable, _, _ = select.select([control, wake_receiver], [], [])
+        if wake_receiver in readable:
+            wake_receiver.recv(4096)
+            reap_children(children)
         if control not in readable:
             continue
         data, descriptors, _, _ = socket.recv_fds(control, 1, 3)
         if not data:
             signal.set_wakeup_fd(-1)
-            for each in (awake, wake, *children.values()):
+            for each in (wake_receiver, wake_sender, *children.values()):
                 each.close()
             return None
         try:
@@ -107,25 +115,25 @@ def serve(control: socket.socket) -> Request | None:
         link = socket.socket(fileno=request.link)
         if not child:
             signal.set_wakeup_fd(-1)
-            for each in (control, awake, wake, *children.values()):
+            for each in (control, wake_receiver, wake_sender, *children.values()):
                 each.close()
-            await_word(link)
+            await_start(link)
             return request
         for descriptor in request.outputs:
             os.close(descriptor)
         children[child] = link
 
 
-def await_word(link: socket.socket) -> None:
+def await_start(link: socket.socket) -> None:
     """Be a process that signals reach, tell the launcher so, and end if it does not want it any more."""
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     os.setsid()
-    tell(link, os.getpid())
-    word = b""
+    send_number(link, os.getpid())
+    start_byte = b""
     with link, contextlib.suppress(OSError):
-        word = link.recv(1)
-    if not word:
+        start_byte = link.recv(1)
+    if not start_byte:
         os._exit(0)
 
 
@@ -144,17 +152,17 @@ def read_text(link: int) -> bytes:
     return data[LENGTH.size :]
 
 
-def bury(children: dict[int, socket.socket]) -> None:
+def reap_children(children: dict[int, socket.socket]) -> None:
     """Take note of programs that have ended, and tell the launcher how."""
     for child in list(children):
         pid, status = os.waitpid(child, os.WNOHANG)
         if pid:
             link = children.pop(pid)
-            tell(link, os.waitstatus_to_exitcode(status))
+            send_number(link, os.waitstatus_to_exitcode(status))
             link.close()
 
 
-def tell(link: socket.socket, number: int) -> None:
+def send_number(link: socket.socket, number: int) -> None:
     """Send a number, unless the launcher has ended."""
     with contextlib.suppress(OSError):
         link.sendall(NUMBER.pack(number))
@@ -169,8 +177,8 @@ def become(request: Request) -> tuple[Any, dict[str, Any]]:
     Raises:
         OSError, SyntaxError: it cannot be read.
     """
-    for place, descriptor in enumerate(request.outputs, 1):
-        os.dup2(descriptor, place)
+    for target, descriptor in enumerate(request.outputs, 1):
+        os.dup2(descriptor, target)
         os.close(descriptor)
     os.environ.clear()
     os.environ.update(request.environ)
@@ -185,20 +193,20 @@ def become(request: Request) -> tuple[Any, dict[str, Any]]:
     main = types.ModuleType("__main__")
     main.__dict__.update(__file__=request.script, __builtins__=builtins)
     sys.modules["__main__"] = main
-    shown_from(request.script)
+    hide_launcher_frames(request.script)
     with open(request.script, "rb") as file:
         return compile(file.read(), request.script, "exec", dont_inherit=True), main.__dict__
 
 
-def shown_from(script: str) -> None:
+def hide_launcher_frames(script: str) -> None:
     """Let tracebacks begin with the script, not with this module."""
-    show = sys.excepthook
+    previous_hook = sys.excepthook
 
     def excepthook(kind: type[BaseException], error: BaseException, traceback: types.TracebackType | None) -> None:
         first = traceback
         while first is not None and first.tb_frame.f_code.co_filename != script:
             first = first.tb_next
-        show(kind, error.with_traceback(first), first)
+        previous_hook(kind, error.with_traceback(first), first)
 
     sys.excepthook = excepthook
 

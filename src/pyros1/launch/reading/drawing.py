@@ -14,8 +14,8 @@ def tree(plan: Plan) -> str:
 
     The content of a file, with the nodes of all its includes, is shown only at its first place.
     """
-    drawn: set[str] = set()
-    return "\n".join(line for top in _top_files(plan) for line in _branch(plan, top, "", drawn))
+    visited: set[str] = set()
+    return "\n".join(line for top in _top_files(plan) for line in _branch(plan, top, "", visited))
 
 
 def _top_files(plan: Plan) -> list[str]:
@@ -23,11 +23,11 @@ def _top_files(plan: Plan) -> list[str]:
     return list(dict.fromkeys(file for file in plan.files if file not in included))
 
 
-def _branch(plan: Plan, file: str, indent: str, drawn: set[str]) -> Iterator[str]:
-    if file in drawn:
+def _branch(plan: Plan, file: str, indent: str, visited: set[str]) -> Iterator[str]:
+    if file in visited:
         yield f"{_short(file)} (see above)"
         return
-    drawn.add(file)
+    visited.add(file)
     yield _short(file)
     rows: list[tuple[int, str | NodePlan]] = [(node.line, node) for node in _nodes(plan) if node.file == file]
     includes = dict.fromkeys((include.line, include.included) for include in plan.includes if include.file == file)
@@ -35,13 +35,13 @@ def _branch(plan: Plan, file: str, indent: str, drawn: set[str]) -> Iterator[str
     rows.sort(key=lambda row: row[0])
     for number, (_, item) in enumerate(rows):
         last = number == len(rows) - 1
-        lead, deeper = (indent + "└── ", indent + "    ") if last else (indent + "├── ", indent + "│   ")
+        lead, child_indent = (indent + "└── ", indent + "    ") if last else (indent + "├── ", indent + "│   ")
         if isinstance(item, NodePlan):
             yield lead + _describe(item)
         else:
-            first, *others = _branch(plan, item, deeper, drawn)
+            first, *rest = _branch(plan, item, child_indent, visited)
             yield lead + first
-            yield from others
+            yield from rest
 
 
 def dot(plan: Plan) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from pyros1.ground.errors import LaunchError
-from pyros1.ground.expressions import MAX_ITEMS, ExpressionError, Interpreter, bounded
+from pyros1.ground.expressions import MAX_ITEMS, ExpressionError, Interpreter, checked
 from pyros1.ground.expressions.functions import MATH, functions
 
 _BUILTINS: dict[str, Any] = functions(MAX_ITEMS)
@@ -48,7 +48,7 @@ class _Eval(Interpreter):
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
         if name == "math":
             raise ExpressionError("'math' can only be used as in math.sqrt(x)")
-        return bounded(super().name(name, names))
+        return checked(super().name(name, names))
 
 
 def _is_text(value: str) -> bool:

@@ -22,7 +22,7 @@ from pyros1.launch.reading.substitution import substitute
 
 STDIN = "-"
 _Handlers = dict[str, Callable[[Element, Scope], None]]
-_AGAIN = " (repeatedly)"
+_REPEATED = " (repeatedly)"
 _MAX_INCLUDES = 100
 _NODE_ATTRIBUTES = (
     "pkg",
@@ -170,9 +170,9 @@ class _Loader:
                 if isinstance(error, LaunchError) and error.line is not None:
                     self._report(error)
                 else:
-                    placed = element.error(str(error))
-                    placed.__cause__ = error
-                    self._report(placed)
+                    located_error = element.error(str(error))
+                    located_error.__cause__ = error
+                    self._report(located_error)
 
     def _unknown_tag(self, element: Element, parent: Element, tags: _Handlers) -> None:
         if element.tag == "master" and parent.tag == "launch":
@@ -256,11 +256,13 @@ class _Loader:
         pass_all = pass_all_text is not None and convert_bool(pass_all_text, "pass_all_args")
         inner = scope.child(self._namespace(element, scope))
         self._clear(element, scope, inner)
-        given = self._given(element, inner, inner.child(args=dict(scope.args) if pass_all else {}, pass_all=pass_all))
-        included = given.child(
+        values = self._include_args(
+            element, inner, inner.child(args=dict(scope.args) if pass_all else {}, pass_all=pass_all)
+        )
+        included = values.child(
             file=file,
             included=True,
-            args=dict(given.args),
+            args=dict(values.args),
             declared=set(),
             pass_all=pass_all,
             anonymous={},
@@ -277,7 +279,7 @@ class _Loader:
         self.plan.files.append(file)
         self.plan.includes.append(IncludePlan(scope.file, element.line, file))
         self._depth += 1
-        before = len(self._problems or [])
+        problems_before = len(self._problems or [])
         try:
             self._launch(root, included)
         except LaunchError as error:
@@ -285,30 +287,30 @@ class _Loader:
             raise
         finally:
             self._depth -= 1
-        for problem in (self._problems or [])[before:]:
+        for problem in (self._problems or [])[problems_before:]:
             _add_includer(problem, element)
         scope.default_machine = included.default_machine
-        unused = [] if pass_all else [name for name in given.args if name not in included.declared]
+        unused = [] if pass_all else [name for name in values.args if name not in included.declared]
         if unused:
             hint = did_you_mean(unused[0], included.declared) if len(unused) == 1 else ""
             raise LaunchError(f"unused args [{', '.join(unused)}] for include of [{file}]{hint}")
 
-    def _given(self, element: Element, scope: Scope, given: Scope) -> Scope:
-        """Read the tags in an ``<include>`` into `given`: arguments with values, and the environment."""
-        given.declared = set(given.args)
+    def _include_args(self, element: Element, scope: Scope, values: Scope) -> Scope:
+        """Read the tags in an ``<include>`` into `values`: arguments with values, and the environment."""
+        values.declared = set(values.args)
         self.children(
             element,
             scope,
             {
-                "arg": lambda child, at: self._give(child, at, given),
-                "env": lambda child, at: self._set_env(child, at, given),
+                "arg": lambda child, at: self._add_include_arg(child, at, values),
+                "env": lambda child, at: self._set_env(child, at, values),
             },
         )
-        return given
+        return values
 
-    def _give(self, element: Element, scope: Scope, given: Scope) -> None:
-        name, *_ = self._declare(element, scope, given)
-        if name not in given.args:
+    def _add_include_arg(self, element: Element, scope: Scope, values: Scope) -> None:
+        name, *_ = self._declare(element, scope, values)
+        if name not in values.args:
             raise LaunchError(f"Invalid <arg> tag: arg '{name}' of an <include> needs a 'value'")
 
     def _remap(self, element: Element, scope: Scope) -> None:
@@ -330,12 +332,12 @@ class _Loader:
 def _add_includer(error: LaunchError, include: Element) -> None:
     """Add to an error where its file was included; only once if files include each other in a circle."""
     lines, line = str(error).split("\n"), f"  included at {include.place}"
-    if line + _AGAIN in lines:
+    if line + _REPEATED in lines:
         return
     if line not in lines:
         lines.append(line)
-    elif not lines[-1].endswith(_AGAIN):
-        lines[-1] += _AGAIN
+    elif not lines[-1].endswith(_REPEATED):
+        lines[-1] += _REPEATED
     error.args = ("\n".join(lines),)
 
 

@@ -11,8 +11,8 @@ from pyros1.ground.names import is_legal_base_name
 from pyros1.launch.plan import NodePlan, Plan, TestPlan
 from pyros1.launch.reading.conditions import parse_conditions, parse_seconds
 from pyros1.launch.reading.convert import convert_bool
-from pyros1.launch.reading.deaths import parse_on_death
 from pyros1.launch.reading.document import Element
+from pyros1.launch.reading.on_death import parse_on_death
 from pyros1.launch.reading.params import Attribute, ParamReader
 from pyros1.launch.reading.scope import Scope
 
@@ -35,7 +35,7 @@ class NodeReader:
         self._params = params
         self._attribute = attribute
         self._children = children
-        self._places: dict[str, str] = {}
+        self._node_locations: dict[str, str] = {}
 
     def node(self, element: Element, scope: Scope) -> None:
         """Handle a ``<node>``."""
@@ -146,27 +146,27 @@ class NodeReader:
         def text(child: Element, name: str) -> str | None:
             return self._attribute(child, scope, name)
 
-        own = scope.child(name, private_params=[])
+        node_scope = scope.child(name, private_params=[])
         self._children(
             element,
             scope,
             {
-                "param": lambda child, _: self._params.param(child, own, self._attribute, private=True),
-                "rosparam": lambda child, _: self._params.rosparam(child, own, self._attribute),
+                "param": lambda child, _: self._params.param(child, node_scope, self._attribute, private=True),
+                "rosparam": lambda child, _: self._params.rosparam(child, node_scope, self._attribute),
                 "remap": lambda child, _: scope.remap(text(child, "from"), text(child, "to")),
                 "env": lambda child, _: scope.set_env(text(child, "name"), text(child, "value")),
             },
         )
         # Parameters of the scope come after the <rosparam> tags of the node and before its <param> tags.
-        for private_name, value in [*scope.private_params, *own.private_params]:
-            self._params.add(own.namespace + private_name, value)
+        for private_name, value in [*scope.private_params, *node_scope.private_params]:
+            self._params.add(node_scope.namespace + private_name, value)
 
     def _check_unique(self, plan: NodePlan, element: Element) -> None:
-        first = self._places.setdefault(plan.full_name, place := element.place)
-        if first is not place:
+        first_location = self._node_locations.setdefault(plan.full_name, location := element.place)
+        if first_location is not location:
             raise LaunchError(
                 f"roslaunch file contains multiple nodes named [{plan.full_name}].\n"
-                f"The other one is at {first}. Give them different names; $(anon id) makes a name unique."
+                f"The other one is at {first_location}. Give them different names; $(anon id) makes a name unique."
             )
 
     @staticmethod

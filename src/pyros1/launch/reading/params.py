@@ -57,16 +57,16 @@ class ParamReader:
             self.add(ns_join(scope.namespace, name), value)
 
     def _value(self, element: Element, scope: Scope, attribute: Attribute, name: str) -> Any:
-        given = [source for source in _SOURCES if source in element.attributes]
-        if len(given) != 1:
+        present_sources = [source for source in _SOURCES if source in element.attributes]
+        if len(present_sources) != 1:
             raise LaunchError("<param> tag must have one and only one of value/textfile/binfile.")
-        text = attribute(element, scope, given[0]) or ""
+        text = attribute(element, scope, present_sources[0]) or ""
         kind = (element.attributes.get("type") or "auto").lower().strip()  # without substitution
-        if given[0] == "value":
+        if present_sources[0] == "value":
             return convert_value(text.strip(), kind)
-        if given[0] == "textfile":
+        if present_sources[0] == "textfile":
             return convert_value(scope.resources.read_text(text), kind)
-        if given[0] == "binfile":
+        if present_sources[0] == "binfile":
             try:
                 return scope.resources.read_bytes(text)
             except OSError as error:
@@ -128,7 +128,7 @@ class ParamReader:
             value = load_yaml(_dedent(text)) if text.strip() else None
         except YamlError as error:
             line = first_line if error.line is None else first_line + error.line - 1
-            raise LaunchError(f"error loading <rosparam> tag: {_without_place(error)}", where, line) from error
+            raise LaunchError(f"error loading <rosparam> tag: {_without_location(error)}", where, line) from error
         if value is None:  # nothing, or what says so, sets nothing
             return
         if needs_dict and not isinstance(value, dict):
@@ -161,7 +161,7 @@ def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
         yield from _leaves(ns_join(name, key), item)
 
 
-def _without_place(error: Exception) -> str:
+def _without_location(error: Exception) -> str:
     text = str(error)
     return text.partition(": ")[2] if text.startswith("<yaml>:") else text
 

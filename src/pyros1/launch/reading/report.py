@@ -8,7 +8,7 @@ from typing import Any
 from pyros1.launch.plan import NodePlan, Plan
 from pyros1.net.hosts import DEFAULT_MASTER_URI, is_local
 
-_LONGEST_VALUE = 20
+_MAX_VALUE_LENGTH = 20
 
 
 def summary(plan: Plan, extra_params: Mapping[str, Any] | None = None, machines: Iterable[str] | None = None) -> str:
@@ -53,8 +53,8 @@ def contents(plan: Plan) -> str:
 
 def _short(value: Any) -> str:
     text = value.decode("latin-1") if isinstance(value, bytes) else str(value)
-    if len(text) > _LONGEST_VALUE:
-        text = text[: _LONGEST_VALUE - 3] + "..."
+    if len(text) > _MAX_VALUE_LENGTH:
+        text = text[: _MAX_VALUE_LENGTH - 3] + "..."
     if text.isascii() and text.isprintable():
         return text
     text = text.rstrip()

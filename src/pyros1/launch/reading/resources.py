@@ -34,7 +34,7 @@ class PackageFinder(Protocol):
         """Return the names of all executables in the package. Raise PackageNotFoundError if it is unknown."""
 
 
-LARGEST = 64 << 20
+MAX_FILE_SIZE = 64 << 20
 """Most bytes of a file, or of a command's output: a master takes no larger parameter."""
 
 
@@ -47,11 +47,11 @@ def read_bounded(stream: IO[bytes], name: str) -> bytes:
     """Return what a stream has, which may never end.
 
     Raises:
-        LaunchError: it has more than `LARGEST` bytes.
+        LaunchError: it has more than `MAX_FILE_SIZE` bytes.
     """
-    data = stream.read(LARGEST + 1)
-    if len(data) > LARGEST:
-        raise LaunchError(f"{name} has more than {LARGEST >> 20} MiB")
+    data = stream.read(MAX_FILE_SIZE + 1)
+    if len(data) > MAX_FILE_SIZE:
+        raise LaunchError(f"{name} has more than {MAX_FILE_SIZE >> 20} MiB")
     return data
 
 

@@ -70,7 +70,7 @@ def substitute(text: str, source: Substituter) -> str:
 def _replace(text: str, source: Substituter, *, finding: bool) -> str:
     parts: list[str] = []
     position = 0
-    room = len(text) + MAX_GROWTH
+    budget = len(text) + MAX_GROWTH
     while True:
         start = text.find("$(", position)
         if start < 0:
@@ -94,14 +94,14 @@ def _replace(text: str, source: Substituter, *, finding: bool) -> str:
         if (command == "find") is not finding:
             parts.append(text[start:position])
         elif command == "find":
-            _need(words, 1)
+            _check_count(words, 1)
             # Everything up to the next space is the path, and may contain another $(find).
             path, space, rest = text[position:].partition(" ")
             text, position = source.find(words[1], path) + space + rest, 0
         else:
             parts.append(_value(command, words, source))
-            room -= len(parts[-1])
-            if room < 0:
+            budget -= len(parts[-1])
+            if budget < 0:
                 raise LaunchError(f"the substitutions add more than {MAX_GROWTH} characters")
 
 
@@ -112,7 +112,7 @@ def _unknown(inner: str) -> str:
     return f"Unknown substitution command [{inner}]. Valid commands are {list(_COMMANDS)}{hint}"
 
 
-def _need(words: list[str], count: int) -> None:
+def _check_count(words: list[str], count: int) -> None:
     if len(words) != count + 1:
         raise LaunchError(f"$({words[0]} name) takes one word [{' '.join(words)}]")
 
@@ -124,7 +124,7 @@ def _value(command: str, words: list[str], source: Substituter) -> str:
         return source.optional_env(words[1], " ".join(words[2:]))
     if command == "dirname":
         return source.dirname()
-    _need(words, 1)
+    _check_count(words, 1)
     lookup: dict[str, Callable[[str], str]] = {"env": source.env, "anon": source.anon, "arg": source.arg}
     return lookup[command](words[1])
 

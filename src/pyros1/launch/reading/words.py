@@ -12,7 +12,7 @@ from pyros1.ground.suggest import argument_hint, did_you_mean
 from pyros1.launch.reading.loader import STDIN
 from pyros1.launch.reading.resources import Resources
 
-_MOST_NAMES = 20
+_MAX_NAMES = 20
 _ARGUMENT = re.compile(r"[A-Za-z~/_][\w/]*:=.*")
 
 
@@ -70,13 +70,13 @@ def find_files(words: list[str], resources: Resources) -> list[str]:
                 f"[{file}] is neither a launch file in package [{package}] nor is [{package}] a launch file name{hint}"
             )
     if len(words) == 1 and words[0] != STDIN and not os.path.isfile(words[0]):
-        own = _own_file(words[0])
-        if own is None:
+        own_file = _own_file(words[0])
+        if own_file is None:
             hint = resources.near_file(words[0])
             if not hint and _is_package(words[0], resources):
                 hint = _files_hint(words[0], "", resources)
             raise LaunchError(f"[{words[0]}] is not a launch file name{hint}")
-        return [own]
+        return [own_file]
     missing = [word for word in words if word != STDIN and not os.path.exists(word)]
     if missing:
         hints = [f"\n{hint}" for hint in map(argument_hint, missing) if hint]
@@ -100,8 +100,8 @@ def _files_hint(package: str, file: str, resources: Resources) -> str:
         names.update(name for name in files if name.endswith((".launch", ".launch.xml", ".test")))
     if not names:
         return f"; package [{package}] has no launch files"
-    more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
-    return f"{did_you_mean(file, names)}; package [{package}] has {', '.join(sorted(names)[:_MOST_NAMES])}{more}"
+    more = f" and {len(names) - _MAX_NAMES} more" if len(names) > _MAX_NAMES else ""
+    return f"{did_you_mean(file, names)}; package [{package}] has {', '.join(sorted(names)[:_MAX_NAMES])}{more}"
 
 
 def _in_package(package: str, file: str, resources: Resources) -> str | None:
@@ -110,9 +110,9 @@ def _in_package(package: str, file: str, resources: Resources) -> str | None:
     except PackageNotFoundError:
         return None
     if len(found) > 1:
-        places = "\n".join(f" * {path}" for path in found)
+        listing = "\n".join(f" * {path}" for path in found)
         raise LaunchError(
-            f"multiple files named [{file}] in package [{package}]:\n{places}\nPlease specify full path instead"
+            f"multiple files named [{file}] in package [{package}]:\n{listing}\nPlease specify full path instead"
         )
     return str(found[0]) if found else None
 

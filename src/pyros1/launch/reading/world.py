@@ -58,8 +58,8 @@ def run_command(words: list[str]) -> str:
         raise LaunchError(f"no such command [{words}].") from error
     except OSError as error:
         raise LaunchError(f"command [{words}] failed: {error}") from error
-    output, in_time = _output_of(process, f"the output of command [{words}]")
-    if not in_time:
+    output, succeeded = _output_of(process, f"the output of command [{words}]")
+    if not succeeded:
         raise LaunchError(f"command [{words}] failed: it did not end within {COMMAND_TIMEOUT_S:g} seconds")
     if process.returncode:
         raise LaunchError(f"command [{words}] returned with code [{process.returncode}].")
@@ -73,10 +73,10 @@ def _output_of(process: subprocess.Popen[bytes], name: str) -> tuple[bytes, bool
     """Return what a command prints until it ends, and whether it did so in time."""
     import threading  # noqa: PLC0415
 
-    late = threading.Event()
+    timed_out = threading.Event()
 
     def end() -> None:
-        late.set()
+        timed_out.set()
         process.kill()
 
     timer = threading.Timer(COMMAND_TIMEOUT_S, end)
@@ -85,7 +85,7 @@ def _output_of(process: subprocess.Popen[bytes], name: str) -> tuple[bytes, bool
     try:
         output = read_bounded(process.stdout, name)
         process.wait()
-        return output, not late.is_set()
+        return output, not timed_out.is_set()
     finally:
         timer.cancel()
         process.kill()

@@ -32,11 +32,11 @@ def xacro_words(words: list[str]) -> list[str]:
         return words
     folder = os.path.dirname(words[0])
     if folder:
-        ours = os.path.realpath(folder) == os.path.realpath(os.path.join(OWN_PACKAGES, "xacro"))
+        uses_own = os.path.realpath(folder) == os.path.realpath(os.path.join(OWN_PACKAGES, "xacro"))
     else:
         found = importlib.util.find_spec("xacro")
-        ours = (found is not None and found.origin is not None) or shutil.which(words[0]) is None
-    return [sys.executable, "-m", __name__, *words[1:]] if ours else words
+        uses_own = (found is not None and found.origin is not None) or shutil.which(words[0]) is None
+    return [sys.executable, "-m", __name__, *words[1:]] if uses_own else words
 
 
 def missing_input(words: list[str]) -> str:

@@ -19,7 +19,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import IO, Any
 
-_SILENCE = 30.0  # seconds without a message from the launcher after which the connection counts as dead
+_HEARTBEAT_TIMEOUT = 30.0  # seconds without a message from the launcher after which the connection counts as dead
 
 
 class _Agent:
@@ -30,18 +30,18 @@ class _Agent:
         self._find = finder()
         self._tools: dict[str, Any] = {"__name__": "usage"}  # as in the launcher's module of this name
 
-    def say(self, **message: Any) -> None:
+    def send(self, **message: Any) -> None:
         with self._lock, contextlib.suppress(OSError, ValueError):
             sys.stdout.write(json.dumps(message) + "\n")
             sys.stdout.flush()
 
     def run(self) -> None:
-        threading.Thread(target=self._listen, daemon=True).start()
-        self.say(event="ready", pid=os.getpid())
+        threading.Thread(target=self._read_messages, daemon=True).start()
+        self.send(event="ready", pid=os.getpid())
         stages = [15.0, 2.0]
         while True:
             try:
-                line = self._lines.get(timeout=_SILENCE)
+                line = self._lines.get(timeout=_HEARTBEAT_TIMEOUT)
             except queue.Empty:
                 break
             if not line:
@@ -52,33 +52,33 @@ class _Agent:
                 stages = message["stages"]
                 exec(message["usage"], self._tools)
             elif do == "usage":
-                self._say_usage()
+                self._send_usage()
             elif do == "start":
                 self._start(message)
             elif do == "signal":
                 self._signal(message["label"], message["number"])
         self._end(stages)
 
-    def _listen(self) -> None:
+    def _read_messages(self) -> None:
         for line in sys.stdin.buffer:
             self._lines.put(line)
         self._lines.put(b"")
 
-    def _say_usage(self) -> None:
+    def _send_usage(self) -> None:
         usages = self._tools["group_usages"]()
         nodes = list(self._nodes.items())
-        self.say(event="usage", of={label: usages[node.pid] for label, node in nodes if node.pid in usages})
+        self.send(event="usage", of={label: usages[node.pid] for label, node in nodes if node.pid in usages})
 
     def _start(self, message: dict[str, Any]) -> None:
         label = message["label"]
         try:
             node = self._spawn(label, message)
         except (OSError, RuntimeError) as error:
-            self.say(event="failed", label=label, why=str(error))
+            self.send(event="failed", label=label, why=str(error))
         except Exception as error:  # noqa: BLE001 - any version of pyros1 may raise other errors about a package
-            self.say(event="failed", label=label, why=f"{type(error).__name__}: {error}")
+            self.send(event="failed", label=label, why=f"{type(error).__name__}: {error}")
         else:
-            self.say(event="started", label=label, pid=node.pid)
+            self.send(event="started", label=label, pid=node.pid)
             threading.Thread(target=self._watch, args=(label, node), daemon=True).start()
 
     def _spawn(self, label: str, message: dict[str, Any]) -> subprocess.Popen[bytes]:
@@ -108,7 +108,7 @@ class _Agent:
 
     def _relay(self, label: str, number: int, pipe: IO[bytes]) -> None:
         for line in pipe:
-            self.say(event="output", label=label, stream=number, text=line.decode("utf-8", "replace"))
+            self.send(event="output", label=label, stream=number, text=line.decode("utf-8", "replace"))
 
     def _watch(self, label: str, node: subprocess.Popen[bytes]) -> None:
         readers = [
@@ -121,7 +121,7 @@ class _Agent:
         code = node.wait()
         for reader in readers:
             reader.join(1.0)  # its last output comes first, unless a child keeps the pipe open
-        self.say(event="ended", label=label, code=code)
+        self.send(event="ended", label=label, code=code)
 
     def _signal(self, label: str, number: int) -> None:
         node = self._nodes.get(label)
@@ -131,13 +131,13 @@ class _Agent:
 
     def _end(self, stages: list[float]) -> None:
         for number, seconds in zip((signal.SIGINT, signal.SIGTERM, signal.SIGKILL), (*stages, 2.0)):  # noqa: B905 - 3.7
-            for label in self._left():
+            for label in self._running_nodes():
                 self._signal(label, number)
             deadline = time.monotonic() + seconds
-            while self._left() and time.monotonic() < deadline:
+            while self._running_nodes() and time.monotonic() < deadline:
                 time.sleep(0.05)
 
-    def _left(self) -> list[str]:
+    def _running_nodes(self) -> list[str]:
         return [label for label, node in self._nodes.items() if node.poll() is None or group_exists(node.pid)]
 
 

@@ -27,7 +27,7 @@ from pyros1.launch.running.options import Options
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.starting import Run, Starter
 from pyros1.launch.running.supervisor import Supervisor
-from pyros1.net.guests import guests_of
+from pyros1.net.allowlist import make_allowlist
 from pyros1.net.hosts import host_from_environment, master_uri
 from pyros1.net.master_client import MasterClient, unpack
 from pyros1.net.xmlrpc_client import XmlRpcClient
@@ -55,7 +55,7 @@ class Parent:
         self._name = name
         self._client = XmlRpcClient(uri, timeout=_TIMEOUT)
         self._calls: queue.SimpleQueue[tuple[Any, ...] | None] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._tell, name="roslaunch parent", daemon=True)
+        self._thread = threading.Thread(target=self._report_deaths, name="roslaunch parent", daemon=True)
 
     def register(self, uri: str) -> None:
         """Register this child's URI at the parent.
@@ -85,7 +85,7 @@ class Parent:
         self.flush()
         self._client.close()
 
-    def _tell(self) -> None:
+    def _report_deaths(self) -> None:
         while call := self._calls.get():
             try:
                 self._client.call(*call)
@@ -117,7 +117,9 @@ class _ChildServer(LaunchServer):
     def __init__(self, child: Child, supervisor: Supervisor, environ: Mapping[str, str]) -> None:
         self._child = child
         address = host_from_environment(environ, {})
-        super().__init__(supervisor, address, f"part {child.name} of another launch", guests=guests_of(address.allowed))
+        super().__init__(
+            supervisor, address, f"part {child.name} of another launch", allowlist=make_allowlist(address.allowed)
+        )
 
     def dispatch(self, method: str, params: Sequence[Any]) -> Triple:
         if method == "launch":
@@ -152,8 +154,8 @@ class Child:
             self._log = log.open("a", encoding="utf-8", errors="replace")
         except OSError as error:
             raise LaunchError(f"cannot write log files: {error.strerror}: {error.filename}") from error
-        self._here = Console(title=False)
-        self._here.line(f"... logging to {log}")
+        self._local_console = Console(title=False)
+        self._local_console.line(f"... logging to {log}")
         try:
             self._parent = Parent(name, parent_uri)
         except Error:
@@ -171,15 +173,15 @@ class Child:
         self._supervisor.on_death = self._parent.died
         self._supervisor.expected = 1  # the parent's nodes
         self._server: LaunchServer | None = None
-        self._over = threading.Event()
+        self._shut_down_event = threading.Event()
 
     def stop(self, reason: str = "") -> None:
         """Tell `run` to end everything. Callable from any thread and from signal handlers."""
         self._supervisor.stop(reason)
 
-    def hurry(self) -> None:
+    def stop_waiting(self) -> None:
         """Stop waiting for nodes that are ending. Callable from any thread and from signal handlers."""
-        self._supervisor.hurry()
+        self._supervisor.stop_waiting()
 
     def run(self) -> None:
         """Register, serve, and return when everything has ended.
@@ -188,7 +190,7 @@ class Child:
             Error: the parent cannot be reached.
         """
         self._server = server = _ChildServer(self, self._supervisor, self._resources.environ)
-        self._here.line(f"started roslaunch server {server.uri}")
+        self._local_console.line(f"started roslaunch server {server.uri}")
         try:
             self._parent.register(server.uri)
             reason = self._supervisor.run()
@@ -196,20 +198,20 @@ class Child:
                 self._console.line(reason)
         finally:
             self._supervisor.shut_down()
-            self._announce(gone=True)
+            self._announce(master_lost=True)
             self._parent.close()
-            self._over.set()
+            self._shut_down_event.set()
             server.close()
             self._log.close()
 
-    def _announce(self, *, gone: bool = False) -> None:
+    def _announce(self, *, master_lost: bool = False) -> None:
         """Make the nodes here visible to `pyros1 node status`."""
         server = self._server
         if server is None:
             return
         master = MasterClient("/roslaunch", self._run.master_uri, timeout=_TIMEOUT)
         with contextlib.suppress(Error):
-            if gone:
+            if master_lost:
                 master.delete_param(server.param_name())
             else:
                 master.set_param(server.param_name(), server.uri)
@@ -235,7 +237,7 @@ class Child:
 
         self._supervisor.do(start)
         while not started.wait(0.1):
-            if self._over.is_set():
+            if self._shut_down_event.is_set():
                 return [0, "ERROR: this launcher is shutting down", [[], []]]
         return [1, "launched", lists]
 
@@ -267,7 +269,7 @@ class Child:
     def shutdown(self) -> Triple:
         """End everything, and answer when this is done. Called by the parent."""
         self.stop()
-        self._over.wait(self._options.sigint_timeout + self._options.sigterm_timeout + _END)
+        self._shut_down_event.wait(self._options.sigint_timeout + self._options.sigterm_timeout + _END)
         return [1, "success", 1]
 
 

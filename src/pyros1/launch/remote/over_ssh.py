@@ -42,9 +42,9 @@ _OPTIONS = ["-T", "-o", "ServerAliveInterval=5", "-o", "ServerAliveCountMax=3"]
 _BOOT = "import sys; b = sys.stdin.buffer; exec(compile(b.read(int(b.readline())), 'agent', 'exec'))"
 _HEARTBEAT = 5.0
 _CONNECT_TIMEOUT = "10"
-_DELAYS = (1.0, 30.0)
-_USAGE_WAIT = 1.0
-_USAGE_AGE = 0.2
+_RECONNECT_DELAYS = (1.0, 30.0)
+_USAGE_TIMEOUT = 1.0
+_USAGE_MAX_AGE = 0.2
 _DEFAULT_LOADERS = "/opt/ros/noetic/env.sh"
 _Factory = Callable[[ProcessSpec, Callable[[Process], object], "Warden | None", "Screen | None"], Process]
 
@@ -56,8 +56,8 @@ def ssh_words(machine: MachinePlan, environ: Mapping[str, str]) -> list[str]:
     the usual one is used if the machine has it.
     """
     settings = dict(machine.settings)
-    patience = math.ceil(_timeout(settings))
-    words = [*shlex.split(environ.get(SSH_VARIABLE) or "ssh"), *_OPTIONS, "-o", f"ConnectTimeout={patience}"]
+    connect_timeout = math.ceil(_timeout(settings))
+    words = [*shlex.split(environ.get(SSH_VARIABLE) or "ssh"), *_OPTIONS, "-o", f"ConnectTimeout={connect_timeout}"]
     if settings.get("ssh-port"):
         words += ["-p", settings["ssh-port"]]
     if settings.get("user"):
@@ -84,7 +84,7 @@ class Machine:
         master_uri: ROS_MASTER_URI of the nodes there.
         stages: seconds to wait after SIGINT and after SIGTERM when ending nodes after the connection broke.
         console: prints lines for the user.
-        on_back: called by a thread with the machine's processes after a reconnection.
+        on_reconnected: called by a thread with the machine's processes after a reconnection.
     """
 
     def __init__(
@@ -94,21 +94,21 @@ class Machine:
         master_uri: str,
         stages: tuple[float, float],
         console: Console,
-        on_back: Callable[[list[Process]], object] | None = None,
+        on_reconnected: Callable[[list[Process]], object] | None = None,
     ) -> None:
         self.plan = plan
         self.master_uri = master_uri
         self._environ = environ
         self._stages = stages
         self._console = console
-        self._on_back = on_back
+        self._on_reconnected = on_reconnected
         self._ssh: subprocess.Popen[bytes] | None = None
         self._processes: dict[str, RemoteProcess] = {}
         self._changed = threading.Condition()
-        self._ready = False
-        self._lost = False
+        self._is_ready = False
+        self._is_lost = False
         self._usages: dict[str, Usage] = {}
-        self._usages_at = -_USAGE_AGE
+        self._usages_at = -_USAGE_MAX_AGE
         self._usages_known = threading.Event()
         self._closed = threading.Event()
         self._threads: list[threading.Thread] = []
@@ -120,13 +120,13 @@ class Machine:
             LaunchError: ssh cannot be run.
         """
         self._console.line(f"remote[{self.plan.name}] connecting to {self.plan.address}")
-        self._open()
-        for target in (self._run, self._beat):
+        self._start_ssh()
+        for target in (self._run, self._send_heartbeats):
             thread = threading.Thread(target=target, name=f"machine {self.plan.name}", daemon=True)
             thread.start()
             self._threads.append(thread)
 
-    def _open(self) -> None:
+    def _start_ssh(self) -> None:
         words = ssh_words(self.plan, self._environ)
         with self._changed:
             if self._closed.is_set():
@@ -152,13 +152,13 @@ class Machine:
         """
         timeout = _timeout(dict(self.plan.settings))
         with self._changed:
-            self._changed.wait_for(lambda: self._ready or self._lost, timeout)
-            if self._ready:
+            self._changed.wait_for(lambda: self._is_ready or self._is_lost, timeout)
+            if self._is_ready:
                 return
-            why = "see the output of ssh" if self._lost else f"no answer within {timeout:g} s"
+            reason = "see the output of ssh" if self._is_lost else f"no answer within {timeout:g} s"
         self.close()
         raise LaunchError(
-            f"cannot launch nodes on machine [{self.plan.name}] ({self.plan.address}): {why}.\n"
+            f"cannot launch nodes on machine [{self.plan.name}] ({self.plan.address}): {reason}.\n"
             f"Try: {shlex.join(ssh_words(self.plan, self._environ)[:-1])} python3 --version"
         )
 
@@ -188,28 +188,28 @@ class Machine:
 
     def _run(self) -> None:
         """Listen until the connection ends. Reconnect if it has ever been ready."""
-        proven, delay = False, _DELAYS[0]
+        was_ever_ready, delay = False, _RECONNECT_DELAYS[0]
         while True:
             self._listen()
             with self._changed:
-                worked, self._ready, self._lost = self._ready, False, True
+                was_ready, self._is_ready, self._is_lost = self._is_ready, False, True
                 self._changed.notify_all()
-            proven = proven or worked
-            if self._closed.is_set() or not proven:
+            was_ever_ready = was_ever_ready or was_ready
+            if self._closed.is_set() or not was_ever_ready:
                 return
-            if worked:
-                delay = _DELAYS[0]
-                self._say_lost()
+            if was_ready:
+                delay = _RECONNECT_DELAYS[0]
+                self._report_lost()
             while True:
-                self._bury()
+                self._reap_ssh()
                 if self._closed.wait(delay):
                     return
-                delay = min(2 * delay, _DELAYS[1])
+                delay = min(2 * delay, _RECONNECT_DELAYS[1])
                 with contextlib.suppress(LaunchError):
-                    self._open()
+                    self._start_ssh()
                     break
 
-    def _say_lost(self) -> None:
+    def _report_lost(self) -> None:
         self._console.error(
             f"the connection to machine [{self.plan.name}] ({self.plan.address}) was lost, and its nodes there "
             "were stopped. After reconnecting, nodes with respawn are started again; use pyros1 node start for others. "
@@ -218,7 +218,7 @@ class Machine:
         for process in list(self._processes.values()):
             process.lost()
 
-    def _bury(self) -> None:
+    def _reap_ssh(self) -> None:
         """Clean up after an ended ssh process."""
         with self._changed:
             if self._ssh is None:
@@ -240,17 +240,17 @@ class Machine:
                 sys.stderr.write(line.decode("utf-8", "replace"))
                 continue
             if isinstance(message, dict):
-                self._heard(message)
+                self._handle_message(message)
 
-    def _heard(self, message: dict[str, Any]) -> None:
+    def _handle_message(self, message: dict[str, Any]) -> None:
         if message.get("event") == "ready":
             with self._changed:
-                again, self._ready, self._lost = self._lost, True, False
+                reconnected, self._is_ready, self._is_lost = self._is_lost, True, False
                 self._changed.notify_all()
-            if again:
+            if reconnected:
                 self._console.line(f"remote[{self.plan.name}] connected to {self.plan.address} again")
-                if self._on_back is not None:
-                    self._on_back(list(self._processes.values()))
+                if self._on_reconnected is not None:
+                    self._on_reconnected(list(self._processes.values()))
             return
         if message.get("event") == "usage":
             self._usages = {label: Usage(*numbers) for label, numbers in message["of"].items()}
@@ -258,15 +258,15 @@ class Machine:
             return
         process = self._processes.get(message.get("label", ""))
         if process is not None:
-            process.heard(message)
+            process.handle_message(message)
 
     def usage(self, label: str) -> Usage:
         """Return the CPU and memory usage of a process there. It may be slightly old, or unknown."""
         now = time.monotonic()
-        if now - self._usages_at > _USAGE_AGE and not self._lost:
+        if now - self._usages_at > _USAGE_MAX_AGE and not self._is_lost:
             self._usages_known.clear()
             self.send({"do": "usage"})
-            if not self._usages_known.wait(_USAGE_WAIT):
+            if not self._usages_known.wait(_USAGE_TIMEOUT):
                 self._usages = {}
             self._usages_at = time.monotonic()
         return self._usages.get(label, UNKNOWN)
@@ -274,9 +274,9 @@ class Machine:
     @property
     def lost(self) -> bool:
         """Whether the connection is currently broken."""
-        return self._lost
+        return self._is_lost
 
-    def _beat(self) -> None:
+    def _send_heartbeats(self) -> None:
         while not self._closed.wait(_HEARTBEAT):
             self.send({})
 
@@ -290,13 +290,13 @@ class Machine:
                     ssh.stdin.close()
         if ssh is not None:
             try:
-                ssh.wait(sum(self._stages) + 5.0 if self._ready else 0.5)
+                ssh.wait(sum(self._stages) + 5.0 if self._is_ready else 0.5)
             except subprocess.TimeoutExpired:
                 ssh.kill()
                 ssh.wait()
         for thread in self._threads:
             thread.join(5.0)
-        self._bury()
+        self._reap_ssh()
 
 
 def make_machine(
@@ -305,7 +305,7 @@ def make_machine(
     master_uri: str,
     stages: tuple[float, float],
     console: Console,
-    on_back: Callable[[list[Process]], object],
+    on_reconnected: Callable[[list[Process]], object],
 ) -> Machine:
     """Return a machine to connect to. Warn if its nodes cannot reach the master, or if the tag has a password."""
     if dict(plan.settings).get("password"):
@@ -319,4 +319,4 @@ def make_machine(
             f"nodes on machine [{plan.name}] get the master URI {master_uri}, which means that machine itself there; "
             "set ROS_MASTER_URI to a name of this machine that is known there"
         )
-    return Machine(plan, environ, master_uri, stages, console, on_back)
+    return Machine(plan, environ, master_uri, stages, console, on_reconnected)

@@ -15,7 +15,7 @@ from pyros1.launch.running.usage import UNKNOWN, Usage
 
 _LOST = 255
 _KILL = 9  # SIGKILL of the machine there, which this one may lack
-ANSWER_TIME = 10.0
+START_TIMEOUT = 10.0
 """Timeout in seconds for the other machine's answer that a node was started."""
 
 
@@ -70,7 +70,7 @@ class RemoteProcess(Process):
             OSError: the process cannot be started, or the machine cannot be reached.
         """
         if self._machine.lost:
-            self.stranded = True
+            self.disconnected = True
             raise OSError(0, "the connection is lost", f"machine {self._machine.plan.name}")
         node = self._node
         env = {"ROS_MASTER_URI": self._machine.master_uri}
@@ -96,17 +96,17 @@ class RemoteProcess(Process):
                 "again": bool(self.spawn_count),
             }
         )
-        self._answered.wait(ANSWER_TIME)
+        self._answered.wait(START_TIMEOUT)
         answer = self._answer
         if answer is None:
-            self.stranded = self._machine.lost
-            self._given_up = not self.stranded
+            self.disconnected = self._machine.lost
+            self._given_up = not self.disconnected
         if answer is None or answer.get("event") != "started":
-            silent = "no answer in time" if self._given_up else "the connection is lost"
-            why = answer.get("why") if answer else silent
-            raise OSError(0, str(why), f"machine {self._machine.plan.name}")
+            silence_reason = "no answer in time" if self._given_up else "the connection is lost"
+            reason = answer.get("why") if answer else silence_reason
+            raise OSError(0, str(reason), f"machine {self._machine.plan.name}")
 
-    def heard(self, message: dict[str, Any]) -> None:
+    def handle_message(self, message: dict[str, Any]) -> None:
         """Handle a message of the agent about it. Called by the thread that listens to the machine."""
         event = message.get("event")
         if event == "output":
@@ -114,7 +114,7 @@ class RemoteProcess(Process):
             self._show(str(message.get("text", "")), stream)
         elif event == "ended":
             if self._running:
-                self._over(int(message.get("code", 0)))
+                self._exited(int(message.get("code", 0)))
         elif self._given_up:
             if event == "started":  # too late: it is unknown here now
                 self._machine.send({"do": "signal", "label": self.spec.label, "number": _KILL})
@@ -139,18 +139,18 @@ class RemoteProcess(Process):
 
     def lost(self) -> None:
         """Handle a broken connection: the agent ends the process."""
-        self.stranded = True
+        self.disconnected = True
         self._answered.set()
         if self._running:
-            self._over(_LOST)
+            self._exited(_LOST)
 
-    def _over(self, code: int) -> None:
+    def _exited(self, code: int) -> None:
         self.exit_code = code
         self._running = False
         self._ended.set()
         self.on_exit(self)
 
-    def usage(self, here: Mapping[int, Usage]) -> Usage:
+    def usage(self, local_usages: Mapping[int, Usage]) -> Usage:
         """Return its CPU and memory usage on the other machine."""
         return self._machine.usage(self.spec.label) if self._running else UNKNOWN
 

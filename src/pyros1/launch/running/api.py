@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import LaunchError
-from pyros1.launch.running.callers import why_refused
+from pyros1.launch.running.callers import refusal_reason
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.supervisor import Supervisor
 from pyros1.launch.running.usage import Usage, group_usages
@@ -23,7 +23,7 @@ from pyros1.net.loop import Loop
 from pyros1.net.xmlrpc_server import XmlRpcServer, unknown_method
 
 if TYPE_CHECKING:
-    from pyros1.net.guests import Guests
+    from pyros1.net.allowlist import Allowlist
 
 Triple = list[Any]
 
@@ -36,7 +36,7 @@ class LaunchServer:
         address: addresses to listen on and to advertise.
         title: what is launched, for people: names of files.
         refuse: returns why a caller may not control the launch; empty if it may.
-        guests: decides who may connect; None lets everybody in.
+        allowlist: decides who may connect; None lets everybody in.
     """
 
     def __init__(
@@ -44,8 +44,8 @@ class LaunchServer:
         supervisor: Supervisor,
         address: LocalAddress,
         title: str = "roslaunch",
-        refuse: Callable[[socket.socket], str] = why_refused,
-        guests: Guests | None = None,
+        refuse: Callable[[socket.socket], str] = refusal_reason,
+        allowlist: Allowlist | None = None,
     ) -> None:
         self._supervisor = supervisor
         self._title = title
@@ -58,7 +58,7 @@ class LaunchServer:
             bind_host=address.bind,
             advertised_host=address.advertised,
             ports=address.ports,
-            guests=guests,
+            allowlist=allowlist,
         )
         self._loop.start()
 
@@ -102,7 +102,7 @@ class LaunchServer:
         now = time.monotonic()
         dead = self._supervisor.dead
         entries = [
-            _entry(process, process.usage(usages), now, over=process in dead)
+            _entry(process, process.usage(usages), now, has_ended=process in dead)
             for process in [*self._supervisor.active, *dead]
         ]
         launch = {
@@ -110,11 +110,11 @@ class LaunchServer:
             "pid": os.getpid(),
             "uptime": now - self._started,
             "expected": self._supervisor.expected,
-            "refusal": self._refusal(),
+            "refusal": self._refusal_reason(),
         }
         return [1, "status", {"launch": launch, "processes": entries}]
 
-    def _refusal(self) -> str:
+    def _refusal_reason(self) -> str:
         caller = self._server.caller
         return "" if caller is None else self._refuse(caller)
 
@@ -123,7 +123,7 @@ class LaunchServer:
         verbs = {"stop": supervisor.stop_node, "start": supervisor.start_node, "restart": supervisor.restart_node}
         if len(params) != 2 or params[0] not in [*verbs]:  # of any type
             return [-1, "control needs one of stop, start and restart, and a node name", 0]
-        if why := self._refusal():
+        if why := self._refusal_reason():
             return [-1, why, 0]
         try:
             process = supervisor.find(str(params[1]))
@@ -147,7 +147,7 @@ class LaunchServer:
                     "pid": process.pid,
                     "args": spec.words,
                     "cwd": spec.cwd,
-                    "env": {} if self._refusal() else spec.env,
+                    "env": {} if self._refusal_reason() else spec.env,
                     "log_output": not spec.to_screen,
                     "log_file": f"{spec.log_base}*.log" if spec.log_base else "",
                 }
@@ -157,12 +157,12 @@ class LaunchServer:
         return [-1, f"no process by that name: {name}", {}]
 
 
-def _entry(process: Process, usage: Usage, now: float, *, over: bool) -> dict[str, Any]:
+def _entry(process: Process, usage: Usage, now: float, *, has_ended: bool) -> dict[str, Any]:
     spec = process.spec
     entry: dict[str, Any] = {
         "label": spec.label,
         "node": spec.node,
-        "state": _state(process, over),
+        "state": _state(process, has_ended),
         "pid": process.pid,
         "starts": process.spawn_count,
         "uptime": now - process.started if process.alive else -1.0,
@@ -179,12 +179,12 @@ def _entry(process: Process, usage: Usage, now: float, *, over: bool) -> dict[st
     return entry
 
 
-def _state(process: Process, over: bool) -> str:
+def _state(process: Process, has_ended: bool) -> str:
     if process.alive:
-        return "stopping" if process.held or process.restarting else "running"
-    if process.held:
+        return "stopping" if process.is_stopped or process.restarting else "running"
+    if process.is_stopped:
         return "stopped"
-    if over:
+    if has_ended:
         return "died" if process.exit_code else "finished"
     return "waiting"
 

@@ -19,48 +19,48 @@ _TABLES = ("net/tcp", "net/tcp6")
 _ROOT = 0
 
 
-def why_refused(connection: socket.socket) -> str:
+def refusal_reason(connection: socket.socket) -> str:
     """Return why a caller may not control what runs here; empty if it may.
 
     Args:
         connection: an accepted TCP connection.
     """
     try:
-        there, here = connection.getpeername()[:2], connection.getsockname()[:2]
+        remote, local = connection.getpeername()[:2], connection.getsockname()[:2]
     except OSError:
         return "the caller is gone"
-    return refusal(there, here)
+    return refusal(remote, local)
 
 
-def refusal(there: Address, here: Address, proc: Path = Path("/proc")) -> str:
+def refusal(remote: Address, local: Address, proc: Path = Path("/proc")) -> str:
     """Return why a caller may not control what runs here; empty if it may.
 
     Args:
-        there: address and port of its end of the connection.
-        here: address and port of our end.
+        remote: address and port of its end of the connection.
+        local: address and port of our end.
         proc: path of the proc file system.
     """
-    if not is_local(str(_plain(there[0]))):
+    if not is_local(str(_unwrapped(remote[0]))):
         return "a launch is controlled from its own machine only, for example through: pyros1 web"
     tables = [text for name in _TABLES if (text := _read(proc / name))]
     if not tables or not hasattr(os, "getuid"):
         return ""
-    user = _owner(tables, there, here)
+    user = _socket_user(tables, remote, local)
     if user in (os.getuid(), _ROOT):
         return ""
     return "a launch is controlled by its own user only"
 
 
-def _owner(tables: list[str], there: Address, here: Address) -> int | None:
+def _socket_user(tables: list[str], remote: Address, local: Address) -> int | None:
     """Return the user of the other end of a local connection, from the kernel's tables; None if it is not in them."""
-    wanted = (_plain(there[0]), _plain(here[0]))
-    ports = (f":{there[1]:04X}", f":{here[1]:04X}")
+    endpoints = (_unwrapped(remote[0]), _unwrapped(local[0]))
+    ports = (f":{remote[1]:04X}", f":{local[1]:04X}")
     for table in tables:
         for line in table.splitlines()[1:]:
             words = line.split()
             if len(words) < 8 or not words[1].endswith(ports[0]) or not words[2].endswith(ports[1]):
                 continue  # quick: there may be thousands
-            if (_parse(words[1]), _parse(words[2])) == wanted:
+            if (_parse(words[1]), _parse(words[2])) == endpoints:
                 return int(words[7])
     return None
 
@@ -69,10 +69,10 @@ def _parse(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
     """Return the address of an end as the tables write it: words of 32 bits in the machine's order in hex, a port."""
     address = text.partition(":")[0]
     words = [int(address[start : start + 8], 16).to_bytes(4, sys.byteorder) for start in range(0, len(address), 8)]
-    return _plain(ipaddress.ip_address(b"".join(words)))
+    return _unwrapped(ipaddress.ip_address(b"".join(words)))
 
 
-def _plain(
+def _unwrapped(
     address: str | ipaddress.IPv4Address | ipaddress.IPv6Address,
 ) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
     """Return an address without its zone; one of IPv4 also if IPv6 wraps it."""

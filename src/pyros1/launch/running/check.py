@@ -55,8 +55,8 @@ def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str
             check_on_death(node)
         except LaunchError as error:
             yield _error(node, str(error))
-    here = [node for node in [*plan.nodes, *plan.tests] if not is_remote(plan, node)]
-    for node in [*here, *(node.answer for node in plan.nodes if node.answer is not None)]:
+    local_nodes = [node for node in [*plan.nodes, *plan.tests] if not is_remote(plan, node)]
+    for node in [*local_nodes, *(node.on_death_plan for node in plan.nodes if node.on_death_plan is not None)]:
         executable = None
         try:
             executable = locate(node.package, node.type, packages)
@@ -117,25 +117,28 @@ def unsendable(params: Mapping[str, Any]) -> Iterator[LaunchError]:
 
 def endless_waits(plan: Plan) -> Iterator[LaunchError]:
     """Yield an error for each node that waits for itself, also through other nodes."""
-    waits = {node.full_name: [need.name for need in node.wait_for if need.kind == "node"] for node in plan.nodes}
+    waits = {
+        node.full_name: [condition.name for condition in node.wait_for if condition.kind == "node"]
+        for node in plan.nodes
+    }
     for node in plan.nodes:
-        chain = _way_back(node.full_name, waits)
+        chain = _cycle(node.full_name, waits)
         if chain:
             yield _error(node, f"it can never start: it waits for itself ({' -> '.join(chain)})")
 
 
-def _way_back(start: str, waits: Mapping[str, list[str]]) -> list[str]:
+def _cycle(start: str, waits: Mapping[str, list[str]]) -> list[str]:
     """Return the chain of waiting nodes from a node back to itself, empty if there is none."""
-    ways = [[start]]
+    paths = [[start]]
     seen: set[str] = set()
-    while ways:
-        way = ways.pop()
-        for name in waits.get(way[-1], ()):
+    while paths:
+        cycle = paths.pop()
+        for name in waits.get(cycle[-1], ()):
             if name == start:
-                return [*way, start]
+                return [*cycle, start]
             if name not in seen:
                 seen.add(name)
-                ways.append([*way, name])
+                paths.append([*cycle, name])
     return []
 
 

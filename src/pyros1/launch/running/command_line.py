@@ -12,7 +12,7 @@ from pyros1.finding.python_modules import modules_environment, system_python
 from pyros1.ground.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.plan import NodePlan
 from pyros1.launch.reading.resources import PackageFinder
-from pyros1.launch.running.shebang import script_trouble
+from pyros1.launch.running.shebang import script_problem
 
 _PACKAGE_FOLDER = Path(__file__).resolve().parents[2]
 
@@ -58,9 +58,9 @@ def check_script(node: NodePlan, executable: Path, environ: Mapping[str, str]) -
     env = {**environ, **node.env}
     if node.prefix or executable_words(executable, env)[0] != str(executable):  # another program starts it
         return
-    trouble = script_trouble(executable, env)
-    if trouble:
-        raise LaunchError(f"cannot run {executable}: {trouble}")
+    problem = script_problem(executable, env)
+    if problem:
+        raise LaunchError(f"cannot run {executable}: {problem}")
 
 
 def is_own(executable: Path) -> bool:

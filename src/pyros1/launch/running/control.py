@@ -21,10 +21,10 @@ from pyros1.net.xmlrpc_client import XmlRpcClient
 URIS = "/roslaunch/uris"
 STATES = ("running", "waiting", "stopping", "stopped", "finished", "died", "ended")
 _TIMEOUT = 5.0
-_MOST_PROCESSES = 2_000
-_MOST_ASKED = 200
+_MAX_PROCESSES = 2_000
+_MAX_QUERIED = 200
 """Processes of a stock launch that are asked for one by one."""
-_LONGEST = 1_000
+_MAX_TEXT_LENGTH = 1_000
 """Most characters of a text."""
 _STOCK = "this is a stock roslaunch, which reports the state of its nodes, but cannot stop or start them"
 
@@ -115,14 +115,14 @@ class Launch:
         except XmlRpcFault:
             return self._stock_report()
         try:
-            about = answer["launch"]
+            summary = answer["launch"]
             return Report(
-                title=_text(about["title"]),
-                pid=int(about["pid"]),
-                uptime=_seconds(about["uptime"]),
-                expected=int(about["expected"]),
-                refusal=_text(about["refusal"]),
-                processes=[_status(entry) for entry in answer["processes"][:_MOST_PROCESSES]],
+                title=_text(summary["title"]),
+                pid=int(summary["pid"]),
+                uptime=_seconds(summary["uptime"]),
+                expected=int(summary["expected"]),
+                refusal=_text(summary["refusal"]),
+                processes=[_status(entry) for entry in answer["processes"][:_MAX_PROCESSES]],
             )
         except (AttributeError, KeyError, TypeError, ValueError, OverflowError):
             raise ProtocolError(f"{self.uri} is not the address of a launch") from None
@@ -136,8 +136,8 @@ class Launch:
         return self.report().processes
 
     def _stock_report(self) -> Report:
-        here = is_local(parse_uri(self.uri)[0])
-        usages = group_usages() if here else {}
+        pid_here = is_local(parse_uri(self.uri)[0])
+        usages = group_usages() if pid_here else {}
         try:
             active, dead = self._call("list_processes")
             pid = int(self._call("get_pid"))
@@ -146,15 +146,15 @@ class Launch:
         except (TypeError, ValueError, OverflowError):
             raise ProtocolError(f"{self.uri} is not the address of a launch") from None
         processes = []
-        for number, (label, count, running) in enumerate(entries[:_MOST_PROCESSES]):
-            info = self.info(label) if number < _MOST_ASKED else {}
+        for number, (label, count, running) in enumerate(entries[:_MAX_PROCESSES]):
+            info = self.info(label) if number < _MAX_QUERIED else {}
             entry = stock_status(label, count, running, info)
-            if here and entry.state == "running":
+            if pid_here and entry.state == "running":
                 usage = usages.get(entry.pid, UNKNOWN)
                 entry = replace(entry, cpu=usage.cpu, memory=usage.memory, uptime=age(entry.pid))
             processes.append(entry)
-        title = _text(launch_files(pid)) if here else ""
-        return Report(title or "a stock roslaunch", pid, age(pid) if here else -1.0, 0, _STOCK, processes)
+        title = _text(launch_files(pid)) if pid_here else ""
+        return Report(title or "a stock roslaunch", pid, age(pid) if pid_here else -1.0, 0, _STOCK, processes)
 
     def info(self, label: str) -> Mapping[str, Any]:
         """Return what else is known of a process: ``args``, ``cwd`` and more, as the launch gives it.
@@ -169,7 +169,7 @@ class Launch:
             return {}  # stock does not know the dead, and fails for the master
         return info if isinstance(info, dict) else {}
 
-    def tell(self, verb: str, node: str) -> None:
+    def request(self, verb: str, node: str) -> None:
         """Tell the launch to stop, start or restart a node. Return before this is done.
 
         Args:
@@ -221,9 +221,9 @@ def stock_status(label: str, starts: int, active: bool, info: Mapping[str, Any])
     args = info.get("args")
     words = [word for word in args if isinstance(word, str)] if isinstance(args, list) else []
     environ = info.get("env")
-    given = {word[:3]: word.partition(":=")[2] for word in words if word.startswith(("__name:=", "__log:="))}
+    arguments = {word[:3]: word.partition(":=")[2] for word in words if word.startswith(("__name:=", "__log:="))}
     namespace = str(environ.get("ROS_NAMESPACE", "")).strip("/") if isinstance(environ, dict) else ""
-    name = given.get("__n") or label.rpartition("/")[2].rpartition("-")[0] or label
+    name = arguments.get("__n") or label.rpartition("/")[2].rpartition("-")[0] or label
     if not words:
         namespace = label.rpartition("/")[0]
     running = active and info.get("alive", True) is not False
@@ -240,14 +240,14 @@ def stock_status(label: str, starts: int, active: bool, info: Mapping[str, Any])
         exit_code=None if running else exit_code,
         required=info.get("required") is True,
         respawn=info.get("respawn") is True,
-        log=_text(given.get("__l", "").removesuffix(".log")),
+        log=_text(arguments.get("__l", "").removesuffix(".log")),
     )
 
 
 def _text(value: Any) -> str:
     if not isinstance(value, str):
         raise TypeError("not a text")
-    return value if len(value) <= _LONGEST else f"{value[:_LONGEST]}..."
+    return value if len(value) <= _MAX_TEXT_LENGTH else f"{value[:_MAX_TEXT_LENGTH]}..."
 
 
 def _seconds(value: Any) -> float:

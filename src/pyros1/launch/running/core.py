@@ -10,22 +10,22 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pyros1.ground import shown
+from pyros1.ground import terminal_text
 from pyros1.ground.errors import Error, LaunchError
 from pyros1.ground.log_file import LogFile
-from pyros1.net.background import Background, GiveUp, Item, write_to_terminal
+from pyros1.net.background_writer import BackgroundWriter, Item, ShouldStop, write_to_terminal
 from pyros1.net.hosts import LocalAddress
 
 if TYPE_CHECKING:
-    from pyros1.launch.running.continued import Continued
-    from pyros1.net.guests import Guests
+    from pyros1.launch.running.core_journal import CoreJournal
+    from pyros1.net.allowlist import Allowlist
     from pyros1.node.node import Node
 
 LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
 MASTER_LOG_SIZE = 100_000_000
 MASTER_LOG_PARTS = 10
 """Size of master.log in bytes, and number of older parts to keep."""
-LONGEST_LINE = 100_000
+MAX_LINE_LENGTH = 100_000
 """Largest number of characters of a line in master.log."""
 ROSVERSION = "1.16.0\n"
 ROSDISTRO = "noetic\n"
@@ -47,8 +47,8 @@ class Core:
         on_shutdown: called with the reason when a client tells the master to shut down.
         notify_timeout: seconds to wait for a node to answer to a notification, None for the default.
         log_level: lowest level in master.log: debug (with each call of the master), info, warn, error or fatal.
-        guests: decides who may connect to the master; None lets everybody in.
-        continued: the journal, and what is continued; None: neither.
+        allowlist: decides who may connect to the master; None lets everybody in.
+        core_journal: the journal, and what is continued; None: neither.
     """
 
     def __init__(
@@ -62,15 +62,17 @@ class Core:
         on_shutdown: Callable[[str], object],
         notify_timeout: float | None = None,
         log_level: str = "info",
-        continued: Continued | None = None,
-        guests: Guests | None = None,
+        core_journal: CoreJournal | None = None,
+        allowlist: Allowlist | None = None,
     ) -> None:
         from pyros1.master.server import NOTIFY_TIMEOUT_S, Master  # noqa: PLC0415 - only if no master runs yet
 
         self._log_folder = log_folder
         self._log = LogFile(str(log_folder / "master.log"), MASTER_LOG_SIZE, MASTER_LOG_PARTS)
-        self._log_thread = Background("master:log", self._write_items)  # the master's loop must not wait for a disk
-        self._screen = Background("master:screen", write_to_terminal)
+        self._log_thread = BackgroundWriter(
+            "master:log", self._write_items
+        )  # the master's loop must not wait for a disk
+        self._screen = BackgroundWriter("master:screen", write_to_terminal)
         self._master = Master(
             port=port,
             bind_host=address.bind,
@@ -79,11 +81,13 @@ class Core:
             on_shutdown=on_shutdown,
             notify_timeout=NOTIFY_TIMEOUT_S if notify_timeout is None else notify_timeout,
             log_calls=log_level == "debug",
-            journal=None if continued is None else continued.journal,
-            found=None if continued is None else continued.found,
-            on_continued=None if continued is None else continued.report,
-            guests=guests,
-            tell=lambda text: self._screen.write("stderr", f"WARNING: {shown.one_line(text, LONGEST_LINE)}\n"),
+            journal=None if core_journal is None else core_journal.journal,
+            found=None if core_journal is None else core_journal.found,
+            on_restored=None if core_journal is None else core_journal.report,
+            allowlist=allowlist,
+            warn=lambda text: self._screen.write(
+                "stderr", f"WARNING: {terminal_text.one_line(text, MAX_LINE_LENGTH)}\n"
+            ),
         )
         self._logged = LOG_LEVELS[LOG_LEVELS.index(log_level) :]
         self._environ = {**environ, "ROS_MASTER_URI": uri}
@@ -105,21 +109,21 @@ class Core:
             self._master.start()
         except OSError as error:
             self._log.close()
-            why = error.strerror or str(error)
+            reason = error.strerror or str(error)
             if error.errno == errno.EADDRINUSE:
-                why = "the port is in use, by another master or by a program that is not a ROS master"
-            raise LaunchError(f"cannot start a master at {self._uri}: {why}") from error
+                reason = "the port is in use, by another master or by a program that is not a ROS master"
+            raise LaunchError(f"cannot start a master at {self._uri}: {reason}") from error
         self._log_thread.write("", "")  # the file exists from the start, even if nothing is logged
 
-    def start_rosout(self, tell: Callable[[str], object] = lambda text: None) -> None:
+    def start_rosout(self, warn: Callable[[str], object] = lambda text: None) -> None:
         """Start the rosout node in a thread, so that the launch does not wait for its imports.
 
         If somebody ends it, as ``rosnode kill`` does, it is started again.
 
         Args:
-            tell: called with a line for the user when that happens, in another thread.
+            warn: called with a line for the user when that happens, in another thread.
         """
-        self._on_rosout = tell
+        self._on_rosout = warn
         self._starting = threading.Thread(target=self._start_rosout, name="start rosout", daemon=True)
         self._starting.start()
 
@@ -202,10 +206,10 @@ class Core:
         now = time.time()
         stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(now))
         millis = int(now * 1000) % 1000
-        what = shown.one_line(text, LONGEST_LINE)
-        self._log_thread.write("", f"[rosmaster.master][{level.upper()}] {stamp},{millis:03d}: {what}\n")
+        entry = terminal_text.one_line(text, MAX_LINE_LENGTH)
+        self._log_thread.write("", f"[rosmaster.master][{level.upper()}] {stamp},{millis:03d}: {entry}\n")
 
-    def _write_items(self, items: list[Item], _give_up: GiveUp) -> None:
+    def _write_items(self, items: list[Item], _give_up: ShouldStop) -> None:
         self._log.write("".join(text for _, text in items))
 
 

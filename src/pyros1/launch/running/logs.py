@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pyros1.ground.errors import LaunchError
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 
 
 def ros_home(environ: Mapping[str, str]) -> Path:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.usage import UNKNOWN, Usage
-from pyros1.launch.running.warden import GROUPS, group_exists, leaderless
+from pyros1.launch.running.warden import GROUPS, group_exists, is_leaderless
 
 if TYPE_CHECKING:
     from pyros1.launch.preload.preloader import Forked, Preloader
@@ -40,11 +40,11 @@ class Process:
         spawn_count: how often it was started.
         exit_code: negative for a signal, None while it runs.
         started: time of the last start on the monotonic clock, in seconds.
-        held: whether the user has stopped it, and may start it again.
+        is_stopped: whether the user has stopped it, and may start it again.
         restarting: whether to start it again as soon as it has ended.
         machine: name of its machine, empty for this machine.
-        stranded: whether its machine cannot be reached now.
-        due: whether to start it as soon as its machine can be reached again.
+        disconnected: whether its machine cannot be reached now.
+        restart_due: whether to start it as soon as its machine can be reached again.
     """
 
     spec: ProcessSpec
@@ -55,15 +55,15 @@ class Process:
     spawn_count: int = 0
     exit_code: int | None = None
     started: float = 0.0
-    held: bool = False
+    is_stopped: bool = False
     restarting: bool = False
     machine: str = ""
-    stranded: bool = False
-    due: bool = False
+    disconnected: bool = False
+    restart_due: bool = False
     _popen: subprocess.Popen[bytes] | Forked | None = None
     _ended: threading.Event = field(default_factory=threading.Event)
     _watcher: threading.Thread | None = None
-    _remains: set[int] = field(default_factory=set)
+    _leftover_groups: set[int] = field(default_factory=set)
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     @property
@@ -84,11 +84,11 @@ class Process:
     def _groups(self) -> set[int]:
         """Return the process groups of former runs that still have members."""
         with self._lock:  # a run that ends right now adds to them
-            known = set(self._remains)
-        over = {pid for pid in known if not leaderless(pid)}
+            known = set(self._leftover_groups)
+        ended = {pid for pid in known if not is_leaderless(pid)}
         with self._lock:
-            self._remains -= over
-            return set(self._remains)
+            self._leftover_groups -= ended
+            return set(self._leftover_groups)
 
     def start(self, announce: Callable[[Process], object] = lambda process: None) -> None:
         """Start it, or start it again.
@@ -103,10 +103,14 @@ class Process:
         if self.warden is not None:
             self.warden.expect(spec.words[-1])
         with self._outputs() as (out, err):
-            self._popen = self._begin(out, err)
+            self._popen = self._spawn(out, err)
             if self.warden is not None:  # first, since whoever is notified may kill us at once
-                answer = spec.on_death
-                words = None if answer is None else (answer.words, answer.env, answer.cwd)
+                on_death_command = spec.on_death
+                words = (
+                    None
+                    if on_death_command is None
+                    else (on_death_command.words, on_death_command.env, on_death_command.cwd)
+                )
                 self.warden.watch(self._popen.pid, words)
             if not isinstance(self._popen, subprocess.Popen):
                 self._popen.begin()  # its command line does not name it to the warden
@@ -140,7 +144,7 @@ class Process:
             else:
                 yield None, None
 
-    def _begin(self, out: int | None, err: int | None) -> subprocess.Popen[bytes] | Forked:
+    def _spawn(self, out: int | None, err: int | None) -> subprocess.Popen[bytes] | Forked:
         spec = self.spec
         if self.preloader is not None:
             outputs = (1 if out is None else out, 2 if err is None else err)
@@ -155,7 +159,7 @@ class Process:
         self.exit_code = popen.wait()
         if group_exists(popen.pid):
             with self._lock:
-                self._remains.add(popen.pid)
+                self._leftover_groups.add(popen.pid)
         if self.warden is not None:
             self.warden.ended(popen.pid)
         ended.set()
@@ -181,13 +185,13 @@ class Process:
             with contextlib.suppress(OSError):
                 os.killpg(group, number)
 
-    def usage(self, here: Mapping[int, Usage]) -> Usage:
+    def usage(self, local_usages: Mapping[int, Usage]) -> Usage:
         """Return its CPU and memory usage.
 
         Args:
-            here: usage of the process groups on this machine.
+            local_usages: usage of the process groups on this machine.
         """
-        return here.get(self.pid, UNKNOWN) if self.alive else UNKNOWN
+        return local_usages.get(self.pid, UNKNOWN) if self.alive else UNKNOWN
 
     def wait(self, deadline: float) -> bool:
         """Wait until it has ended, at most until `deadline` (monotonic seconds). Return whether it has ended."""

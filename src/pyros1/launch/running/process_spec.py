@@ -21,7 +21,7 @@ class ProcessSpec:
         respawn: start it again whenever it ends.
         respawn_delay: seconds to wait before that.
         required: the launch ends when it ends.
-        decisive: the launch ends when it ends, which is not reported: it is a test, or the answer to the end of a
+        ends_launch: the launch ends when it ends, which is not reported: it is a test, or the answer to the end of a
             required process.
         on_death: a process to start when this one has ended by itself; None for none.
         package: the node's package.
@@ -37,7 +37,7 @@ class ProcessSpec:
     respawn: bool = False
     respawn_delay: float = 0.0
     required: bool = False
-    decisive: bool = False
+    ends_launch: bool = False
     on_death: ProcessSpec | None = None
     errors_to_file: bool = False
     package: str = ""

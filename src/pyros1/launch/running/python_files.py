@@ -17,8 +17,8 @@ from pyros1.finding.python_modules import MODULES
 from pyros1.ground.errors import PackageNotFoundError
 from pyros1.launch.running.command_line import executable_words, is_own, program_environment
 
-_MOST_BYTES = 4 << 20
-_PATIENCE = 30.0
+_MAX_BYTES = 4 << 20
+_TIMEOUT = 30.0
 _PYTHON2 = (
     "Missing parentheses in call to",
     "multiple exception types must be",
@@ -75,7 +75,7 @@ def python_problems(files: Mapping[Path, Mapping[str, str]]) -> Iterator[Problem
         if not python:
             continue
         try:
-            source = file.read_bytes()[:_MOST_BYTES]
+            source = file.read_bytes()[:_MAX_BYTES]
         except OSError:
             continue
         try:
@@ -165,15 +165,15 @@ def _syntax(file: Path, error: BaseException) -> str:
 
 def _missing(python: list[str], files: Mapping[Path, list[Import]], environ: Mapping[str, str]) -> set[tuple[str, str]]:
     """Return folder and module of each import that a Python does not find."""
-    wanted = sorted({(str(file.resolve().parent), each.module) for file, all in files.items() for each in all})
+    modules = sorted({(str(file.resolve().parent), each.module) for file, all in files.items() for each in all})
     around = {**environ, **program_environment(next(iter(files)), environ)}
     try:
         done = subprocess.run(
             [*python, "-c", _SEARCH],
             env=around,
-            input=json.dumps([*wanted, ("", _OURS)]).encode(),  # they may be too many for an argument
+            input=json.dumps([*modules, ("", _OURS)]).encode(),  # they may be too many for an argument
             capture_output=True,
-            timeout=_PATIENCE,
+            timeout=_TIMEOUT,
             check=True,
         )
         return {(folder, module) for folder, module in json.loads(done.stdout.splitlines()[-1])}

@@ -6,36 +6,37 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from pyros1.ground.errors import Error
 from pyros1.launch.reading.conditions import Condition
 from pyros1.net.master_client import MasterClient, is_system_state
 
 _CALLER = "/roslaunch"
-_POLL = 0.1
+_POLL_PERIOD = 0.1
 
 
 @dataclass
-class _Waiting:
+class _WaitingNode:
     conditions: Sequence[Condition]
     timeout: float
     deadline: float
-    ready: Callable[[], object]
-    late: Callable[[str], object]
+    on_ready: Callable[[], object]
+    on_timeout: Callable[[str], object]
 
 
-class Gate:
+class ConditionWatcher:
     """Polls the master while nodes are waiting, with one call for all of them.
 
     Args:
         master_uri: the master's URI.
-        do: runs a function in the supervisor's thread.
+        run_in_supervisor: runs a function in the supervisor's thread.
     """
 
-    def __init__(self, master_uri: str, do: Callable[[Callable[[], object]], object]) -> None:
+    def __init__(self, master_uri: str, run_in_supervisor: Callable[[Callable[[], object]], object]) -> None:
         self._master = MasterClient(_CALLER, master_uri)
-        self._do = do
-        self._waiting: list[_Waiting] = []
+        self._run_in_supervisor = run_in_supervisor
+        self._waiting_nodes: list[_WaitingNode] = []
         self._lock = threading.Lock()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="wait-for", daemon=True)
@@ -44,20 +45,20 @@ class Gate:
         self,
         conditions: Sequence[Condition],
         timeout: float,
-        ready: Callable[[], object],
-        late: Callable[[str], object],
+        on_ready: Callable[[], object],
+        on_timeout: Callable[[str], object],
     ) -> None:
         """Add a waiting node.
 
         Args:
             conditions: what must exist.
             timeout: seconds from now, 0 for no limit.
-            ready: called when all conditions hold.
-            late: called after the timeout with the conditions that do not hold.
+            on_ready: called when all conditions hold.
+            on_timeout: called after the timeout with the conditions that do not hold.
         """
         deadline = time.monotonic() + timeout if timeout > 0 else float("inf")
         with self._lock:
-            self._waiting.append(_Waiting(conditions, timeout, deadline, ready, late))
+            self._waiting_nodes.append(_WaitingNode(conditions, timeout, deadline, on_ready, on_timeout))
         if not self._thread.is_alive():
             self._thread.start()
 
@@ -71,19 +72,19 @@ class Gate:
     def _run(self) -> None:
         while not self._closed.is_set():
             with self._lock:
-                waiting = list(self._waiting)
+                waiting = list(self._waiting_nodes)
             unmet = self._unmet({condition for one in waiting for condition in one.conditions})
             for one in waiting:
                 missing = [condition for condition in one.conditions if condition in unmet]
                 if not missing:
-                    self._do(one.ready)
+                    self._run_in_supervisor(one.on_ready)
                 elif time.monotonic() >= one.deadline:
-                    self._do(lambda one=one, missing=missing: one.late(", ".join(map(str, missing))))  # type: ignore[misc]
+                    self._run_in_supervisor(partial(one.on_timeout, ", ".join(map(str, missing))))
                 else:
                     continue
                 with self._lock:
-                    self._waiting.remove(one)
-            self._closed.wait(_POLL)
+                    self._waiting_nodes.remove(one)
+            self._closed.wait(_POLL_PERIOD)
 
     def _unmet(self, conditions: set[Condition]) -> set[Condition]:
         """Return the conditions that do not hold; all if the master does not answer."""
@@ -93,19 +94,19 @@ class Gate:
         calls: list[tuple[str, Sequence[str]]] = [("getSystemState", ())]
         calls += [("hasParam", (condition.name,)) for condition in params]
         try:
-            state, *have = self._master.multicall(calls)
+            state, *has_params = self._master.multicall(calls)
         except Error:
             return conditions
         if not is_system_state(state):
             return conditions
         publishers, subscribers, services = state
-        there = {Condition("topic", name) for name, _ in publishers}
-        there |= {Condition("service", name) for name, _ in services}
-        there |= {
+        existing = {Condition("topic", name) for name, _ in publishers}
+        existing |= {Condition("service", name) for name, _ in services}
+        existing |= {
             Condition("node", node)
             for kind in (publishers, subscribers, services)
             for _, nodes in kind
             for node in nodes
         }
-        there |= {condition for condition, has in zip(params, have, strict=True) if has is True}
-        return conditions - there
+        existing |= {condition for condition, has in zip(params, has_params, strict=True) if has is True}
+        return conditions - existing

@@ -39,19 +39,19 @@ class Screen:
 
         Reading begins at the end of the ``with`` block, so what is written in the block comes before the node's output.
         """
-        ends, readers = [], []
+        pipes, readers = [], []
         for stream in self._streams:
             reading, writing = os.openpty() if stream.isatty() and hasattr(os, "openpty") else os.pipe()
-            ends.append(writing)
+            pipes.append(writing)
             arguments = (reading, stream, self.tag(spec.node, stream))
             # A daemon, since children of an ended node may keep its output open for ever.
             readers.append(
                 threading.Thread(target=self._read, args=arguments, name=f"screen {spec.label}", daemon=True)
             )
         try:
-            yield ends[0], ends[1]
+            yield pipes[0], pipes[1]
         finally:
-            for end in ends:
+            for end in pipes:
                 os.close(end)
             for reader in readers:
                 reader.start()
@@ -65,15 +65,15 @@ class Screen:
         return text.encode()
 
     def _read(self, reading: int, stream: TextIO, tag: bytes) -> None:
-        rest = b""
+        partial_line = b""
         while True:
             try:
                 data = os.read(reading, _CHUNK)
             except OSError:  # a pseudo terminal whose other end is closed raises this
                 data = b""
-            *lines, rest = (rest + data).replace(b"\r\n", b"\n").split(b"\n")
-            if not data and rest:
-                lines, rest = [rest], b""
+            *lines, partial_line = (partial_line + data).replace(b"\r\n", b"\n").split(b"\n")
+            if not data and partial_line:
+                lines, partial_line = [partial_line], b""
             if lines:
                 self._write(stream, b"".join(tag + line + b"\n" for line in lines))
             if not data:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TextIO
 
+from pyros1.ground.atomic_file import write_atomically
 from pyros1.ground.errors import (
     DeadlineError,
     Error,
@@ -25,7 +26,6 @@ from pyros1.ground.errors import (
     SerializationError,
     UnknownHostError,
 )
-from pyros1.ground.whole_file import write_whole
 from pyros1.launch.plan import NodePlan, Plan, TestPlan
 from pyros1.launch.preload.preloader import Preloader
 from pyros1.launch.reading.report import summary
@@ -33,19 +33,19 @@ from pyros1.launch.reading.resources import PackageFinder
 from pyros1.launch.running.api import LaunchServer
 from pyros1.launch.running.check import unsendable
 from pyros1.launch.running.console import Console
-from pyros1.launch.running.continued import Continued, pass_over
 from pyros1.launch.running.core import ROSVERSION, Core, write_pid_file
 from pyros1.launch.running.core_file import CoreFile, read_core_file
+from pyros1.launch.running.core_journal import CoreJournal, set_aside_journal
 from pyros1.launch.running.logs import make_run_folder, ros_home, run_log
 from pyros1.launch.running.options import Options
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.screen import Screen
 from pyros1.launch.running.starting import Run, Starter
 from pyros1.launch.running.supervisor import Supervisor
-from pyros1.net.guests import guests_of
+from pyros1.net.allowlist import make_allowlist
 from pyros1.net.hosts import (
     DEFAULT_MASTER_URI,
-    EVERYWHERE,
+    WILDCARDS,
     LocalAddress,
     host_from_environment,
     is_local,
@@ -56,13 +56,13 @@ from pyros1.net.hosts import (
 from pyros1.net.master_client import MasterClient
 
 _CALLER = "/roslaunch"
-_WAIT_STEP = 0.2
+_POLL_PERIOD = 0.2
 PING_TIMEOUT = 5.0
 _TIME_LIMIT = "time limit"
 
 
 @dataclass
-class Trial:
+class TestTrial:
     """A test. Its launch ends when it ends.
 
     Attributes:
@@ -100,9 +100,9 @@ class Session:
     on_started: Callable[[], object] | None = None
     exit_code: int = 0
     _core: Core | None = None
-    _complete = False  # whether everything was started
+    _is_complete = False  # whether everything was started
     _core_file: CoreFile = field(default_factory=CoreFile)
-    _continued: Continued | None = None
+    _core_journal: CoreJournal | None = None
     _server: LaunchServer | None = None
     _starter: Starter | None = None
     _log: TextIO | None = None
@@ -110,7 +110,7 @@ class Session:
 
     def __post_init__(self) -> None:
         self._address: LocalAddress = host_from_environment(self.environ, {})
-        self._guests = guests_of(self._address.allowed)
+        self._allowlist = make_allowlist(self._address.allowed)
         self._uri = self._master_uri()
         self._master = MasterClient(_CALLER, self._uri)
         self._screen = Screen(sys.stdout, sys.stderr) if self.options.prefix else None
@@ -126,7 +126,7 @@ class Session:
 
     def _master_uri(self) -> str:
         port = self.options.port
-        if port is None and not self.environ.get("ROS_MASTER_URI") and self._address.bind not in EVERYWHERE:
+        if port is None and not self.environ.get("ROS_MASTER_URI") and self._address.bind not in WILDCARDS:
             port = parse_uri(DEFAULT_MASTER_URI)[1]  # a master that listens at one address is reached only there
         if port is not None:
             return make_uri(self._address.advertised, port)
@@ -152,11 +152,11 @@ class Session:
         self._stopped = True
         self._supervisor.stop(reason)
 
-    def hurry(self) -> None:
+    def stop_waiting(self) -> None:
         """Stop waiting for nodes that are ending. Callable from any thread and from signal handlers."""
-        self._supervisor.hurry()
+        self._supervisor.stop_waiting()
 
-    def run(self, trial: Trial | None = None) -> None:
+    def run(self, trial: TestTrial | None = None) -> None:
         """Launch, watch, and return when everything has ended.
 
         Args:
@@ -172,17 +172,17 @@ class Session:
             if not running:
                 self._core_file = read_core_file(self.environ, self.packages)
             if self.options.journal:
-                self._continued = Continued(self.environ, parse_uri(self._uri)[1], self.console)
+                self._core_journal = CoreJournal(self.environ, parse_uri(self._uri)[1], self.console)
             run_id, folder = self._prepare(running)
             self._start(running, run_id, folder)
-            if not running and self._continued is None:
-                pass_over(self.environ, parse_uri(self._uri)[1], self.console)
+            if not running and self._core_journal is None:
+                set_aside_journal(self.environ, parse_uri(self._uri)[1], self.console)
             if trial is not None and self._starter is not None:
                 self._starter.start_test(trial.test)
                 self._supervisor.after(trial.time_limit, _TIME_LIMIT)
             if self.on_started is not None:
                 self.on_started()
-            self._complete = True
+            self._is_complete = True
             reason = self._supervisor.run()
             if trial is not None:
                 trial.timed_out = reason == _TIME_LIMIT
@@ -191,13 +191,13 @@ class Session:
             if reason.startswith("all processes"):
                 self.console.bold(reason if self._supervisor.dead else "No processes to monitor")
         finally:
-            self._end()
+            self._shut_down()
 
     # Before anything runs ------------------------------------------------------------------------------------------
 
     def _find_master(self) -> bool:
         """Return whether a master is running. Wait for it if the options say so."""
-        waiting = False
+        is_waiting = False
         while True:
             try:
                 self._master.ping(PING_TIMEOUT)
@@ -210,10 +210,10 @@ class Session:
                             "is it suspended (kill -CONT), or does the network lose packets?"
                         ) from error
                     break
-                if not waiting:
-                    waiting = True
+                if not is_waiting:
+                    is_waiting = True
                     self.console.line("roscore/master is not yet running, will wait for it to start")
-                time.sleep(_WAIT_STEP)
+                time.sleep(_POLL_PERIOD)
                 if self._stopped:
                     raise LaunchError("interrupted while waiting for the master") from None
                 continue
@@ -242,16 +242,16 @@ class Session:
 
     def _warn_about_uri(self) -> None:
         """Warn if nodes that use ROS_MASTER_URI would not find this core (L19)."""
-        told = self.environ.get("ROS_MASTER_URI")
-        if not told:
+        configured_uri = self.environ.get("ROS_MASTER_URI")
+        if not configured_uri:
             return
         try:
-            host, port = parse_uri(told)
+            host, port = parse_uri(configured_uri)
         except Error as error:
             self.console.warning(f"ROS_MASTER_URI is not usable: {error}")
             return
         if not is_local(host):
-            self.console.warning(f"ROS_MASTER_URI [{told}] host is not set to this machine")
+            self.console.warning(f"ROS_MASTER_URI [{configured_uri}] host is not set to this machine")
         elif port != parse_uri(self._uri)[1]:
             self.console.warning(
                 f"ROS_MASTER_URI port [{port}] does not match this roscore [{parse_uri(self._uri)[1]}]"
@@ -261,14 +261,16 @@ class Session:
         run_id = self.options.run_id
         if running:
             try:
-                theirs = str(self._master.get_param("/run_id"))
+                master_run_id = str(self._master.get_param("/run_id"))
             except ParameterNotSetError:
-                theirs = ""
-            if run_id and theirs and run_id != theirs:
-                raise LaunchError(f"run_id on parameter server does not match declared run_id: {theirs} vs {run_id}")
-            run_id = run_id or theirs
-        elif self._continued is not None:
-            run_id = run_id or self._continued.run_id
+                master_run_id = ""
+            if run_id and master_run_id and run_id != master_run_id:
+                raise LaunchError(
+                    f"run_id on parameter server does not match declared run_id: {master_run_id} vs {run_id}"
+                )
+            run_id = run_id or master_run_id
+        elif self._core_journal is not None:
+            run_id = run_id or self._core_journal.run_id
         run_id = run_id or str(uuid.uuid1())
         try:
             folder = make_run_folder(self.environ, run_id)
@@ -284,7 +286,7 @@ class Session:
 
     def _start(self, running: bool, run_id: str, folder: Path) -> None:
         self.console.title(self.options.title)
-        self._server = LaunchServer(self._supervisor, self._address, self.options.title, guests=self._guests)
+        self._server = LaunchServer(self._supervisor, self._address, self.options.title, allowlist=self._allowlist)
         self.console.bold(f"started roslaunch server {self._server.uri}")
         if self.options.core:
             self.console.line(f"ros_comm version {ROSVERSION.strip()}")
@@ -307,7 +309,7 @@ class Session:
             self._start_core_nodes(self._core, self._starter)
         self._param_actions()
         self._set_params()
-        with self._starter.many():
+        with self._starter.environment_copied():
             for node in self.plan.nodes:
                 if self._stopped:
                     return
@@ -341,15 +343,15 @@ class Session:
             on_shutdown=self.stop,
             notify_timeout=self.options.notify_timeout,
             log_level=self.options.master_log_level,
-            continued=self._continued,
-            guests=self._guests,
+            core_journal=self._core_journal,
+            allowlist=self._allowlist,
         )
         try:
             self._core.start_master()
         except LaunchError:
             self._core = None
-            if self._continued is not None:
-                self._continued.drop()
+            if self._core_journal is not None:
+                self._core_journal.drop()
             raise
         try:
             self._master.ping()
@@ -378,7 +380,7 @@ class Session:
                 else:
                     from pyros1.values import dump_yaml  # noqa: PLC0415 - rarely used
 
-                    write_whole(action.path, dump_yaml(self._master.get_param(action.name)))
+                    write_atomically(action.path, dump_yaml(self._master.get_param(action.name)))
             except ParameterNotSetError as error:
                 self.console.error(str(error))
             except OSError as error:
@@ -402,10 +404,10 @@ class Session:
 
     # Ending --------------------------------------------------------------------------------------------------------
 
-    def _end(self) -> None:
-        started = self._server is not None
+    def _shut_down(self) -> None:
+        was_started = self._server is not None
         if self._starter is not None:
-            self._starter.hold()
+            self._starter.cancel_waiting()
         self._supervisor.shut_down()
         if self._screen is not None:
             self._screen.close()
@@ -417,19 +419,19 @@ class Session:
             self._server.close()
             self._server = None
         self._master.close()
-        monitored = self._core is not None or self._supervisor.dead
+        had_processes = self._core is not None or self._supervisor.dead
         if self._core is not None:
             if self._core_file.rosout:
                 self.console.line("[rosout-1] killing on exit")
             self._core.stop_rosout()
             self.console.line("[master] killing on exit")
-            continues = self._continued is not None and self._continued.found is not None
-            self._core.stop_master(keep=continues and not self._complete)
+            is_restored = self._core_journal is not None and self._core_journal.found is not None
+            self._core.stop_master(keep=is_restored and not self._is_complete)
             self._core = None
-        if started:
+        if was_started:
             self.console.line("shutting down processing monitor...")
             self.console.line("... shutting down processing monitor complete")
-            if monitored:
+            if had_processes:
                 self.console.bold("done")
         self.console.log_to(None)
         if self._log is not None:

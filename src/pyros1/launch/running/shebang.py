@@ -12,7 +12,7 @@ _FIRST_LINE = 256
 _BOM = b"\xef\xbb\xbf"
 
 
-def script_trouble(file: Path, environ: Mapping[str, str]) -> str:  # noqa: PLR0911 - one per trouble
+def script_problem(file: Path, environ: Mapping[str, str]) -> str:  # noqa: PLR0911 - one per trouble
     """Return why a script cannot be started and what to do. Empty if no error is found, or it is not a script.
 
     Args:
@@ -31,24 +31,24 @@ def script_trouble(file: Path, environ: Mapping[str, str]) -> str:  # noqa: PLR0
     if head.startswith(_BOM):
         return "it begins with a byte order mark: save it as UTF-8 without one"
     if not head.startswith(b"#!"):
-        return f"its first line does not name an interpreter: add {_proposal(file, head)}"
+        return f"its first line does not name an interpreter: add {_suggestion(file, head)}"
     line = head.partition(b"\n")[0]
     if line.endswith(b"\r"):
         return f"it has Windows line ends (CR LF), which make its first line invalid: sed -i 's/\\r$//' {file}"
-    return _interpreter_trouble(line[2:].decode(errors="replace").split(), environ)
+    return _interpreter_problem(line[2:].decode(errors="replace").split(), environ)
 
 
-def _proposal(file: Path, head: bytes) -> str:
+def _suggestion(file: Path, head: bytes) -> str:
     python = file.suffix == ".py" or any(word in head for word in (b"import ", b"def ", b'"""', b"coding"))
     return "#!/usr/bin/env python3" if python else "#!/bin/sh, #!/usr/bin/env python3 or similar"
 
 
-def _interpreter_trouble(words: list[str], environ: Mapping[str, str]) -> str:
+def _interpreter_problem(words: list[str], environ: Mapping[str, str]) -> str:
     if not words:
         return "its first line has #! without a program"
     program = words[0]
     if os.path.basename(program) == "env" and os.path.isfile(program):
-        return _env_trouble(program, words[1:], environ)
+        return _env_problem(program, words[1:], environ)
     if not os.path.isabs(program):
         return f"its first line must name a program with its full path, not '{program}': #!/usr/bin/env {program}"
     if os.path.isfile(program):
@@ -56,7 +56,7 @@ def _interpreter_trouble(words: list[str], environ: Mapping[str, str]) -> str:
     return f"its first line names {program}, which does not exist{_instead(os.path.basename(program), environ)}"
 
 
-def _env_trouble(env: str, words: list[str], environ: Mapping[str, str]) -> str:
+def _env_problem(env: str, words: list[str], environ: Mapping[str, str]) -> str:
     split = words[:1] in (["-S"], ["-vS"])
     if split:
         words = words[1:]

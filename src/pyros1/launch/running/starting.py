@@ -30,12 +30,12 @@ from pyros1.net.hosts import is_local
 
 if TYPE_CHECKING:
     from pyros1.launch.remote.over_ssh import Machine
-    from pyros1.launch.running.readiness import Gate
+    from pyros1.launch.running.readiness import ConditionWatcher
 
 # Modules that only some launches need are imported there, since no node starts before the imports are done.
 
 
-def _place(node: NodePlan) -> str:
+def _location(node: NodePlan) -> str:
     return f"\n  at {node.file}:{node.line}" if node.file else ""
 
 
@@ -80,16 +80,16 @@ class Starter:
     supervisor: Supervisor
     run: Run
     _machines: dict[str, Machine] = field(default_factory=dict)
-    _gate: Gate | None = None
+    _condition_watcher: ConditionWatcher | None = None
 
     @contextlib.contextmanager
-    def many(self) -> Iterator[None]:
+    def environment_copied(self) -> Iterator[None]:
         """Start many nodes with a copy of the environment: os.environ would decode each value for each node."""
-        before, self.environ = self.environ, dict(self.environ)
+        original, self.environ = self.environ, dict(self.environ)
         try:
             yield
         finally:
-            self.environ = before
+            self.environ = original
 
     def connect(self) -> None:
         """Connect to all machines with nodes, before any node runs.
@@ -97,25 +97,27 @@ class Starter:
         Raises:
             LaunchError: a machine cannot be used.
         """
-        wanted: dict[str, MachinePlan] = {}
+        machines: dict[str, MachinePlan] = {}
         for node in self.plan.nodes:
             machine = self._machine(node)
             if machine is not None:
-                wanted[machine.name] = machine
-        if not wanted:
+                machines[machine.name] = machine
+        if not machines:
             return
         from pyros1.launch.remote.over_ssh import make_machine  # noqa: PLC0415
 
-        for machine in wanted.values():
+        for machine in machines.values():
             stages = (self.options.sigint_timeout, self.options.sigterm_timeout)
-            connection = make_machine(machine, self.environ, self.run.master_uri, stages, self.console, self._back)
+            connection = make_machine(
+                machine, self.environ, self.run.master_uri, stages, self.console, self._reconnected
+            )
             self._machines[machine.name] = connection
         for connection in self._machines.values():
             connection.connect()
         for connection in self._machines.values():
             connection.wait_ready()
 
-    def _back(self, processes: list[Process]) -> None:
+    def _reconnected(self, processes: list[Process]) -> None:
         self.supervisor.do(lambda: self.supervisor.resume(processes))
 
     def start(self, node: NodePlan) -> None:
@@ -125,18 +127,18 @@ class Starter:
         if not node.wait_for:
             self._start(node, label)
             return
-        if self._gate is None:
-            from pyros1.launch.running.readiness import Gate  # noqa: PLC0415
+        if self._condition_watcher is None:
+            from pyros1.launch.running.readiness import ConditionWatcher  # noqa: PLC0415
 
-            self._gate = Gate(self.run.master_uri, self.supervisor.do)
+            self._condition_watcher = ConditionWatcher(self.run.master_uri, self.supervisor.do)
         self.supervisor.expected += 1
-        needs = ", ".join(map(str, node.wait_for))
-        self.console.line(f"[{label}] waits for {needs}")
-        self._gate.add(
+        conditions = ", ".join(map(str, node.wait_for))
+        self.console.line(f"[{label}] waits for {conditions}")
+        self._condition_watcher.add(
             node.wait_for,
             node.wait_timeout,
-            lambda: self._ready(node, label),
-            lambda missing: self._late(node, label, missing),
+            lambda: self._conditions_met(node, label),
+            lambda missing: self._wait_timed_out(node, label, missing),
         )
 
     def start_test(self, test: TestPlan) -> None:
@@ -147,7 +149,7 @@ class Starter:
         """
         self.run.counter += 1
         spec = self.spec(test, f"{test.full_name.lstrip('/')}-{self.run.counter}")
-        spec.decisive = True
+        spec.ends_launch = True
         if not self.supervisor.start(spec):
             raise LaunchError(f"test [{test.test_name}] cannot be started")
 
@@ -162,16 +164,16 @@ class Starter:
         self.run.counter += 1
         label = f"{node.full_name.lstrip('/')}-{self.run.counter}"
         spec = self.spec(node, label)
-        spec.on_death = self._answer(node, spec)
+        spec.on_death = self._on_death_spec(node, spec)
         if not self.supervisor.start(spec):
             raise LaunchError(f"node [{node.full_name}] cannot be started")
         return self.supervisor.find(label)
 
-    def _ready(self, node: NodePlan, label: str) -> None:
+    def _conditions_met(self, node: NodePlan, label: str) -> None:
         self.supervisor.expected -= 1
         self._start(node, label)
 
-    def _late(self, node: NodePlan, label: str, missing: str) -> None:
+    def _wait_timed_out(self, node: NodePlan, label: str, missing: str) -> None:
         self.supervisor.expected -= 1
         self.console.error(
             f"[{label}] is not started: {missing} did not appear within {node.wait_timeout:g} s "
@@ -185,14 +187,16 @@ class Starter:
         machine = self._machine(node)
         try:
             spec = self.spec(node, label) if machine is None else self._remote_spec(node, label)
-            spec.on_death = self._answer(node, spec)
+            spec.on_death = self._on_death_spec(node, spec)
         except LaunchError as error:
             hint = ""
             if machine is None:
                 from pyros1.launch.running.check import near_executable  # noqa: PLC0415
 
                 hint = near_executable(node, self.packages)
-            self.console.error(f"cannot launch node of type [{node.package}/{node.type}]: {error}{hint}{_place(node)}")
+            self.console.error(
+                f"cannot launch node of type [{node.package}/{node.type}]: {error}{hint}{_location(node)}"
+            )
             return
         if machine is None:
             self.supervisor.start(spec)
@@ -247,7 +251,7 @@ class Starter:
             package=node.package,
         )
 
-    def _answer(self, node: NodePlan, spec: ProcessSpec) -> ProcessSpec | None:
+    def _on_death_spec(self, node: NodePlan, spec: ProcessSpec) -> ProcessSpec | None:
         """Return the process that runs on this machine when a node has ended, None for none.
 
         Raises:
@@ -256,9 +260,9 @@ class Starter:
         if node.on_death is None:
             return None
         label = f"{spec.label}-on-death"
-        if node.answer is not None:
+        if node.on_death_plan is not None:
             try:
-                answer = self.spec(node.answer, label)
+                on_death_spec = self.spec(node.on_death_plan, label)
             except LaunchError as error:
                 raise LaunchError(f"on-death '{node.on_death}': {error}") from error
         else:
@@ -266,7 +270,7 @@ class Starter:
 
             check_on_death(node)
             log_base = self.run.folder / label.replace("/", "-")
-            answer = ProcessSpec(
+            on_death_spec = ProcessSpec(
                 label=label,
                 node=f"{node.full_name}_on_death",
                 words=[sys.executable, "-m", "pyros1", "topic", "pub", "-1", *node.on_death.words],
@@ -275,8 +279,8 @@ class Starter:
                 log_base=str(log_base),
                 to_screen=False,
             )
-        answer.required, answer.decisive = False, spec.required
-        return answer
+        on_death_spec.required, on_death_spec.ends_launch = False, spec.required
+        return on_death_spec
 
     def _to_screen(self, node: NodePlan) -> bool:
         return node.output == "screen" if self.options.screen is None else self.options.screen
@@ -289,11 +293,11 @@ class Starter:
         machine = self.plan.machines.get(node.machine or "")
         return machine if machine is not None and not is_local(machine.address) else None
 
-    def hold(self) -> None:
+    def cancel_waiting(self) -> None:
         """Drop the nodes that are still waiting. Call this before the end."""
-        if self._gate is not None:
-            self._gate.close()
-            self._gate = None
+        if self._condition_watcher is not None:
+            self._condition_watcher.close()
+            self._condition_watcher = None
 
     def close(self) -> None:
         """Disconnect from the other machines, when no process is left."""

@@ -1,8 +1,8 @@
 """Supervises a set of processes as their specs describe, and ends them in order (X87-X90).
 
 One queue carries all events: a process ended, a signal arrived, a client shut down the master, a user stops a node. The
-thread in `run` sleeps until an event or a timer, and looks for signals meanwhile (`pyros1.net.bell`). Nothing else
-polls, except for the rest of an ended node's process group, which only its parent could wait for.
+thread in `run` sleeps until an event or a timer, and looks for signals meanwhile (`pyros1.net.signal_safe`). Nothing
+else polls, except for the rest of an ended node's process group, which only its parent could wait for.
 """
 
 from __future__ import annotations
@@ -14,24 +14,24 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from pyros1.ground.errors import LaunchError
-from pyros1.ground.interrupts import Insistence, catch
+from pyros1.ground.interrupts import InterruptCounter, install_handler
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.process import KILL, Process
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.screen import Screen
-from pyros1.launch.running.warden import ANSWER_LIMIT, GROUPS, Warden
-from pyros1.net.bell import STEP
+from pyros1.launch.running.warden import GROUPS, ON_DEATH_TIMEOUT, Warden
+from pyros1.net.signal_safe import POLL_INTERVAL
 
 if TYPE_CHECKING:
     from pyros1.launch.preload.preloader import Preloader
 
-_KILL_WAIT = 2.0
-_UNHEARD = 2.0  # seconds that processes have for ending by themselves where they cannot be sent SIGINT
+_SIGKILL_TIMEOUT = 2.0
+_NO_SIGINT_TIMEOUT = 2.0  # seconds that processes have for ending by themselves where they cannot be sent SIGINT
 _REMAINS_POLL = 0.05
-Event = tuple[Literal["exit", "stop", "hurry", "do"], "_End | str | Callable[[], object] | None"]
+Event = tuple[Literal["exit", "stop", "hurry", "do"], "_Exit | str | Callable[[], object] | None"]
 
 
-class _End(NamedTuple):
+class _Exit(NamedTuple):
     """The end of a run of a process; it may run again when the event's turn comes."""
 
     process: Process
@@ -70,9 +70,9 @@ class Supervisor:
     ) -> None:
         self._console = console
         self._stages = [
-            (signal.SIGINT, sigint_timeout if GROUPS else min(sigint_timeout, _UNHEARD)),
+            (signal.SIGINT, sigint_timeout if GROUPS else min(sigint_timeout, _NO_SIGINT_TIMEOUT)),
             (signal.SIGTERM, sigterm_timeout),
-            (KILL, _KILL_WAIT),
+            (KILL, _SIGKILL_TIMEOUT),
         ]
         self._guarded = guarded and GROUPS
         self._warden: Warden | None = None
@@ -81,7 +81,7 @@ class Supervisor:
         # A SimpleQueue is safe in signal handlers, whatever the main thread was doing.
         self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
         self._timers: dict[str, tuple[float, Callable[[], object]]] = {}
-        self._owed: set[str] = set()  # labels of running answers that are to run once more
+        self._rerun_on_death: set[str] = set()  # labels of running answers that are to run once more
         self._processes: dict[str, Process] = {}
         self._dead: dict[str, Process] = {}
         self.required_failed = False
@@ -129,13 +129,13 @@ class Supervisor:
         self._console.bold(f"process[{process.spec.label}]: started with pid [{process.pid}]")
 
     def _exited(self, process: Process) -> None:
-        self._events.put(("exit", _End(process, process.spawn_count)))
+        self._events.put(("exit", _Exit(process, process.spawn_count)))
 
     def stop(self, reason: str = "") -> None:
         """Tell `run` to return. Callable from any thread and from signal handlers."""
         self._events.put(("stop", reason))
 
-    def hurry(self) -> None:
+    def stop_waiting(self) -> None:
         """Send processes that are ending the next signal at once. Callable from any thread and from signal handlers."""
         self._events.put(("hurry", None))
 
@@ -150,26 +150,30 @@ class Supervisor:
                 return "all processes on machine have died, roslaunch will exit"
             event = self._next_event()
             if event is None:
-                self._fire_timers()
+                self._run_due_timers()
                 continue
-            kind, what = event
+            kind, payload = event
             if kind == "stop":
-                return str(what or "")
-            if kind == "do" and callable(what):
-                what()
-            elif isinstance(what, _End) and what.run == what.process.spawn_count and self._died(what.process):
+                return str(payload or "")
+            if kind == "do" and callable(payload):
+                payload()
+            elif (
+                isinstance(payload, _Exit)
+                and payload.run == payload.process.spawn_count
+                and self._died(payload.process)
+            ):
                 return "required process died"
 
     def _next_event(self) -> Event | None:
-        timeout = STEP
+        timeout = POLL_INTERVAL
         if self._timers:
-            timeout = max(0.0, min(STEP, min(due for due, _ in self._timers.values()) - time.monotonic()))
+            timeout = max(0.0, min(POLL_INTERVAL, min(due for due, _ in self._timers.values()) - time.monotonic()))
         try:
             return self._events.get(timeout=timeout)
         except queue.Empty:
             return None
 
-    def _fire_timers(self) -> None:
+    def _run_due_timers(self) -> None:
         now = time.monotonic()
         for label, (due, action) in list(self._timers.items()):
             if due <= now:
@@ -178,9 +182,9 @@ class Supervisor:
 
     def after(self, seconds: float, reason: str) -> None:
         """End everything after some seconds, with a reason, unless it has ended before."""
-        self._later("", seconds, lambda: self._events.put(("stop", reason)))
+        self._schedule("", seconds, lambda: self._events.put(("stop", reason)))
 
-    def _later(self, key: str, seconds: float, action: Callable[[], object]) -> None:
+    def _schedule(self, key: str, seconds: float, action: Callable[[], object]) -> None:
         self._timers[key] = (time.monotonic() + seconds, action)
 
     def _died(self, process: Process) -> bool:
@@ -189,89 +193,93 @@ class Supervisor:
         if self.on_death is not None:
             self.on_death(process)
         log = f"\nlog file: {spec.log_base}*.log" if spec.log_base else ""
-        if process.held or process.restarting:
-            self._rest(process)
+        if process.is_stopped or process.restarting:
+            self._finish_stop(process)
             return False
         if process.exit_code:
             text = f"process has died [pid {process.pid}, exit code {process.exit_code}, cmd {' '.join(spec.words)}]."
             self._console.plain_error(f"[{spec.label}] {text}{log}")
         else:
             self._console.bold(f"[{spec.label}] process has finished cleanly{log}")
-        answers = spec.on_death is not None and self._answer(spec, spec.on_death)
-        if spec.decisive:
-            self._retire(process)
+        is_on_death_running = spec.on_death is not None and self._run_on_death(spec, spec.on_death)
+        if spec.ends_launch:
+            self._mark_dead(process)
             return True
-        if spec.respawn and process.stranded:
-            process.due = True
+        if spec.respawn and process.disconnected:
+            process.restart_due = True
             return False
         if spec.respawn:
             process.signal(signal.SIGTERM)  # processes left behind would accumulate with each run
-            self._later(spec.label, spec.respawn_delay, lambda: self._respawn(process))
+            self._schedule(spec.label, spec.respawn_delay, lambda: self._respawn(process))
             return False
-        self._retire(process)
+        self._mark_dead(process)
         if spec.required:
             self.required_failed = bool(process.exit_code)
             line = "=" * 80
             self._console.plain_error(f"{line}\nREQUIRED process [{spec.label}] has died!")
             self._console.plain_error(f"Initiating shutdown!\n{line}")
-            if answers:  # its end is that of everything
-                self._later(" on-death", ANSWER_LIMIT, lambda: self._events.put(("stop", "required process died")))
-            return not answers
-        if spec.label in self._owed:  # it answers the end of another one, which has ended again meanwhile
-            self._owed.discard(spec.label)
+            if is_on_death_running:  # its end is that of everything
+                self._schedule(
+                    " on-death", ON_DEATH_TIMEOUT, lambda: self._events.put(("stop", "required process died"))
+                )
+            return not is_on_death_running
+        if spec.label in self._rerun_on_death:  # it answers the end of another one, which has ended again meanwhile
+            self._rerun_on_death.discard(spec.label)
             self._dead.pop(spec.label, None)
             self.start(spec)
         return False
 
-    def _answer(self, spec: ProcessSpec, answer: ProcessSpec) -> bool:
+    def _run_on_death(self, spec: ProcessSpec, command: ProcessSpec) -> bool:
         """Start what answers the end of a process; return whether it runs.
 
         If it still runs for an earlier end it goes on, or a node that dies again and again would never be answered. It
         runs once more when it has ended, or after ANSWER_LIMIT.
         """
-        self._console.line(f"[{spec.label}] on-death: {' '.join(answer.words)}")
-        running = self._processes.get(answer.label)
+        self._console.line(f"[{spec.label}] on-death: {' '.join(command.words)}")
+        running = self._processes.get(command.label)
         if running is not None:
-            if answer.label not in self._owed:
-                self._owed.add(answer.label)
-                self._later(f" again {answer.label}", ANSWER_LIMIT, lambda: self._answer_again(answer.label))
+            if command.label not in self._rerun_on_death:
+                self._rerun_on_death.add(command.label)
+                self._schedule(
+                    f" again {command.label}", ON_DEATH_TIMEOUT, lambda: self._rerun_on_death_command(command.label)
+                )
             return True
-        self._dead.pop(answer.label, None)
-        return self.start(answer)
+        self._dead.pop(command.label, None)
+        return self.start(command)
 
-    def _answer_again(self, label: str) -> None:
+    def _rerun_on_death_command(self, label: str) -> None:
         running = self._processes.get(label)
-        if label in self._owed and running is not None:
-            self._owed.discard(label)
+        if label in self._rerun_on_death and running is not None:
+            self._rerun_on_death.discard(label)
             self.restart_node(running)
 
-    def _retire(self, process: Process) -> None:
+    def _mark_dead(self, process: Process) -> None:
         process.join()
         del self._processes[process.spec.label]
         self._dead[process.spec.label] = process
 
     def _respawn(self, process: Process) -> None:
         process.kill()
-        self._again(process)
+        self._restart(process)
 
-    def _again(self, process: Process) -> None:
+    def _restart(self, process: Process) -> None:
         process.join()
-        process.due = process.stranded
-        if process.due:
+        process.restart_due = process.disconnected
+        if process.restart_due:
             self._console.line(f"[{process.spec.label}] waits for machine [{process.machine}]")
             return
         self._console.line(f"[{process.spec.label}] restarting process")
         if not self._start(process):
-            process.due = process.stranded and process.spec.respawn
-            if not process.due:
-                self._retire(process)
+            process.restart_due = process.disconnected and process.spec.respawn
+            if not process.restart_due:
+                self._mark_dead(process)
 
     def resume(self, processes: Iterable[Process]) -> None:
         """Handle the reconnection to the machine of these processes. Call it in the thread of `run`."""
         for process in processes:
-            process.stranded = False
-            if process.due and not process.held:
-                self._again(process)
+            process.disconnected = False
+            if process.restart_due and not process.is_stopped:
+                self._restart(process)
 
     # What users ask for while it runs --------------------------------------------------------------------------------
 
@@ -288,30 +296,30 @@ class Supervisor:
 
     def stop_node(self, process: Process) -> None:
         """End a process until it is started again. Call it in the thread of `run`."""
-        process.held, process.restarting = True, False
+        process.is_stopped, process.restarting = True, False
         self._end_one(process)
 
     def end_node(self, process: Process) -> None:
         """End a process as if it ended by itself: it starts again if it respawns. Call it in the thread of `run`."""
-        process.held = process.restarting = False
+        process.is_stopped = process.restarting = False
         self._end_one(process)
 
     def start_node(self, process: Process) -> None:
         """Start a process that was stopped or has ended. Call it in the thread of `run`."""
-        process.restarting = process.alive and (process.held or process.restarting)
-        process.held = False
+        process.restarting = process.alive and (process.is_stopped or process.restarting)
+        process.is_stopped = False
         if not process.alive:
             self._timers.pop(process.spec.label, None)
             self._dead.pop(process.spec.label, None)
             self._processes[process.spec.label] = process
-            self._again(process)
+            self._restart(process)
 
     def restart_node(self, process: Process) -> None:
         """End a process and start it again. Call it in the thread of `run`."""
         if not process.alive:
             self.start_node(process)
             return
-        process.held, process.restarting = False, True
+        process.is_stopped, process.restarting = False, True
         self._end_one(process)
 
     def _end_one(self, process: Process, stage: int = 0) -> None:
@@ -320,20 +328,20 @@ class Supervisor:
         if process.gone or stage == len(self._stages):
             return
         number, seconds = self._stages[stage]
-        doing = "stopping" if not stage else f"escalating to {number.name}"
-        self._console.line(f"[{process.spec.label}] {doing}")
+        action_text = "stopping" if not stage else f"escalating to {number.name}"
+        self._console.line(f"[{process.spec.label}] {action_text}")
         process.signal(number)
-        self._later(process.spec.label, seconds, lambda: self._end_one(process, stage + 1))
+        self._schedule(process.spec.label, seconds, lambda: self._end_one(process, stage + 1))
 
-    def _rest(self, process: Process) -> None:
+    def _finish_stop(self, process: Process) -> None:
         """Handle the end of a process that was told to end. After its children, too, start it again if requested."""
         if not process.gone and process.spec.label in self._timers:
-            self._later(f"{process.spec.label} remains", _REMAINS_POLL, lambda: self._rest(process))
+            self._schedule(f"{process.spec.label} remains", _REMAINS_POLL, lambda: self._finish_stop(process))
             return
         self._timers.pop(process.spec.label, None)
         if process.restarting:
             process.restarting = False
-            self._again(process)
+            self._restart(process)
         else:
             self._console.bold(f"[{process.spec.label}] stopped")
 
@@ -346,15 +354,15 @@ class Supervisor:
         for stage, (number, seconds) in enumerate(self._stages):
             for process in running:
                 if stage or process.alive:
-                    doing = f"escalating to {number.name}" if stage else "killing on exit"
-                    self._console.line(f"[{process.spec.label}] {doing}")
+                    action_text = f"escalating to {number.name}" if stage else "killing on exit"
+                    self._console.line(f"[{process.spec.label}] {action_text}")
                 process.signal(number)
             running = self._wait(running, seconds)
         for process in running:
             self._console.error(f"[{process.spec.label}] required SIGKILL. May still be running.")
         for process in self.active:
             if not process.alive:
-                self._retire(process)
+                self._mark_dead(process)
         if self._warden is not None:
             self._warden.close()
             self._warden = None
@@ -366,37 +374,39 @@ class Supervisor:
         deadline = time.monotonic() + seconds
         while True:
             running = [process for process in running if not process.gone]
-            left = min(STEP, deadline - time.monotonic())
-            if not running or left <= 0:
+            remaining = min(POLL_INTERVAL, deadline - time.monotonic())
+            if not running or remaining <= 0:
                 return running
             if not any(process.alive for process in running):
-                left = min(left, _REMAINS_POLL)
+                remaining = min(remaining, _REMAINS_POLL)
             try:
-                kind, _ = self._events.get(timeout=left)
+                kind, _ = self._events.get(timeout=remaining)
             except queue.Empty:
                 continue
             if kind == "hurry":
                 return [process for process in running if not process.gone]
 
 
-def install_signals(stop: Callable[[str], object], hurry: Callable[[], object] = lambda: None) -> Callable[[], None]:
+def install_signals(
+    stop: Callable[[str], object], stop_waiting: Callable[[], object] = lambda: None
+) -> Callable[[], None]:
     """Install signal handlers that end a run.
 
     Args:
         stop: called with the name of the first signal.
-        hurry: called for each later signal that a person may have sent, see `Insistence`.
+        stop_waiting: called for each later signal that a person may have sent, see `InterruptCounter`.
 
     Returns:
         A function that removes the handlers.
     """
-    insistence = Insistence()
+    interrupts = InterruptCounter()
 
     def handle(number: int, frame: object) -> None:
-        if not insistence.again():
+        if not interrupts.count_signal():
             return
-        if insistence.count == 1:
+        if interrupts.count == 1:
             stop(signal.Signals(number).name)
         else:
-            hurry()
+            stop_waiting()
 
-    return catch(handle)
+    return install_handler(handle)

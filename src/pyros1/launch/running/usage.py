@@ -40,8 +40,8 @@ def group_usages(proc: Path = Path("/proc")) -> dict[int, Usage]:
         except OSError:  # it has just ended
             continue
         group, ticks, pages = int(fields[2]), int(fields[11]) + int(fields[12]), int(fields[21])
-        before = found.get(group, Usage(0.0, 0))
-        found[group] = Usage(before.cpu + ticks / tick, before.memory + pages * page)
+        previous = found.get(group, Usage(0.0, 0))
+        found[group] = Usage(previous.cpu + ticks / tick, previous.memory + pages * page)
     return found
 
 

@@ -21,14 +21,14 @@ from pathlib import Path
 
 GROUPS = hasattr(os, "killpg")
 """Whether the system has process groups; without them (Windows) a launch knows only the processes that it started."""
-_POLL = 0.05
-_KILL_WAIT = 2.0
-RELEASE = 5.0
+_POLL_PERIOD = 0.05
+_SIGKILL_TIMEOUT = 2.0
+RELEASE_TIMEOUT = 5.0
 """Seconds that the warden may take to end when no process is left."""
-ANSWER_LIMIT = 10.0
+ON_DEATH_TIMEOUT = 10.0
 """Seconds that the answer to the end of a node may take before everything ends."""
 
-Answer = tuple[list[str], dict[str, str], str]
+OnDeathCommand = tuple[list[str], dict[str, str], str]
 """A command, its environment and its working directory."""
 
 
@@ -55,29 +55,29 @@ class Warden:
 
     def expect(self, word: str) -> None:
         """Report that a process with this word on its command line is about to be started."""
-        self._tell("expect", word)
+        self._send("expect", word)
 
-    def watch(self, pid: int, answer: Answer | None = None) -> None:
+    def watch(self, pid: int, on_death: OnDeathCommand | None = None) -> None:
         """Report that the announced process runs, and leads a new process group.
 
         Args:
             pid: its id.
-            answer: what to run after its end if the launcher is killed.
+            on_death: what to run after its end if the launcher is killed.
         """
-        if answer is not None:
+        if on_death is not None:
             import json  # noqa: PLC0415 - the warden starts without
 
-            self._tell("answer", json.dumps([pid, *answer]))
-        self._tell("watch", str(pid))
+            self._send("answer", json.dumps([pid, *on_death]))
+        self._send("watch", str(pid))
 
     def ended(self, pid: int) -> None:
         """Report that a process has ended. Its group may still have members."""
-        self._tell("ended", str(pid))
+        self._send("ended", str(pid))
 
-    def _tell(self, verb: str, what: str) -> None:
+    def _send(self, verb: str, argument: str) -> None:
         pipe = self._process.stdin
         if pipe is not None:
-            line = f"{verb} {what}\n".encode(errors="surrogateescape")
+            line = f"{verb} {argument}\n".encode(errors="surrogateescape")
             # The warden was killed, and the launcher still ends its nodes itself; or is over: a node outlived SIGKILL.
             with self._lock, contextlib.suppress(OSError, ValueError):
                 while line:
@@ -85,43 +85,43 @@ class Warden:
 
     def close(self) -> None:
         """End the warden. Call this when no process is left."""
-        self._tell("release", "")
+        self._send("release", "")
         if self._process.stdin is not None:
             self._process.stdin.close()
         try:
-            self._process.wait(RELEASE)
+            self._process.wait(RELEASE_TIMEOUT)
         except subprocess.TimeoutExpired:  # it was stopped, or has no processor; and nothing more to do
             self._process.kill()
             self._process.wait()
 
 
-def living(groups: set[int]) -> set[int]:
+def groups_alive(groups: set[int]) -> set[int]:
     """Return the process groups that still have a member.
 
     Zombies, which wait for process 1 to collect them, do not count where the system reports them.
     """
-    there = set()
+    existing = set()
     for group in groups if GROUPS else ():
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(group, 0)
-            there.add(group)
-    if not there or not os.path.exists("/proc/self/stat"):
-        return there
+            existing.add(group)
+    if not existing or not os.path.exists("/proc/self/stat"):
+        return existing
     found = set()
     for path in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):
             state, _, number = path.read_text().rpartition(")")[2].split()[:3]
             if state not in "ZX":
                 found.add(int(number))
-    return there & found
+    return existing & found
 
 
 def group_exists(group: int) -> bool:
     """Return whether the group still has a process."""
-    return bool(living({group}))
+    return bool(groups_alive({group}))
 
 
-def leaderless(group: int) -> bool:
+def is_leaderless(group: int) -> bool:
     """Return whether a process group whose leader has ended still has members.
 
     If a process with the group's id exists, the id was reused and the group is a different one.
@@ -150,8 +150,8 @@ def end_groups(groups: set[int], stages: list[tuple[int, float]]) -> None:
                 os.killpg(group, number)
         deadline = time.monotonic() + seconds
         while groups and time.monotonic() < deadline:
-            time.sleep(_POLL)
-            groups = living(groups)
+            time.sleep(_POLL_PERIOD)
+            groups = groups_alive(groups)
 
 
 def processes_with(word: str) -> set[int]:
@@ -164,17 +164,17 @@ def processes_with(word: str) -> set[int]:
     return {pid for pid in found if group_exists(pid)}
 
 
-def run_all(answers: list[Answer]) -> None:
+def run_commands(on_death_commands: list[OnDeathCommand]) -> None:
     """Run commands side by side, for ANSWER_LIMIT at most."""
     started = []
-    for words, env, cwd in answers:
+    for words, env, cwd in on_death_commands:
         with contextlib.suppress(OSError):
             started.append(subprocess.Popen(words, env=env, cwd=cwd, stdin=subprocess.DEVNULL, start_new_session=True))
-    deadline = time.monotonic() + ANSWER_LIMIT
+    deadline = time.monotonic() + ON_DEATH_TIMEOUT
     for process in started:
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(max(0.0, deadline - time.monotonic()))
-    end_groups({process.pid for process in started if process.poll() is None}, [(signal.SIGKILL, _KILL_WAIT)])
+    end_groups({process.pid for process in started if process.poll() is None}, [(signal.SIGKILL, _SIGKILL_TIMEOUT)])
 
 
 def main() -> None:
@@ -183,33 +183,33 @@ def main() -> None:
         signal.signal(number, signal.SIG_IGN)
     running: set[int] = set()
     ended: set[int] = set()
-    answers: dict[int, Answer] = {}
+    on_death_commands: dict[int, OnDeathCommand] = {}
     expected = ""
     for line in sys.stdin.buffer:
-        verb, _, what = os.fsdecode(line.rstrip(b"\n")).partition(" ")
+        verb, _, argument = os.fsdecode(line.rstrip(b"\n")).partition(" ")
         if verb == "expect":
-            expected = what
+            expected = argument
         elif verb == "answer":
             import json  # noqa: PLC0415 - few nodes have one
 
-            pid, *answer = json.loads(what)
-            answers[pid] = answer
+            pid, *on_death = json.loads(argument)
+            on_death_commands[pid] = on_death
         elif verb == "watch":
-            running.add(int(what))
+            running.add(int(argument))
             expected = ""
         elif verb == "ended":
-            running.discard(int(what))
-            answers.pop(int(what), None)
-            if group_exists(int(what)):
-                ended.add(int(what))
+            running.discard(int(argument))
+            on_death_commands.pop(int(argument), None)
+            if group_exists(int(argument)):
+                ended.add(int(argument))
         else:
             return
-    groups = running | {group for group in ended if leaderless(group)}
+    groups = running | {group for group in ended if is_leaderless(group)}
     if expected:
         groups |= processes_with(expected)
     sigint, sigterm = map(float, sys.argv[1:3])
-    end_groups(groups, [(signal.SIGINT, sigint), (signal.SIGTERM, sigterm), (signal.SIGKILL, _KILL_WAIT)])
-    run_all(list(answers.values()))
+    end_groups(groups, [(signal.SIGINT, sigint), (signal.SIGTERM, sigterm), (signal.SIGKILL, _SIGKILL_TIMEOUT)])
+    run_commands(list(on_death_commands.values()))
 
 
 if __name__ == "__main__":

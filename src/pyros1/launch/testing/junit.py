@@ -156,17 +156,17 @@ def summary(runs: Results, results: Results) -> str:
     def counted(word: str, count: int) -> str:
         return f"\033[1;31m * {word}: {count}\033[0m" if count else f" * {word}: 0"
 
-    unable = [case.name for case in runs.cases if case.failures or case.errors]
+    failed_names = [case.name for case in runs.cases if case.failures or case.errors]
     errors, failures = runs.errors + results.errors, runs.failures + results.failures
-    good = not errors and not failures
+    passed = not errors and not failures
     lines = [
-        "".join(description(case) for case in results.cases) + "".join(f"[{name}][failed]\n" for name in unable),
+        "".join(description(case) for case in results.cases) + "".join(f"[{name}][failed]\n" for name in failed_names),
         "SUMMARY",
-        "\033[32m * RESULT: SUCCESS\033[0m" if good else "\033[1;31m * RESULT: FAIL\033[0m",
+        "\033[32m * RESULT: SUCCESS\033[0m" if passed else "\033[1;31m * RESULT: FAIL\033[0m",
         f" * TESTS: {len(results.cases)}",
         counted("ERRORS", errors),
         counted("FAILURES", failures),
     ]
-    if unable:
-        lines += ["", "ERROR: The following tests failed to run:", *(f" * {name}" for name in unable)]
+    if failed_names:
+        lines += ["", "ERROR: The following tests failed to run:", *(f" * {name}" for name in failed_names)]
     return f"[ROSTEST]{'-' * 71}\n\n" + "\n".join(lines) + "\n"

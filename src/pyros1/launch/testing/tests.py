@@ -16,13 +16,13 @@ from pyros1.launch.running.command_line import locate
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.logs import ros_home
 from pyros1.launch.running.options import Options
-from pyros1.launch.running.session import Session, Trial
+from pyros1.launch.running.session import Session, TestTrial
 from pyros1.launch.testing.junit import Case, Results, read_results
 from pyros1.net.hosts import master_uri
 from pyros1.net.master_client import MasterClient
 
 _CLASS = "rostest.runner.RosTest"
-_KEPT = ("/run_id", "/rosversion", "/rosdistro", "/roslaunch/")
+_KEPT_PARAMS = ("/run_id", "/rosversion", "/rosdistro", "/roslaunch/")
 """Parameters of the master and of running launchers, which no test has set."""
 _UNSAFE = str.maketrans(dict.fromkeys(" \"'&$!`/\\", "_"))
 
@@ -50,12 +50,12 @@ def results_file(folder: Path, package: str, kind: str, name: str) -> Path:
     Raises:
         LaunchError: the folder cannot be created.
     """
-    place = folder / package
+    suite_folder = folder / package
     try:
-        place.mkdir(parents=True, exist_ok=True)
+        suite_folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise LaunchError(f"cannot create test results directory [{place}]: {error.strerror}") from error
-    return place / f"{kind}-{name.translate(_UNSAFE)}.xml"
+        raise LaunchError(f"cannot create test results directory [{suite_folder}]: {error.strerror}") from error
+    return suite_folder / f"{kind}-{name.translate(_UNSAFE)}.xml"
 
 
 def name_from_path(package: Path, file: Path) -> str:
@@ -110,10 +110,10 @@ class TestRun:
         if self._session is not None:
             self._session.stop(reason)
 
-    def hurry(self) -> None:
+    def stop_waiting(self) -> None:
         """Stop waiting for processes that are ending. Callable from signal handlers."""
         if self._session is not None:
-            self._session.hurry()
+            self._session.stop_waiting()
 
     def run(self) -> None:
         """Run all tests, in the order of their names."""
@@ -122,19 +122,19 @@ class TestRun:
             if self.stopped:
                 return
             case = Case(f"test{test.test_name}", _CLASS)
-            began = time.monotonic()
+            started_at = time.monotonic()
             try:
                 if names.count(test.test_name) > 1:
                     raise _FailedError(f"Duplicate tests named [{test.test_name}] in rostest suite")
                 self._check(test)
                 self._attempts(test)
             except _FailedError as error:
-                self._say(str(error), self.err)
+                self._write(str(error), self.err)
                 case.failures.append(("AssertionError", str(error)))
             except Error as error:
-                self._say(str(error), self.err)
+                self._write(str(error), self.err)
                 case.errors.append((type(error).__name__, str(error)))
-            case.seconds = time.monotonic() - began
+            case.seconds = time.monotonic() - started_at
             self.runs.cases.append(case)
 
     def _check(self, test: TestPlan) -> None:
@@ -147,22 +147,22 @@ class TestRun:
 
     def _attempts(self, test: TestPlan) -> None:
         """Run a test until it succeeds or no retries are left."""
-        for left in range(test.retry, -1, -1):
+        for attempts_left in range(test.retry, -1, -1):
             path = results_file(self.folder, self.package, "rosunit", test.test_name)
             path.unlink(missing_ok=True)
             try:
                 found = self._attempt(test, path)
             except LaunchError:
-                if not left or self.stopped:
+                if not attempts_left or self.stopped:
                     raise
             else:
-                if self.text or not left or not (found.errors or found.failures):
+                if self.text or not attempts_left or not (found.errors or found.failures):
                     self.results.cases += found.cases
                     return
-            self._say(f"test [{test.test_name}] failed, retrying. Retries left: {left - 1}", self.out)
+            self._write(f"test [{test.test_name}] failed, retrying. Retries left: {attempts_left - 1}", self.out)
 
     def _attempt(self, test: TestPlan, path: Path) -> Results:
-        trial = Trial(self._with_results(test, path), test.time_limit)
+        trial = TestTrial(self._with_results(test, path), test.time_limit)
         port = None if self.reuse_master else _free_port()
         if self.reuse_master:
             self._prepare_master()
@@ -185,7 +185,7 @@ class TestRun:
             raise _FailedError(f"test [{test.test_name}] did not generate test results")
         found = read_results(path, f"{self.package}.{path.stem}")
         counts = f"{found.errors} errors, {found.failures} failures, {len(found.cases)} tests"
-        self._say(f"test [{test.test_name}] results summary: {counts}", self.out)
+        self._write(f"test [{test.test_name}] results summary: {counts}", self.out)
         return found
 
     def _with_results(self, test: TestPlan, path: Path) -> TestPlan:
@@ -199,12 +199,12 @@ class TestRun:
         try:
             master.ping()
             if self.clear:
-                names = [name for name in master.get_param_names() if not name.startswith(_KEPT)]
+                names = [name for name in master.get_param_names() if not name.startswith(_KEPT_PARAMS)]
                 master.multicall([("deleteParam", (name,)) for name in names])
         finally:
             master.close()
 
-    def _say(self, text: str, stream: io.StringIO) -> None:
+    def _write(self, text: str, stream: io.StringIO) -> None:
         stream.write(f"[ROSTEST]{text}\n")
 
 

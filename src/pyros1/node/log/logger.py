@@ -11,13 +11,13 @@ import time
 from collections.abc import Callable, Hashable, MutableMapping
 from types import CodeType, FrameType
 
-from pyros1.ground import shown
-from pyros1.net.repeats import MOST_TEXTS
+from pyros1.ground import terminal_text
+from pyros1.net.rate_limit import MAX_TEXTS
 from pyros1.node.checks import check_seconds
 from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, NAMES, WARN
-from pyros1.node.log.sink import EVERYWHERE, NOT_TERMINAL, LogSink, Places, Record
+from pyros1.node.log.sink import ALL_DESTINATIONS, NO_TERMINAL, Destinations, LogSink, Record
 
-_MOST_SITES = 10_000
+_MAX_SITES = 10_000
 """Most places in the program whose last time of logging is remembered, for ``throttle`` and ``once``."""
 
 
@@ -89,19 +89,19 @@ class Log:
             error = sys.exc_info()[1]
             if len(args) == 1 and isinstance(args[0], BaseException) and "%" not in str(text):
                 error, args = args[0], ()
-        trace = "" if error is None else "\n" + trace_of(error)
+        trace = "" if error is None else "\n" + format_traceback(error)
         if error is not None and self._sink.explain is not None:
             trace += self._sink.explain(error)
-        self._log(ERROR, shown.lines(_filled(text, args) + trace), (), None, False)
+        self._log(ERROR, terminal_text.lines(_format(text, args) + trace), (), None, False)
 
-    def peer(self, level: int, text: str, *args: object, most: int = MOST_TEXTS, link: Hashable = None) -> None:
+    def peer(self, level: int, text: str, *args: object, max_texts: int = MAX_TEXTS, link: Hashable = None) -> None:
         """Log what another process did. Repeated texts are counted: ``... (repeated 37 times)``.
 
         Args:
             level: 1, 2, 4, 8 or 16.
             text: the message, with %s in place of the arguments.
             args: arguments, each shown in one line without control characters.
-            most: most different texts from this place in the program in one period.
+            max_texts: most different texts from this place in the program in one period.
             link: what the texts are about, if that limit holds for each such link.
         """
         sink = self._sink
@@ -113,15 +113,15 @@ class Log:
         def emit(message: str) -> None:
             self._emit(level, message, code, line, False)
 
-        sink.settle()
-        shown_text = text % tuple(map(shown.one_line, args)) if args else text
-        sink.repeats.say((code.co_filename, line, link), shown_text, emit, most)
+        sink.reset_after_fork()
+        shown_text = text % tuple(map(terminal_text.one_line, args)) if args else text
+        sink.repeats.log((code.co_filename, line, link), shown_text, emit, max_texts)
 
     def internal(self, error: BaseException) -> None:
         """Log an error of pyros1 itself, which should not be."""
-        self.peer(ERROR, shown.lines(f"internal error (please report it)\n{trace_of(error)}"))
+        self.peer(ERROR, terminal_text.lines(f"internal error (please report it)\n{format_traceback(error)}"))
 
-    def pass_on(
+    def log_record(
         self,
         level: int,
         text: str,
@@ -130,7 +130,7 @@ class Log:
         line: int,
         function: str,
         name: str | None = None,
-        places: Places = EVERYWHERE,
+        destinations: Destinations = ALL_DESTINATIONS,
     ) -> None:
         """Log a message of another logging system, such as Python's, which has filtered and formatted it.
 
@@ -139,13 +139,13 @@ class Log:
             text: the message.
             path, line, function: where it was logged.
             name: the logger's name; None: this logger's.
-            places: where to write it.
+            destinations: where to write it.
         """
         sink = self._sink
         stamp, simulated = sink.now()
         file = os.path.basename(path)
         record = Record(level, text, name or self.name, file, line, function, time.time(), stamp, path)
-        sink.emit(record, simulated, places)
+        sink.emit(record, simulated, destinations)
 
     def use_levels(self, levels: MutableMapping[str, int]) -> None:
         """Keep the levels of the node's loggers elsewhere.
@@ -175,9 +175,9 @@ class Log:
                 throttle = throttle.to_sec() if hasattr(throttle, "to_sec") else throttle  # for example a Duration
                 check_seconds(throttle, "throttle")
             now = sink.now()[0].to_sec()
-            if not self._due((code.co_filename, line), now, throttle, once):
+            if not self._is_due((code.co_filename, line), now, throttle, once):
                 return
-        self._emit(level, _filled(text, args), code, line, _by_program(frame))
+        self._emit(level, _format(text, args), code, line, _by_program(frame))
 
     def _emit(
         self, level: int, message: str, code: CodeType, line: int, by_program: bool, to_terminal: bool = True
@@ -185,14 +185,14 @@ class Log:
         stamp, simulated = self._sink.now()
         file = os.path.basename(code.co_filename)
         record = Record(level, message, self.name, file, line, code.co_name, time.time(), stamp, code.co_filename)
-        self._sink.emit(record, simulated, EVERYWHERE if to_terminal else NOT_TERMINAL, by_program)
+        self._sink.emit(record, simulated, ALL_DESTINATIONS if to_terminal else NO_TERMINAL, by_program)
 
-    def _due(self, site: tuple[str, int], now: float, throttle: float | None, once: bool) -> bool:
+    def _is_due(self, site: tuple[str, int], now: float, throttle: float | None, once: bool) -> bool:
         seen = self._sink.seen
         last = seen.get(site)
         if last is not None and (once or (throttle is not None and 0 <= now - last < throttle)):
             return False
-        if len(seen) > _MOST_SITES:
+        if len(seen) > _MAX_SITES:
             seen.clear()
         seen[site] = now
         return True
@@ -202,7 +202,7 @@ def _by_program(frame: FrameType) -> bool:
     return not str(frame.f_globals.get("__name__")).startswith("pyros1.")
 
 
-def _filled(text: object, args: tuple[object, ...]) -> str:
+def _format(text: object, args: tuple[object, ...]) -> str:
     """Return the text with its arguments filled in, or with a remark if they do not fit."""
     message = str(text)
     if not args:
@@ -213,7 +213,7 @@ def _filled(text: object, args: tuple[object, ...]) -> str:
         return f"{message} {args!r} (bad log arguments: {error})"
 
 
-def trace_of(error: BaseException) -> str:
+def format_traceback(error: BaseException) -> str:
     """Return an exception's traceback as text."""
     try:
         from traceback import format_exception  # noqa: PLC0415 - it takes as long to load as much of a node

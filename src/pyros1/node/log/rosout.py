@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pyros1.ground import shown
+from pyros1.ground import terminal_text
 from pyros1.ground.log_file import LogFile
 from pyros1.msgs import load_message
 from pyros1.node.log.levels import NAMES
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 MAX_FILE_SIZE = 100_000_000
 BACKUPS = 10
-_OFF = ("1", "true", "on", "yes")
+_TRUE_WORDS = ("1", "true", "on", "yes")
 
 
 class RosoutAggregator:
@@ -31,7 +31,7 @@ class RosoutAggregator:
 
     def __init__(self, node: Node, log_file: str | None) -> None:
         self._node = node
-        disabled = node.environ.get("ROSOUT_DISABLE_FILE_LOGGING", "").lower() in _OFF
+        disabled = node.environ.get("ROSOUT_DISABLE_FILE_LOGGING", "").lower() in _TRUE_WORDS
         self._file = None if disabled or log_file is None else LogFile(log_file, MAX_FILE_SIZE, BACKUPS)
         self._with_topics = node.params.get("/rosout/omit_topics", False) is not True
         log_class = load_message("rosgraph_msgs/Log")
@@ -47,7 +47,7 @@ class RosoutAggregator:
     def _line(self, message: Any) -> str:
         stamp = message.header.stamp
         topics = f"[topics: {', '.join(message.topics)}] " if self._with_topics else ""
-        return shown.lines(
+        return terminal_text.lines(
             f"{stamp.secs}.{stamp.nsecs:09d} {NAMES.get(message.level, message.level)} {message.name} "
             f"[{message.file}:{message.line}({message.function})] {topics}{message.msg}\n"
         )

@@ -20,12 +20,12 @@ from collections import deque
 from collections.abc import Callable, Mapping, MutableMapping
 from typing import NamedTuple, TextIO
 
-from pyros1.ground import shown
+from pyros1.ground import terminal_text
 from pyros1.ground.log_file import LogFile
 from pyros1.ground.timing import Time
-from pyros1.net.background import Background, GiveUp, Item, write_to_terminal
+from pyros1.net.background_writer import BackgroundWriter, Item, ShouldStop, write_to_terminal
 from pyros1.net.loop import LoopThread
-from pyros1.net.repeats import Repeats
+from pyros1.net.rate_limit import RepeatCounter
 from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, NAMES, WARN
 
 DEFAULT_FORMAT = "[${severity}] [${time}]: ${message}"
@@ -34,7 +34,7 @@ BACKUPS = 4
 _COLOURS = {DEBUG: "\x1b[32m", WARN: "\x1b[33m", ERROR: "\x1b[31m", FATAL: "\x1b[31m"}
 _TOKEN = re.compile(r"\$\{(\w+)(?::([^}]*))?\}")
 _FILE_NAMES = {**NAMES, WARN: "WARNING", FATAL: "CRITICAL"}  # stock's files have Python's names
-_MOST_WAITING = 100
+_MAX_PENDING = 100
 
 
 class Record(NamedTuple):
@@ -61,7 +61,7 @@ class Record(NamedTuple):
     path: str = ""
 
 
-class Places(NamedTuple):
+class Destinations(NamedTuple):
     """The places to which a record is written."""
 
     terminal: bool = True
@@ -69,11 +69,11 @@ class Places(NamedTuple):
     rosout: bool = True
 
 
-EVERYWHERE = Places()
-NOT_TERMINAL = Places(terminal=False)
+ALL_DESTINATIONS = Destinations()
+NO_TERMINAL = Destinations(terminal=False)
 
 
-class _Inside(threading.local):
+class _ThreadState(threading.local):
     """State of a thread that is in a sink.
 
     Attributes:
@@ -83,7 +83,7 @@ class _Inside(threading.local):
 
     def __init__(self) -> None:
         self.writing = False
-        self.waiting: deque[tuple[Record, bool, Places, bool]] = deque()
+        self.waiting: deque[tuple[Record, bool, Destinations, bool]] = deque()
 
 
 class LogSink:
@@ -94,8 +94,8 @@ class LogSink:
         environ: environment variables; ROSCONSOLE_FORMAT is used.
         file_path: the log file, created with its folder at the first line; None for no file.
         now: returns (time, whether it is simulated).
-        later: ``later(seconds, function, argument)`` calls a function some seconds later; None: counts of repeated
-            messages are written at the end.
+        schedule: ``schedule(seconds, function, argument)`` calls a function some seconds later; None: counts of
+            repeated messages are written at the end.
     """
 
     def __init__(
@@ -104,7 +104,7 @@ class LogSink:
         environ: Mapping[str, str],
         file_path: str | None,
         now: Callable[[], tuple[Time, bool]],
-        later: Callable[..., object] | None = None,
+        schedule: Callable[..., object] | None = None,
     ) -> None:
         self.node_name = node_name
         self.now = now
@@ -112,74 +112,76 @@ class LogSink:
         self.explain: Callable[[BaseException], str] | None = None
         self.seen: dict[tuple[str, int], float] = {}
         self.publish: Callable[[Record], None] | None = None
-        self._later = later or (lambda *_: None)
+        self._later = schedule or (lambda *_: None)
         self._format = environ.get("ROSCONSOLE_FORMAT") or DEFAULT_FORMAT
         self._file = LogFile(file_path, MAX_FILE_SIZE, BACKUPS) if file_path else None
-        self._inside = _Inside()
-        self._left: LogFile | None = None  # of the process that created it
+        self._thread_state = _ThreadState()
+        self._inherited_file: LogFile | None = None  # of the process that created it
         self._make_locks()
 
     def _make_locks(self) -> None:
         self._lock = threading.Lock()
-        self.repeats = Repeats(self._later)
-        self._terminal_thread = Background(f"{self.node_name}:log", write_to_terminal)
-        self._file_thread = Background(f"{self.node_name}:log file", self._write_items)
+        self.repeats = RepeatCounter(self._later)
+        self._terminal_thread = BackgroundWriter(f"{self.node_name}:log", write_to_terminal)
+        self._file_thread = BackgroundWriter(f"{self.node_name}:log file", self._write_items)
         self._pid = os.getpid()
 
-    def settle(self) -> None:
+    def reset_after_fork(self) -> None:
         """Prepare for a forked process, in which locks may be held by threads that do not exist there."""
         if os.getpid() != self._pid:
             if self._file is not None:
-                self._left, self._file = (
+                self._inherited_file, self._file = (
                     self._file,
-                    self._file.again(),
+                    self._file.reopened(),
                 )  # it has a lock, too, for which closing would wait
             self._make_locks()
 
-    def emit(self, record: Record, simulated: bool, places: Places = EVERYWHERE, by_program: bool = True) -> None:
+    def emit(
+        self, record: Record, simulated: bool, destinations: Destinations = ALL_DESTINATIONS, by_program: bool = True
+    ) -> None:
         """Write a record. An error of one of them (a full disk, a closed pipe) does not stop the node.
 
         Args:
             record: what was logged.
             simulated: whether its stamp is simulated time.
-            places: where to write it.
+            destinations: where to write it.
             by_program: whether the program logs it, not pyros1: then the call waits until it is written.
 
         A signal handler may log on top of this function: its record is written when the function goes on.
         """
-        self.settle()
-        inside = self._inside
-        inside.waiting.append((record, simulated, places, by_program))
-        if inside.writing:
+        self.reset_after_fork()
+        state = self._thread_state
+        state.waiting.append((record, simulated, destinations, by_program))
+        if state.writing:
             return
-        for _ in range(_MOST_WAITING):  # a limit: writing may cause new records, and must not go on for ever
-            if not inside.waiting:
+        for _ in range(_MAX_PENDING):  # a limit: writing may cause new records, and must not go on for ever
+            if not state.waiting:
                 return
             try:
-                inside.writing = True
-                self._write(*inside.waiting.popleft())
+                state.writing = True
+                self._write(*state.waiting.popleft())
             finally:
-                inside.writing = False  # then check again: a handler may have seen it still true
+                state.writing = False  # then check again: a handler may have seen it still true
 
-    def _write(self, record: Record, simulated: bool, places: Places, by_program: bool) -> None:
+    def _write(self, record: Record, simulated: bool, destinations: Destinations, by_program: bool) -> None:
         on_loop = isinstance(threading.current_thread(), LoopThread)
         may_wait = by_program and not on_loop
         if may_wait:
             self._flush()  # earlier messages of pyros1 come first
-        if places.terminal:
+        if destinations.terminal:
             self._write_to_terminal(record, simulated, may_wait)
-        if places.file and self._file is not None:
+        if destinations.file and self._file is not None:
             line = self._file_line(record)
             if may_wait:
                 self._write_file(line)
             else:
                 self._file_thread.write("", line)
-        if places.rosout and self.publish is not None:
+        if destinations.rosout and self.publish is not None:
             try:
                 self.publish(record)
             except Exception as error:  # noqa: BLE001 - such as that no more files can be opened
                 self._terminal_thread.write(
-                    "stderr", shown.lines(f"WARNING: cannot publish a log message on /rosout: {error}\n")
+                    "stderr", terminal_text.lines(f"WARNING: cannot publish a log message on /rosout: {error}\n")
                 )
         if not on_loop:
             self._flush()
@@ -191,7 +193,7 @@ class LogSink:
     def _write_to_terminal(self, record: Record, simulated: bool, may_wait: bool) -> None:
         where = "stdout" if record.level <= INFO else "stderr"
         stream = getattr(sys, where)
-        text = shown.coloured_lines(self.format(record, simulated)) + "\n"
+        text = terminal_text.coloured_lines(self.format(record, simulated)) + "\n"
         with contextlib.suppress(OSError, ValueError, AttributeError):
             colour = _COLOURS.get(record.level) if stream.isatty() else None
             if colour:
@@ -227,10 +229,10 @@ class LogSink:
 
     def _file_line(self, record: Record) -> str:
         stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(record.wall))
-        text = shown.coloured_lines(record.text)
+        text = terminal_text.coloured_lines(record.text)
         return f"[{record.logger}][{_FILE_NAMES[record.level]}] {stamp},{int(record.wall % 1 * 1000):03d}: {text}\n"
 
-    def _write_items(self, items: list[Item], _give_up: GiveUp) -> None:
+    def _write_items(self, items: list[Item], _should_stop: ShouldStop) -> None:
         self._write_file("".join(text for _, text in items))
 
     def _write_file(self, text: str) -> None:
@@ -240,12 +242,12 @@ class LogSink:
 
     def close(self) -> None:
         """Write what is left, for at most a second or two, and close the log file."""
-        self.settle()
+        self.reset_after_fork()
         self.repeats.close()
         self._terminal_thread.close()
         self._file_thread.close()
         # A signal handler may run on top of this thread's own writing, which goes on only afterwards.
-        if not self._lock.acquire(timeout=0.0 if self._inside.writing else 1.0):
+        if not self._lock.acquire(timeout=0.0 if self._thread_state.writing else 1.0):
             return  # another thread waits for the disk
         try:
             if self._file is not None:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import MasterMethodError, ParameterNotSetError, SerializationError
 from pyros1.node.checks import check_name
-from pyros1.node.lane import Lane
-from pyros1.node.parameters.copies import MISSING, Copies
+from pyros1.node.parameters.cache import MISSING, ParameterCache
+from pyros1.node.strand import Strand
 
 if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
@@ -31,7 +31,7 @@ class Parameters:
         api: URI of the node's slave API, to which the master sends changes.
         remappings: of the command line, as written; `search` follows them.
         later: calls a function soon, on another thread.
-        tell: calls a function of the program with news, elsewhere than where changes are received.
+        notify: calls a function of the program with news, elsewhere than where changes are received.
     """
 
     def __init__(
@@ -41,15 +41,15 @@ class Parameters:
         api: Callable[[], str],
         remappings: Mapping[str, str],
         later: Callable[[Callable[[], None]], object] = lambda work: work(),
-        tell: Callable[[Callable[[Any], object], Any], object] = lambda function, news: function(news),
+        notify: Callable[[Callable[[Any], object], Any], object] = lambda function, news: function(news),
     ) -> None:
         self._master = master
         self._resolve = resolve
         self._api = api
         self._remappings = remappings
-        self._tell = tell
-        self._copies = Copies()
-        self._lane = Lane(later)  # of the copies
+        self._notify = notify
+        self._cache = ParameterCache()
+        self._strand = Strand(later)  # of the copies
         self._watchers: list[Callable[[str, Any], object]] = []
 
     def __getitem__(self, name: str) -> Any:
@@ -74,14 +74,14 @@ class Parameters:
             SerializationError: it is not a bool, a number, a str, bytes, or a list or dict of these.
         """
         key = self._resolve(name)
-        before = self._copies.versions()
+        before = self._cache.versions()
         try:
             self._master.set_param(key, value)
         except SerializationError as error:
             raise SerializationError(
                 f"parameter [{key}]: {error}. A parameter is a bool, number, str, bytes, list or dict of them"
             ) from None
-        self._lane.do(self._copies.set_by_us, key, value, before)  # the master tells all nodes but this one (M54)
+        self._strand.do(self._cache.set_locally, key, value, before)  # the master tells all nodes but this one (M54)
 
     def set(self, name: str, value: Any) -> None:
         """Set a parameter; a dict replaces the whole namespace of that name."""
@@ -95,7 +95,7 @@ class Parameters:
         """
         key = self._resolve(name)
         self._master.delete_param(key)
-        self._lane.do(self._copies.doubt, key)
+        self._strand.do(self._cache.invalidate, key)
 
     def __contains__(self, name: str) -> bool:
         return self._master.has_param(self._resolve(name))
@@ -122,9 +122,9 @@ class Parameters:
             default: returned while the parameter is not set.
         """
         key = self._resolve(name)
-        value = self._copies.get(key)
+        value = self._cache.get(key)
         if (
-            value is MISSING or self._lane.jobs
+            value is MISSING or self._strand.jobs
         ):  # in a signal handler, changes may wait until the interrupted function goes on
             value = self._fetch(key)
         return default if value == {} else value
@@ -133,49 +133,49 @@ class Parameters:
         """Ask the master for a value and its updates, and keep it."""
         value: Any = None
         for _ in range(_TRIES):
-            fetch = self._copies.begin(key)
+            fetch = self._cache.begin(key)
             try:
                 value = self._master.subscribe_param(self._api(), key)
             except MasterMethodError:  # the master would report no changes: fetched each time, and not kept
-                self._lane.do(self._copies.give_up, fetch)
+                self._strand.do(self._cache.abort_fetch, fetch)
                 try:
                     return self._master.get_param(key)
                 except ParameterNotSetError:
                     return {}
             except BaseException:
-                self._lane.do(self._copies.give_up, fetch)
+                self._strand.do(self._cache.abort_fetch, fetch)
                 raise
-            self._lane.do(self._copies.keep, fetch, value)
-            kept = self._copies.get(key)
-            if kept is not MISSING and not self._lane.jobs:
+            self._strand.do(self._cache.keep, fetch, value)
+            kept = self._cache.get(key)
+            if kept is not MISSING and not self._strand.jobs:
                 return kept
         return value  # it changes all the time; the next read fetches it again
 
-    def renew(self) -> None:
+    def refetch(self) -> None:
         """Fetch all local copies again, from a master that was restarted and has lost the subscriptions."""
-        for key in self._copies.names():
+        for key in self._cache.names():
             self._fetch(key)
 
     def uncache(self, name: str) -> None:
         """Drop the local copy of a parameter that `cached` made."""
         key = self._resolve(name)
-        if key in self._copies.names():
-            self._lane.do(self._copies.drop, key)
+        if key in self._cache.names():
+            self._strand.do(self._cache.drop, key)
             with contextlib.suppress(MasterMethodError):  # then it sends no updates
                 self._master.unsubscribe_param(self._api(), key)
 
     def cached_names(self) -> list[str]:
         """Return the full names of the parameters with a local copy."""
-        return self._copies.names()
+        return self._cache.names()
 
     def update(self, key: str, value: Any) -> bool:
         """Take a change from the master (S09); return whether a copy is kept of that parameter."""
-        known = self._copies.knows(key)
+        known = self._cache.knows(key)
         if known:
-            self._lane.do(self._copies.set_by_others, key, value)
+            self._strand.do(self._cache.set_remotely, key, value)
             name = key.rstrip("/") or "/"  # as masters send it, it ends in a slash
             for watcher in self._watchers:
-                self._lane.do(self._tell, partial(watcher, name), value)
+                self._strand.do(self._notify, partial(watcher, name), value)
         return known
 
     def on_update(self, callback: Callable[[str, Any], object]) -> None:

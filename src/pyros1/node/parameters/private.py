@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _INT = r"[-+]?(0|[1-9][0-9]*)\Z"
 _FLOAT = r"[-+]?[0-9]+\.[0-9]*\Z"
 _WORD = r"(?a)[A-Za-z/_][\w/.-]*\Z"
-_MOST_SHOWN = 5
+_MAX_SHOWN = 5
 _KEYWORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
 
 
@@ -47,7 +47,7 @@ def plain_value(text: str) -> int | float | str | None:
     return None
 
 
-def odd_arguments(arguments: Arguments) -> list[str]:
+def argument_warnings(arguments: Arguments) -> list[str]:
     """Return a warning for each malformed remapping, and for what looks like a misspelt private parameter, such as
     ``_rate=10``."""
     malformed = [f"invalid remapping argument {word!r}: use name:=newname" for word in arguments.malformed]
@@ -60,14 +60,14 @@ def odd_arguments(arguments: Arguments) -> list[str]:
 
 
 def set_private(
-    master: MasterClient, resolve: Callable[[str], str], given: Mapping[str, str], timeout: float
+    master: MasterClient, resolve: Callable[[str], str], assignments: Mapping[str, str], timeout: float
 ) -> tuple[Any, Any]:
     """Set a node's private parameters, in one call.
 
     Args:
         master: the node's client of the master.
         resolve: returns the full name that a name stands for.
-        given: name without ``~`` -> value as text.
+        assignments: name without ``~`` -> value as text.
         timeout: seconds that the master may take.
 
     Returns:
@@ -75,7 +75,7 @@ def set_private(
         each that is not set.
     """
     settings: list[tuple[str, tuple[Any, ...]]] = [
-        ("setParam", (resolve("~" + key), private_parameter(text))) for key, text in given.items()
+        ("setParam", (resolve("~" + key), private_parameter(text))) for key, text in assignments.items()
     ]
     *_, sim_time, private = master.multicall(
         [*settings, ("getParam", ("/use_sim_time",)), ("getParam", (master.caller_id,))], timeout=timeout
@@ -83,23 +83,25 @@ def set_private(
     return sim_time, private
 
 
-def left_over(node_name: str, tree: Any, given: Mapping[str, str]) -> list[str]:
+def leftover_warning(node_name: str, tree: Any, assignments: Mapping[str, str]) -> list[str]:
     """Return a line on the private parameters that were set before a node started; an empty text if none were.
 
     Args:
         node_name: full name.
         tree: the parameters below that name; not a dict if none are set.
-        given: names of those that the command line sets.
+        assignments: names of those that the command line sets.
     """
-    mine = {name.strip("/") for name in given}
-    found = [(name, value) for name, value in _leaves(tree, "") if name not in mine] if isinstance(tree, dict) else []
+    assigned = {name.strip("/") for name in assignments}
+    found = (
+        [(name, value) for name, value in _leaves(tree, "") if name not in assigned] if isinstance(tree, dict) else []
+    )
     if not found:
         return []
-    texts = [f"~{name} is {value!r:.40}" for name, value in found[:_MOST_SHOWN]]
-    more = f" and {len(found) - _MOST_SHOWN} more" if len(found) > _MOST_SHOWN else ""
+    texts = [f"~{name} is {value!r:.40}" for name, value in found[:_MAX_SHOWN]]
+    omitted = f" and {len(found) - _MAX_SHOWN} more" if len(found) > _MAX_SHOWN else ""
     # Not the whole namespace: other nodes may have parameters in it.
     forget = f"to forget {'it' if len(found) == 1 else 'one'}: pyros1 param delete {node_name}/{found[0][0]}"
-    return [f"set before this start: {', '.join(texts)}{more} ({forget})"]
+    return [f"set before this start: {', '.join(texts)}{omitted} ({forget})"]
 
 
 def _leaves(tree: dict[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:

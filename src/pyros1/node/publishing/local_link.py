@@ -18,27 +18,27 @@ from pyros1.wire.outqueue import frame_size
 
 if TYPE_CHECKING:
     from pyros1.msgs import Message
-    from pyros1.node.lane import Lane
+    from pyros1.node.strand import Strand
     from pyros1.node.subscribing.sources import Item, Receiver, Source
     from pyros1.wire.outqueue import Frame
 
-_SMALLEST = 256
+_MIN_MESSAGE_SIZE = 256
 """Bytes that count at least for a message."""
 
 
 class LocalLink:
-    """Both ends of a link within a process. The methods that take messages are called in the topic's lane.
+    """Both ends of a link within a process. The methods that take messages are called in the topic's strand.
 
     Args:
-        lane: the topic's lane.
+        strand: the topic's strand.
         receiver: the receiving end, part of a subscription.
         uri: the publisher's slave API.
         header: the subscriber's connection header.
         answer: the publisher's connection header.
         queue_size: the publisher's: most messages that wait here; None: publishers `wait` while the subscriber is
             behind; 0: no limit.
-        room: bytes of messages that may wait here even if they are more than ``queue_size``, as in the sockets of other
-            links: for a subscriber without a limit.
+        inbox_bytes: bytes of messages that may wait here even if they are more than ``queue_size``, as in the sockets
+            of other links: for a subscriber without a limit.
         on_closed: two functions, for the publication and the subscription, each called once when the link has ended.
     """
 
@@ -46,13 +46,13 @@ class LocalLink:
 
     def __init__(
         self,
-        lane: Lane,
+        strand: Strand,
         receiver: Receiver,
         uri: str,
         header: dict[str, str],
         answer: dict[str, str],
         queue_size: int | None,
-        room: int,
+        inbox_bytes: int,
         *on_closed: Callable[[LocalLink], None],
     ) -> None:
         self.peer = header.get("callerid", "")
@@ -61,12 +61,12 @@ class LocalLink:
         self.messages = 0
         self.bytes_sent = 0
         self.address = "INTRAPROCESS connection on port 0 to [127.0.0.1:0 on socket 0]"
-        self._lane = lane
+        self._strand = strand
         self._receiver = receiver
-        self._room = room
-        self._least = queue_size or 0
-        self._limit = max(queue_size, room // _SMALLEST) if queue_size else queue_size
-        self._roomy = self._limit != queue_size
+        self._inbox_bytes = inbox_bytes
+        self._min_limit = queue_size or 0
+        self._limit = max(queue_size, inbox_bytes // _MIN_MESSAGE_SIZE) if queue_size else queue_size
+        self._has_room = self._limit != queue_size
         self._on_closed = on_closed
         self._open = [True]
         self._inbox: Inbox[Source, Item] = Inbox(self)
@@ -90,21 +90,21 @@ class LocalLink:
         """Whether the link is open."""
         return bool(self._open)
 
-    def hand_over(self, message: Message, direct: bool = True) -> None:
+    def send_copy(self, message: Message, direct: bool = True) -> None:
         """Hand over a copy of a message.
 
         Args:
-            direct: whether its publisher calls this; otherwise a thread may that works in the lane for others.
+            direct: whether its publisher calls this; otherwise a thread may that works in the strand for others.
         """
         if self._open:
             self.messages += 1
-            if self._roomy and self._receiver.limit is None and self._inbox.full(self._least):
+            if self._has_room and self._receiver.limit is None and self._inbox.full(self._min_limit):
                 message_class: Any = message.__class__
-                self._look_at_size(frame_size(message_class._encode_frame(message)))
+                self._adapt_limit(frame_size(message_class._encode_frame(message)))
             receiver, inbox = self._receiver, self._inbox
             if not (
                 receiver.in_publisher
-                and not inbox.in_line
+                and not inbox.is_ready
                 and (direct or not on_loop())
                 and receiver.deliver_now(self, message)
             ):
@@ -117,17 +117,17 @@ class LocalLink:
         data = frame if isinstance(frame, bytes) else b"".join(frame)
         self.messages += 1
         self.bytes_sent += len(data)
-        self._look_at_size(len(data))
+        self._adapt_limit(len(data))
         receiver, inbox = self._receiver, self._inbox
-        now = receiver.in_publisher and not inbox.in_line and not on_loop()
+        now = receiver.in_publisher and not inbox.is_ready and not on_loop()
         if not (now and receiver.deliver_now(self, data[4:])):
             receiver.push(inbox, data[4:], self._limit)
 
-    def _look_at_size(self, size: int) -> None:
+    def _adapt_limit(self, size: int) -> None:
         """Let fewer messages wait if they are large. The limit only shrinks: each change begins a new queue."""
-        while self._roomy and self._limit is not None and self._limit * size > self._room:
-            self._limit = max(self._limit // 2, self._least)
-            self._roomy = self._limit > self._least
+        while self._has_room and self._limit is not None and self._limit * size > self._inbox_bytes:
+            self._limit = max(self._limit // 2, self._min_limit)
+            self._has_room = self._limit > self._min_limit
 
     def recover(self) -> None:
         """Announce waiting messages to the subscriber, in case that was interrupted."""
@@ -148,9 +148,9 @@ class LocalLink:
         for closed in self._on_closed:
             closed(self)
 
-    def finish(self, until: float) -> None:
+    def finish(self, deadline: float) -> None:
         """End the link after all published messages; none wait on this side."""
-        self._lane.do(self.close)
+        self._strand.do(self.close)
 
 
 def on_loop() -> bool:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from pyros1.node.watching.telling import Log, Teller
+from pyros1.node.watching.notifiers import Log, Notifier
 
 if TYPE_CHECKING:
-    from pyros1.node.publishing.linking import Link
     from pyros1.node.publishing.publication import Publication
+    from pyros1.node.publishing.publisher_links import Link
 
 
 class Peer:
@@ -38,7 +38,7 @@ class Peer:
         self._publication.publish_to(self._link, message)
 
 
-Told = Callable[[Peer], object]
+PeerCallback = Callable[[Peer], object]
 
 
 class Watch:
@@ -50,25 +50,25 @@ class Watch:
         log: for functions that raise.
     """
 
-    def __init__(self, publication: Publication, joined: Told, left: Told, log: Log) -> None:
+    def __init__(self, publication: Publication, joined: PeerCallback, left: PeerCallback, log: Log) -> None:
         self._publication = publication
-        self._joined = joined
-        self._left = left
-        self._known: tuple[Link, ...] = ()
-        self._teller = Teller(f"subscribers of {publication.topic}", log, most=None)
-        publication.on_change.append(self._look)
-        publication.context.loop.call_soon(self._look)  # for those that are here
+        self._on_joined = joined
+        self._on_left = left
+        self._known_links: tuple[Link, ...] = ()
+        self._notifier = Notifier(f"subscribers of {publication.topic}", log, max_pending=None)
+        publication.on_change.append(self._update)
+        publication.context.loop.call_soon(self._update)  # for those that are here
 
     def close(self) -> None:
         """Tell no more."""
-        self._publication.on_change.remove(self._look)
-        self._teller.close()
+        self._publication.on_change.remove(self._update)
+        self._notifier.close()
 
-    def _look(self) -> None:
+    def _update(self) -> None:
         """Compare the links with those known. On the loop."""
-        links, known = self._publication.links, self._known
-        self._known = links
-        new = [(self._joined, link) for link in links if link not in known]
-        gone = [(self._left, link) for link in known if link not in links]
-        for tell, link in gone + new:
-            self._teller.tell(tell, Peer(self._publication, link, sum(other is not link for other in links)))
+        links, known = self._publication.links, self._known_links
+        self._known_links = links
+        new = [(self._on_joined, link) for link in links if link not in known]
+        departed = [(self._on_left, link) for link in known if link not in links]
+        for notify, link in departed + new:
+            self._notifier.notify(notify, Peer(self._publication, link, sum(other is not link for other in links)))

@@ -16,12 +16,12 @@ from typing import NamedTuple
 
 from pyros1.wire.outqueue import Frame, frame_size
 
-MOST_BLOCKS = 32
-MOST_BYTES = 512 << 20
+MAX_BLOCKS = 32
+MAX_BYTES = 512 << 20
 """Most bytes of all blocks of a topic."""
-SPARE = 4
+MAX_FREE_BLOCKS = 4
 """Most free blocks that are kept."""
-_ALIGNED = 64  # of a message's large array, for those who calculate with it
+_ALIGNMENT = 64  # of a message's large array, for those who calculate with it
 _LENGTH = 4
 _read_count = struct.Struct("<I").unpack_from
 
@@ -69,7 +69,7 @@ class Block:
             self.memory.close()
 
 
-class Place(NamedTuple):
+class Placement(NamedTuple):
     """Where a message is; `offset`, `size`, `begin` and `array` as in `pyros1.wire.local.Reference`."""
 
     block: Block
@@ -80,7 +80,7 @@ class Place(NamedTuple):
 
 
 class Pool:
-    """The blocks of one topic. All methods are called in the topic's lane.
+    """The blocks of one topic. All methods are called in the topic's strand.
 
     Attributes:
         blocks: by their numbers.
@@ -96,7 +96,7 @@ class Pool:
         """Whether this is the process that made it. One that was forked would use the same blocks and numbers, too."""
         return os.getpid() == self._process
 
-    def place(self, frame: Frame, in_use: Set[int]) -> Place | None:
+    def place(self, frame: Frame, in_use: Set[int]) -> Placement | None:
         """Write a message into a free block.
 
         Args:
@@ -114,14 +114,14 @@ class Pool:
                 begin = len(first) - _LENGTH  # an array of bytes, after its length
             else:
                 array = 0
-        offset = -begin % _ALIGNED
-        block = self._free(size + offset, in_use)
+        offset = -begin % _ALIGNMENT
+        block = self._find_free(size + offset, in_use)
         if block is None:
             return None
         _write(block.memory, offset, frame)
-        return Place(block, offset, size, begin, array)
+        return Placement(block, offset, size, begin, array)
 
-    def abandon(self, numbers: Set[int]) -> None:
+    def retire(self, numbers: Set[int]) -> None:
         """Never use some blocks again, since a subscriber has left with messages in them."""
         for number in numbers:
             block = self.blocks.pop(number, None)
@@ -130,25 +130,25 @@ class Pool:
 
     def close(self) -> None:
         """Free all blocks."""
-        self.abandon(set(self.blocks))
+        self.retire(set(self.blocks))
 
-    def _free(self, size: int, in_use: Set[int]) -> Block | None:
+    def _find_free(self, size: int, in_use: Set[int]) -> Block | None:
         free = [block for number, block in self.blocks.items() if number not in in_use]
         fitting = [block for block in free if block.size >= size]
         best = min(fitting, key=lambda block: block.size, default=None)
-        spare = len(free) - SPARE
+        free_blocks = len(free) - MAX_FREE_BLOCKS
         for block in free:  # those that are too small first: the messages have grown
-            if spare <= 0:
+            if free_blocks <= 0:
                 break
             if block is not best:
-                self.abandon({block.number})
-                spare -= 1
-        return best or self._make(size)
+                self.retire({block.number})
+                free_blocks -= 1
+        return best or self._allocate(size)
 
-    def _make(self, size: int) -> Block | None:
+    def _allocate(self, size: int) -> Block | None:
         step = 1 << max(16, size.bit_length() - 3)  # so that messages of somewhat different sizes fit, too
         size = -(-size // step) * step
-        if len(self.blocks) >= MOST_BLOCKS or size + sum(b.size for b in self.blocks.values()) > MOST_BYTES:
+        if len(self.blocks) >= MAX_BLOCKS or size + sum(b.size for b in self.blocks.values()) > MAX_BYTES:
             return None
         with contextlib.suppress(OSError, MemoryError, ValueError):
             self._last += 1

@@ -14,9 +14,9 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import SerializationError
-from pyros1.node.publishing.linking import Link, Linking
+from pyros1.node.publishing.publisher_links import Link, PublisherLinks
 from pyros1.wire.handshake import TopicType
-from pyros1.wire.outqueue import Buffer, Frame, frame_size, keepable
+from pyros1.wire.outqueue import Buffer, Frame, frame_copy, frame_size
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
@@ -25,16 +25,16 @@ _LENGTH = 4
 _U32 = struct.Struct("<I")
 SEQUENCE = 1 << 32
 """Sequence numbers that there are; a kHz has used them up after 50 days."""
-SHARED = 1 << 16
+MIN_SHARED_SIZE = 1 << 16
 """Bytes from which a message is shared with subscribers of this machine; smaller ones are as fast through a socket."""
-FAREWELL = 1.0
+CLOSE_TIMEOUT = 1.0
 """Seconds that subscribers have to take the last messages of a publisher that ends."""
-PAUSE = 0.0001
-LONGEST_TURN = 1.0
-"""Most seconds that a publisher without a queue waits for the lane, whose worker a signal handler may delay."""
+POLL_DELAY = 0.0001
+MAX_STRAND_WAIT = 1.0
+"""Most seconds that a publisher without a queue waits for the strand, whose worker a signal handler may delay."""
 
 
-class Publication(Linking):
+class Publication(PublisherLinks):
     """A topic that a node publishes, and its links; arguments as for Linking."""
 
     def __init__(
@@ -52,43 +52,45 @@ class Publication(Linking):
         message_class()
         self._encode = message_class._encode_frame
         self.handles = 0
-        self._seq = _numbers()
+        self._seq = _sequence_numbers()
         self.publish: Callable[[Any], None] = self._publish_numbered if message_class._has_header else self._publish
         """Send a message to all links; see Publisher.publish."""
 
-    # The lane is entered here and not by `Lane.do`, since every message comes this way.
+    # The strand is entered here and not by `Strand.do`, since every message comes this way.
 
     def _publish(self, message: Any) -> None:  # noqa: PLR0912 - a call costs as much as ten lines
         if not (self.links or self.latch):
             return
-        me, lane = get_ident(), self.lane
-        if not lane.free:
-            lane.linger()
+        thread_id, strand = get_ident(), self.strand
+        if not strand.free:
+            strand.spin_wait()
         try:
-            del lane.free[0]
+            del strand.free[0]
         except IndexError:
-            lane.leave(self._send, *_safe(*self._prepare(message)))
+            strand.post(self._send, *_snapshot(*self._prepare(message)))
         else:
-            # Encoded in the lane, so that messages of a signal handler come after this one: a robot that the handler
+            # Encoded in the strand, so that messages of a signal handler come after this one: a robot that the handler
             # stops must not be set going again by this message.
-            lane.worker = me
+            strand.worker = thread_id
             try:
-                if lane.jobs and not lane.catch_up():  # some of them may be this thread's: this one comes after them
-                    lane.jobs.append((self._send, _safe(*self._prepare(message))))
+                if (
+                    strand.jobs and not strand.run_pending()
+                ):  # some of them may be this thread's: this one comes after them
+                    strand.jobs.append((self._send, _snapshot(*self._prepare(message))))
                 elif self._local and not (self._remote or self.latch):
                     try:
                         copy = message.__class__._copy(message)
                     except SerializationError as error:
-                        raise self._named(error) from None
-                    for taker in self._local:
-                        taker.hand_over(copy)
+                        raise self._with_topic(error) from None
+                    for receiver in self._local:
+                        receiver.send_copy(copy)
                 elif self._local or self.latch or message.__class__ is not self.message_class:
                     self._send(*self._prepare(message))
                 else:
                     try:
                         frame = self._encode(message)
                     except SerializationError as error:
-                        raise self._named(error) from None
+                        raise self._with_topic(error) from None
                     if self._shared:
                         self._send_frame(frame)
                     else:
@@ -98,27 +100,29 @@ class Publication(Linking):
                 self._recover()
                 raise
             finally:
-                lane.free.append(True)
-                if lane.jobs:
-                    lane.work()
+                strand.free.append(True)
+                if strand.jobs:
+                    strand.work()
         if self.queue_size is None:
-            self._wait()
+            self._wait_for_links()
 
     def _publish_numbered(self, message: Any) -> None:
         if not (self.links or self.latch):
             return
-        me, lane = get_ident(), self.lane
-        if not lane.free:
-            lane.linger()
+        thread_id, strand = get_ident(), self.strand
+        if not strand.free:
+            strand.spin_wait()
         try:
-            del lane.free[0]
+            del strand.free[0]
         except IndexError:
-            lane.leave(self._send_numbered, message, *_safe(*self._prepare(message)))
+            strand.post(self._send_numbered, message, *_snapshot(*self._prepare(message)))
         else:
-            lane.worker = me
+            strand.worker = thread_id
             try:
-                if lane.jobs and not lane.catch_up():  # some of them may be this thread's: this one comes after them
-                    lane.jobs.append((self._send_numbered, (message, *_safe(*self._prepare(message)))))
+                if (
+                    strand.jobs and not strand.run_pending()
+                ):  # some of them may be this thread's: this one comes after them
+                    strand.jobs.append((self._send_numbered, (message, *_snapshot(*self._prepare(message)))))
                 else:
                     message.header.seq = next(self._seq)
                     self._send(*self._prepare(message))
@@ -126,11 +130,11 @@ class Publication(Linking):
                 self._recover()
                 raise
             finally:
-                lane.free.append(True)
-                if lane.jobs:
-                    lane.work()
+                strand.free.append(True)
+                if strand.jobs:
+                    strand.work()
         if self.queue_size is None:
-            self._wait()
+            self._wait_for_links()
 
     def _prepare(self, message: Any) -> tuple[Frame | None, Any]:
         """Return a message in the forms that the links need: its frame, its copy, or both."""
@@ -141,13 +145,13 @@ class Publication(Linking):
                 return None, copy
             return self._encode(message) if cls is self.message_class else cls._encode_frame(message), copy
         except SerializationError as error:
-            raise self._named(error) from None
+            raise self._with_topic(error) from None
 
-    def _named(self, error: SerializationError) -> SerializationError:
+    def _with_topic(self, error: SerializationError) -> SerializationError:
         return SerializationError(f"{self.topic}: {error}")
 
     def _send(self, frame: Frame | None, copy: Any, source: object = None) -> None:
-        """Give a message to all links and keep it, if latched. In the lane.
+        """Give a message to all links and keep it, if latched. In the strand.
 
         New links may have come since it was prepared.
         """
@@ -157,57 +161,57 @@ class Publication(Linking):
             if self.latch:
                 self._latched[source] = frame if isinstance(frame, bytes) else b"".join(frame)
             self._send_frame(frame)
-        for taker in self._local:
+        for receiver in self._local:
             if copy is not None:
-                taker.hand_over(copy, direct=False)
+                receiver.send_copy(copy, direct=False)
             elif frame is not None:
-                taker.send(frame)
+                receiver.send(frame)
 
     def _send_frame(self, frame: Frame) -> None:
         """Give an encoded message to all links; a large one is written once for those that share memory."""
         place = None
-        if self._shared and self._pool is not None and frame_size(frame) > SHARED and self._pool.is_ours:
+        if self._shared and self._pool is not None and frame_size(frame) > MIN_SHARED_SIZE and self._pool.is_ours:
             for shared in self._shared:
-                shared.take_back()
-            place = self._pool.place(frame, {block for shared in self._shared for block in shared.out.values()})
+                shared.receive_releases()
+            place = self._pool.place(frame, {block for shared in self._shared for block in shared.outstanding.values()})
         if place is None:
             for link in self._remote:
                 link.send(frame)
             return
         for link in self._remote:
-            if link not in self._shared or not link.refer(place):
+            if link not in self._shared or not link.send_reference(place):
                 link.send(frame)
 
     def _send_numbered(self, message: Any, frame: Frame | None, copy: Any) -> None:
-        """Send a message that was left in the lane, with the number of its turn."""
+        """Send a message that was left in the strand, with the number of its turn."""
         message.header.seq = number = next(self._seq)
         if copy is not None:
             copy.header.seq = number
         if frame is not None:
-            frame = _numbered(frame, number)
+            frame = _with_sequence_number(frame, number)
         self._send(frame, copy)
 
-    def _wait(self) -> None:
+    def _wait_for_links(self) -> None:
         """Wait until all links have sent the published messages, as rospy does without a queue size."""
-        lane, until = self.lane, perf_counter() + LONGEST_TURN
-        while lane.jobs and perf_counter() < until:  # this thread's message may be among them
-            if lane.mine:
+        strand, deadline = self.strand, perf_counter() + MAX_STRAND_WAIT
+        while strand.jobs and perf_counter() < deadline:  # this thread's message may be among them
+            if strand.is_mine:
                 return  # in a signal handler: the interrupted function goes on afterwards
-            lane.work()
-            if not lane.free:
-                time.sleep(PAUSE)
-        if not lane.mine:
+            strand.work()
+            if not strand.free:
+                time.sleep(POLL_DELAY)
+        if not strand.is_mine:
             for link in self.links:
                 link.wait()
 
-    def _publish_to_nobody(self, message: Any) -> None:
+    def _warn_after_shutdown(self, message: Any) -> None:
         """Log that the node has ended. As in rospy, this is not an error: a loop may have called `ok` just before.
 
         It is logged once, unless a signal has ended the node.
         """
         context = self.context
-        if context.tells_late_publishers:
-            context.tells_late_publishers = False
+        if context.warn_publish_after_shutdown:
+            context.warn_publish_after_shutdown = False
             context.log.warn("publish() on %s after its node has shut down: the message is lost", self.topic)
 
     def publish_body(self, body: bytes, source: object = None) -> None:
@@ -218,9 +222,9 @@ class Publication(Linking):
             source: for a latched topic, the source of the message. Later subscribers get the last one of each source.
         """
         if self.links or self.latch:
-            self.lane.do(self._send, len(body).to_bytes(_LENGTH, "little") + body, None, source)
+            self.strand.do(self._send, len(body).to_bytes(_LENGTH, "little") + body, None, source)
             if self.queue_size is None:
-                self._wait()
+                self._wait_for_links()
 
     def publish_to(self, link: Link, message: Any) -> None:
         """Send a message to one link; see ``Peer.publish``."""
@@ -229,53 +233,53 @@ class Publication(Linking):
         try:
             frame = message.__class__._encode_frame(message)
         except SerializationError as error:
-            raise self._named(error) from None
-        self.lane.do(link.send, keepable(frame))
+            raise self._with_topic(error) from None
+        self.strand.do(link.send, frame_copy(frame))
 
     def forget(self, source: object) -> None:
         """Forget a source's latched message."""
-        self.lane.do(self._latched.pop, source, None)
+        self.strand.do(self._latched.pop, source, None)
 
-    def close(self, until: float | None = None) -> None:
+    def close(self, deadline: float | None = None) -> None:
         """End all links; waiting messages are sent first, as far as subscribers take them in time.
 
         Args:
-            until: the deadline, as `perf_counter` time; None: in FAREWELL seconds.
+            deadline: the deadline, as `perf_counter` time; None: in CLOSE_TIMEOUT seconds.
         """
-        self.publish = self._publish_to_nobody
-        if until is None:
-            until = perf_counter() + FAREWELL
-        self.lane.do(self._seal)
-        while not (self._closed or self.lane.mine) and perf_counter() < until:
-            time.sleep(PAUSE)  # the thread that works there does it
+        self.publish = self._warn_after_shutdown
+        if deadline is None:
+            deadline = perf_counter() + CLOSE_TIMEOUT
+        self.strand.do(self._refuse_links)
+        while not (self._closed or self.strand.is_mine) and perf_counter() < deadline:
+            time.sleep(POLL_DELAY)  # the thread that works there does it
         if self._closed:
-            self._finish(until)
+            self._finish(deadline)
         else:  # that thread is stuck, or interrupted by this call, which a signal handler makes
-            self.lane.do(self._finish, until)
+            self.strand.do(self._finish, deadline)
 
-    def _seal(self) -> None:
-        """Take no more links. In the lane, so those that come at the same time are there before, with a greeting."""
+    def _refuse_links(self) -> None:
+        """Take no more links. In the strand, so those that come at the same time are there before, with a greeting."""
         self._closed = True
         self._latched.clear()
 
-    def _finish(self, until: float) -> None:
+    def _finish(self, deadline: float) -> None:
         for link in self.links:
-            link.finish(until)
+            link.finish(deadline)
         if self._pool is not None:
-            self.lane.do(self._pool.close)
+            self.strand.do(self._pool.close)
 
 
-def _numbers() -> Iterator[int]:
+def _sequence_numbers() -> Iterator[int]:
     """Return the sequence numbers of headers: from 1, as rospy (T22), and after the last one from 0, as roscpp."""
     return itertools.chain(range(1, SEQUENCE), itertools.chain.from_iterable(itertools.repeat(range(SEQUENCE))))
 
 
-def _safe(frame: Frame | None, copy: Any) -> tuple[Frame | None, Any]:
+def _snapshot(frame: Frame | None, copy: Any) -> tuple[Frame | None, Any]:
     """Return a message that may wait: without memory that its owner could change meanwhile."""
-    return None if frame is None else keepable(frame), copy
+    return None if frame is None else frame_copy(frame), copy
 
 
-def _numbered(frame: Frame, number: int) -> Frame:
+def _with_sequence_number(frame: Frame, number: int) -> Frame:
     """Return the frame of a message whose first field is a Header with another sequence number."""
     rest: list[Buffer] = []
     first: Buffer = frame if isinstance(frame, bytes) else frame[0]

@@ -13,12 +13,12 @@ from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import AnyMsg, Message
 from pyros1.msgs.base import Array, message_class, nested_classes
 from pyros1.node.context import wait_for_links
-from pyros1.node.publishing.peers import Told, Watch
+from pyros1.node.publishing.peers import PeerCallback, Watch
 from pyros1.wire.handshake import ANY
 
 if TYPE_CHECKING:
-    from pyros1.node.publishing.linking import Link
     from pyros1.node.publishing.publication import Publication
+    from pyros1.node.publishing.publisher_links import Link
 
 _M = TypeVar("_M")
 _Value = SupportsFloat | SupportsIndex | str | Time | Duration | Array
@@ -111,9 +111,9 @@ class Publisher(Generic[_M]):
         elif not self._raw and self._is_only_field(md5sum):
             publication.publish(self.type(message))  # type: ignore[call-arg]
         else:
-            wanted = publication.type
-            reason = f"not {name}" if name != wanted.name else f"with md5sum {wanted.md5sum}, not {md5sum}"
-            raise SerializationError(f"{self.name} carries {wanted.name}, {reason}")
+            requested = publication.type
+            reason = f"not {name}" if name != requested.name else f"with md5sum {requested.md5sum}, not {md5sum}"
+            raise SerializationError(f"{self.name} carries {requested.name}, {reason}")
 
     def _is_only_field(self, md5sum: str) -> bool:
         """Return whether the type has only one field, which is a message with that md5 sum."""
@@ -142,7 +142,7 @@ class Publisher(Generic[_M]):
         the ``messages`` and ``bytes_sent`` so far."""
         return self._publication.links
 
-    def watch(self, joined: Told = lambda _: None, left: Told = lambda _: None) -> Watch:
+    def watch(self, joined: PeerCallback = lambda _: None, left: PeerCallback = lambda _: None) -> Watch:
         """Call functions when subscribers come, those that are here included, and when they go.
 
         The calls are made one after the other, in a thread of their own.

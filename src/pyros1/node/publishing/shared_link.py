@@ -1,8 +1,8 @@
 """A publisher's link to a subscriber on the same machine; see `pyros1.wire.local`.
 
-Small messages go through a Unix socket as over TCP. Of a large one goes a reference; `CREDIT` of them at most are out
-at a time, so a slow subscriber keeps few blocks, and further references wait in the link's queue, the oldest of which
-are dropped as always.
+Small messages go through a Unix socket as over TCP. Of a large one goes a reference; `MAX_REFERENCES` of them at most
+are out at a time, so a slow subscriber keeps few blocks, and further references wait in the link's queue, the oldest of
+which are dropped as always.
 """
 
 from __future__ import annotations
@@ -16,27 +16,27 @@ from collections.abc import Callable
 from itertools import count, islice
 
 from pyros1.net.loop import Loop
-from pyros1.node.lane import Lane
-from pyros1.node.publishing.pool import Place, Pool
-from pyros1.node.publishing.tcp_link import PAUSE, TcpLink, WaitingLink
+from pyros1.node.publishing.pool import Placement, Pool
+from pyros1.node.publishing.tcp_link import POLL_DELAY, TcpLink, WaitingLink
+from pyros1.node.strand import Strand
 from pyros1.wire.header import encode_header
 from pyros1.wire.local import (
-    RECORD,
+    MAX_RECORD,
     TOKEN_SIZE,
     Reference,
-    decode_done,
+    decode_releases,
     encode_block,
     encode_reference,
 )
 from pyros1.wire.outqueue import Buffer, Frame, OutQueue
 
-CREDIT = 8
+MAX_REFERENCES = 8
 """Most references that a subscriber may have at a time."""
-_AT_ONCE = 64
+_MAX_PER_TURN = 64
 """Most records that are read before other work goes on."""
 
 
-class _Referring(bytes):
+class _ReferenceFrame(bytes):
     """The frame of a reference.
 
     Attributes:
@@ -51,48 +51,48 @@ class _Queue(OutQueue):
 
     Args:
         limit: as for OutQueue.
-        out: numbers of the references that are out, or wait here, with their blocks.
+        outstanding: numbers of the references that are out, or wait here, with their blocks.
     """
 
-    __slots__ = ("_out",)
+    __slots__ = ("_outstanding",)
 
-    def __init__(self, limit: int | None, out: dict[int, int]) -> None:
+    def __init__(self, limit: int | None, outstanding: dict[int, int]) -> None:
         super().__init__(limit)
-        self._out = out
+        self._outstanding = outstanding
 
     @property
-    def credit(self) -> int:
+    def available(self) -> int:
         """How many references may be sent now."""
-        waiting = sum(frame.__class__ is _Referring for frame in self._waiting)
-        return CREDIT - len(self._out) + waiting
+        waiting = sum(frame.__class__ is _ReferenceFrame for frame in self._waiting)
+        return MAX_REFERENCES - len(self._outstanding) + waiting
 
-    def has(self, number: int) -> bool:
+    def has_reference(self, number: int) -> bool:
         """Return whether a reference waits."""
-        return any(isinstance(frame, _Referring) and frame.number == number for frame in self._waiting)
+        return any(isinstance(frame, _ReferenceFrame) and frame.number == number for frame in self._waiting)
 
     def push(self, frame: Frame) -> None:
         """Add a frame; drop the oldest waiting one if there are too many."""
         oldest = self._waiting[0] if self._waiting else None
         dropped = self.dropped
         super().push(frame)
-        if self.dropped > dropped and isinstance(oldest, _Referring):
-            self._out.pop(oldest.number, None)
+        if self.dropped > dropped and isinstance(oldest, _ReferenceFrame):
+            self._outstanding.pop(oldest.number, None)
 
-    def buffers(self, most: int = 256) -> list[Buffer]:
+    def buffers(self, max_buffers: int = 256) -> list[Buffer]:
         """Return what may be sent next."""
-        if not self._out:
-            return super().buffers(most)
-        credit, parts = self.credit, list(self._begun)
-        for frame in islice(self._waiting, max(0, most - len(parts))):
+        if not self._outstanding:
+            return super().buffers(max_buffers)
+        available, parts = self.available, list(self._partial)
+        for frame in islice(self._waiting, max(0, max_buffers - len(parts))):
             if isinstance(frame, bytes):
-                if frame.__class__ is _Referring:
-                    credit -= 1
-                    if credit < 0:
+                if frame.__class__ is _ReferenceFrame:
+                    available -= 1
+                    if available < 0:
                         break
                 parts.append(frame)
             else:
                 parts.extend(frame)
-                if len(parts) >= most:
+                if len(parts) >= max_buffers:
                     break
         return parts
 
@@ -101,7 +101,7 @@ class SharedLink(TcpLink):
     """A link to a subscriber that shares memory with this process.
 
     Args:
-        loop, lane, sock, header, queue_size, on_closed: as for TcpLink; the socket is a Unix socket.
+        loop, strand, sock, header, queue_size, on_closed: as for TcpLink; the socket is a Unix socket.
         answer: the publisher's connection header, not encoded.
         pool: the topic's blocks.
         token: with which references begin.
@@ -115,7 +115,7 @@ class SharedLink(TcpLink):
     def __init__(
         self,
         loop: Loop,
-        lane: Lane,
+        strand: Strand,
         sock: socket.socket,
         header: dict[str, str],
         answer: dict[str, str],
@@ -125,77 +125,79 @@ class SharedLink(TcpLink):
         token: bytes,
     ) -> None:
         assert len(token) == TOKEN_SIZE
-        self._desk, self._their_desk = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        self._desk.setblocking(False)
+        self._control_socket, self._peer_control_socket = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._control_socket.setblocking(False)
         greeting = encode_header({**answer, "token": token.hex()})
-        super().__init__(loop, lane, sock, header, greeting, queue_size, on_closed)
-        self.out: dict[int, int] = {}  # block of each reference that is out or waits
-        self._references = _Queue(queue_size, self.out)
+        super().__init__(loop, strand, sock, header, greeting, queue_size, on_closed)
+        self.outstanding: dict[int, int] = {}  # block of each reference that is out or waits
+        self._references = _Queue(queue_size, self.outstanding)
         self._queue = self._references
         self._pool = pool
         self._token = token
         self._numbers = count(1)
-        self._known: set[int] = set()  # blocks that the subscriber has
-        self._watches_desk = False
-        self._held = False  # references wait until the subscriber gives others back
-        self._unsure: tuple[int, int] | None = None  # the reference that is being sent, and `bytes_sent` before
+        self._known_blocks: set[int] = set()  # blocks that the subscriber has
+        self._watches_control_socket = False
+        self._is_held_back = False  # references wait until the subscriber gives others back
+        self._sending: tuple[int, int] | None = None  # the reference that is being sent, and `bytes_sent` before
 
     def start(self) -> None:
-        """Send the greeting, with the subscriber's end of the desk."""
-        greeting, desk = self._greeting, self._their_desk
+        """Send the greeting, with the subscriber's end of the control socket."""
+        greeting, control_socket = self._greeting, self._peer_control_socket
         try:
-            sent = socket.send_fds(self._sock, [greeting], [desk.fileno()])
+            sent = socket.send_fds(self._sock, [greeting], [control_socket.fileno()])
         except OSError:
             self._fail()
             return
         finally:
-            desk.close()
+            control_socket.close()
         if sent < len(greeting):
-            self._idle = False
-            self._queue.push_begun(greeting, sent)
+            self._is_idle = False
+            self._queue.push_partial(greeting, sent)
             self._block()
 
-    def refer(self, place: Place) -> bool:
-        """Send a reference to a large message. In the lane.
+    def send_reference(self, placement: Placement) -> bool:
+        """Send a reference to a large message. In the strand.
 
         Returns:
             Whether that was possible; otherwise the message must be sent whole.
         """
         if self._closed:
             return True
-        self.take_back()
-        if not self._introduce(place):
+        self.receive_releases()
+        if not self._announce_block(placement):
             return False
         number = next(self._numbers)
-        frame = _Referring(encode_reference(self._token, Reference(number, place.block.number, *place[1:])))
+        frame = _ReferenceFrame(
+            encode_reference(self._token, Reference(number, placement.block.number, *placement[1:]))
+        )
         frame.number = number
-        if self._references.credit <= 0:
-            self._idle = False
-        self._unsure = number, self.bytes_sent
-        self.out[number] = place.block.number
+        if self._references.available <= 0:
+            self._is_idle = False
+        self._sending = number, self.bytes_sent
+        self.outstanding[number] = placement.block.number
         self.send(frame)
-        self._unsure = None
-        self.bytes_sent += place.size
-        self._watch_if_held()
+        self._sending = None
+        self.bytes_sent += placement.size
+        self._watch_if_held_back()
         return True
 
     def recover(self) -> None:
         """Recover as other links do; a reference that has not left counts as given back."""
-        if self._unsure is not None:
-            number, before = self._unsure
-            begun = self.bytes_sent > before or (self._flying is not None and self._sent > 0)
-            if not begun and not self._references.has(number):
-                self.out.pop(number, None)
-            self._unsure = None
+        if self._sending is not None:
+            number, bytes_before = self._sending
+            is_partly_sent = self.bytes_sent > bytes_before or (self._in_flight is not None and self._sent > 0)
+            if not is_partly_sent and not self._references.has_reference(number):
+                self.outstanding.pop(number, None)
+            self._sending = None
         super().recover()
 
-    def take_back(self) -> None:
-        """Take note of the references that the subscriber has done with. In the lane."""
+    def receive_releases(self) -> None:
+        """Take note of the references that the subscriber has done with. In the strand."""
         if self._closed:
             return
-        for _ in range(_AT_ONCE):
+        for _ in range(_MAX_PER_TURN):
             try:
-                record = self._desk.recv(RECORD)
+                record = self._control_socket.recv(MAX_RECORD)
             except BlockingIOError:
                 return
             except OSError:
@@ -203,87 +205,87 @@ class SharedLink(TcpLink):
             if not record:
                 self._fail()  # the subscriber is gone: no reference would come back
                 return
-            for number in decode_done(record):
-                self.out.pop(number, None)
-            if self._held:  # what waits for it must go, also if nothing more is published
-                self._held = False
-                self._loop.call_soon(self._lane.do, self._go_on)
+            for number in decode_releases(record):
+                self.outstanding.pop(number, None)
+            if self._is_held_back:  # what waits for it must go, also if nothing more is published
+                self._is_held_back = False
+                self._loop.call_soon(self._strand.do, self._resume)
 
-    def _introduce(self, place: Place) -> bool:
+    def _announce_block(self, placement: Placement) -> bool:
         """Make sure that the subscriber has the block."""
         try:
-            for number in self._known - self._pool.blocks.keys() - set(self.out.values()):
-                self._desk.send(encode_block(number, 0))
-                self._known.discard(number)
-            block = place.block
+            for number in self._known_blocks - self._pool.blocks.keys() - set(self.outstanding.values()):
+                self._control_socket.send(encode_block(number, 0))
+                self._known_blocks.discard(number)
+            block = placement.block
             if block.fd < 0:
                 return False  # a subscriber has just left with it
-            if block.number not in self._known:
-                socket.send_fds(self._desk, [encode_block(block.number, block.size)], [block.fd])
-                self._known.add(block.number)
+            if block.number not in self._known_blocks:
+                socket.send_fds(self._control_socket, [encode_block(block.number, block.size)], [block.fd])
+                self._known_blocks.add(block.number)
         except OSError:
             return False
         return True
 
     def _flush(self) -> None:
         super()._flush()
-        self._watch_if_held()
+        self._watch_if_held_back()
 
-    def _watch_if_held(self) -> None:
+    def _watch_if_held_back(self) -> None:
         """Wait for the subscriber if references must wait for it."""
-        self._held = bool(self._queue) and not self._blocked and not self._closed
-        if self._held:
-            self._idle = False
-            if not self._watches_desk:
-                self._watches_desk = True
-                self._loop.call_soon(self._watch_desk)
+        self._is_held_back = bool(self._queue) and not self._is_blocked and not self._closed
+        if self._is_held_back:
+            self._is_idle = False
+            if not self._watches_control_socket:
+                self._watches_control_socket = True
+                self._loop.call_soon(self._watch_control_socket)
 
     # On the loop ------------------------------------------------------------------------------------------------------
 
-    def _watch_desk(self) -> None:
+    def _watch_control_socket(self) -> None:
         """Wait for records; for those that have come before, too: the system reports them as well."""
         if not self._closed:
-            self._loop.register(self._desk, selectors.EVENT_READ, lambda _: self._desk_readable())
+            self._loop.register(self._control_socket, selectors.EVENT_READ, lambda _: self._control_socket_readable())
 
-    def _desk_readable(self) -> None:
-        self._loop_forgets_desk()
-        self._lane.do(self._go_on)
+    def _control_socket_readable(self) -> None:
+        self._unwatch_control_socket()
+        self._strand.do(self._resume)
 
-    def _loop_forgets_desk(self) -> None:
+    def _unwatch_control_socket(self) -> None:
         with contextlib.suppress(KeyError, ValueError, OSError):
-            self._loop.unregister(self._desk)
-        self._watches_desk = False
+            self._loop.unregister(self._control_socket)
+        self._watches_control_socket = False
 
-    def _go_on(self) -> None:
-        self._held = False
-        self.take_back()
+    def _resume(self) -> None:
+        self._is_held_back = False
+        self.receive_releases()
         if not self._closed:
             self._flush()
 
-    def _push_on(self) -> None:
+    def _wait_and_send(self) -> None:
         """Wait a little until the subscriber takes more, and send."""
-        if not self._held:
-            super()._push_on()
+        if not self._is_held_back:
+            super()._wait_and_send()
             return
         with contextlib.suppress(OSError, ValueError):  # the loop may close it meanwhile
             poller = select.poll()
-            poller.register(self._desk, select.POLLIN)
+            poller.register(self._control_socket, select.POLLIN)
             poller.poll(100)
-        if self._lane.free:
-            self._lane.do(self._go_on)
+        if self._strand.free:
+            self._strand.do(self._resume)
         else:
-            time.sleep(PAUSE)  # the thread that works there sends
+            time.sleep(POLL_DELAY)  # the thread that works there sends
 
     def _fail(self) -> None:
         if not self._closed:
             super()._fail()
-            self._pool.abandon(set(self.out.values()))
-            self.out.clear()
+            self._pool.retire(set(self.outstanding.values()))
+            self.outstanding.clear()
 
     def _dispose(self) -> None:
-        self._loop_forgets_desk()
-        self._desk.close()
-        self._their_desk.close()
+        self._unwatch_control_socket()
+        self._control_socket.close()
+        self._peer_control_socket.close()
         super()._dispose()
 
 
@@ -293,4 +295,4 @@ class WaitingSharedLink(SharedLink, WaitingLink):
     def start(self) -> None:
         """Send the greeting; no publisher waits for it, or for the latched messages that follow it in this job."""
         super().start()
-        self._loop.call_soon(self._lane.do, self._leave_to_loop)
+        self._loop.call_soon(self._strand.do, self._leave_to_loop)

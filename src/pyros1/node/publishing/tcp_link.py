@@ -1,10 +1,11 @@
 """A publisher's link to one subscriber, over TCP.
 
-A link works only in the lane of its topic (``lane.py``), so it has no lock. States of a link:
+A link works only in the strand of its topic (``strand.py``), so it has no lock. States of a link:
 
-* *idle*: nothing waits. A message is sent at once, by the thread that works in the lane.
-* *coalescing*: messages come faster than every HOT_GAP seconds, RUN_UP of them in a row. They gather in the queue and
-  are sent together: by the publishing thread after BATCH messages or WINDOW seconds, by the loop's timer if the
+* *idle*: nothing waits. A message is sent at once, by the thread that works in the strand.
+* *coalescing*: messages come faster than every HOT_GAP seconds, MIN_STREAK of them in a row. They gather in the queue
+and
+  are sent together: by the publishing thread after BATCH messages or BATCH_TIME seconds, by the loop's timer if the
   publisher pauses. A single message never waits.
 * *blocked*: the socket is full. Messages gather in the queue (the oldest are dropped whole); the loop sends when the
   socket takes more, and a publisher in a tight loop tries as well, because it seldom lets the loop thread run.
@@ -24,24 +25,24 @@ import time
 from collections.abc import Callable
 from time import perf_counter
 
-from pyros1.net.closing import hang_up
-from pyros1.net.keepalive import is_gone
+from pyros1.net.keepalive import is_peer_dead
 from pyros1.net.loop import Loop, TimerHandle
-from pyros1.node.lane import Lane
+from pyros1.net.socket_close import shutdown_and_close
+from pyros1.node.strand import Strand
 from pyros1.wire.outqueue import Frame, OutQueue, frame_size
 
 HOT_GAP = 30e-6
-RUN_UP = 100
+MIN_STREAK = 100
 BATCH = 128
-WINDOW = 100e-6
-TURN = 4 << 20
+BATCH_TIME = 100e-6
+MAX_BYTES_PER_TURN = 4 << 20
 """Most bytes that are sent in one go; the rest is sent in the loop's next round, after the turns of others."""
-LINGER = 0.0005
+FLUSH_DELAY = 0.0005
 """Seconds after which the loop sends what the publisher has left in the queue."""
-LOOK = 15.0
+PEER_CHECK_INTERVAL = 15.0
 """Seconds between looks whether the subscriber's machine is gone."""
 SMALL = 4096
-PAUSE = 0.0001
+POLL_DELAY = 0.0001
 
 
 class TcpLink:
@@ -49,7 +50,7 @@ class TcpLink:
 
     Args:
         loop: the node's loop.
-        lane: the topic's lane. `start`, `send` and `recover` are called in it, the other methods from any thread.
+        strand: the topic's strand. `start`, `send` and `recover` are called in it, the other methods from any thread.
         sock: connected socket, after the handshake; owned by the link from now on.
         header: the subscriber's connection header.
         greeting: the publisher's connection header, encoded; it is sent first, see `start`.
@@ -65,7 +66,7 @@ class TcpLink:
     def __init__(
         self,
         loop: Loop,
-        lane: Lane,
+        strand: Strand,
         sock: socket.socket,
         header: dict[str, str],
         greeting: bytes,
@@ -77,26 +78,26 @@ class TcpLink:
         self.messages = 0
         self.bytes_sent = 0
         self._loop = loop
-        self._lane = lane
+        self._strand = strand
         self._sock = sock
         self._send_bytes = sock.send
         self._on_closed = on_closed
         self._queue = OutQueue(queue_size)
         self._batch = 0 if queue_size is None else BATCH if queue_size == 0 else min(BATCH, queue_size // 2)
-        self._idle = True
-        self._blocked = False
+        self._is_idle = True
+        self._is_blocked = False
         self._closed = False
-        self._armed = False  # the loop's timer is set
-        self._due = False  # the socket takes more
-        self._at_event = False  # the loop is in `_on_event`
+        self._timer_set = False  # the loop's timer is set
+        self._is_writable = False  # the socket takes more
+        self._in_event = False  # the loop is in `_on_event`
         self._streak = 0
         self._last = 0.0
-        self._flying: Frame | None = None  # a frame that is being sent without the queue
+        self._in_flight: Frame | None = None  # a frame that is being sent without the queue
         self._sent = 0  # bytes of it that were sent
         sock.setblocking(False)
         self.address = _address_text(sock)
         self._greeting = greeting
-        self._look_timer: TimerHandle | None = None
+        self._peer_check_timer: TimerHandle | None = None
         loop.call_soon(self._watch)
 
     def start(self) -> None:
@@ -128,14 +129,14 @@ class TcpLink:
             return
         self.messages += 1
         now = perf_counter()
-        if self._idle:
+        if self._is_idle:
             if self._batch > 1 and now - self._last < HOT_GAP:
                 self._streak += 1
-                if self._streak > RUN_UP and frame.__class__ is bytes and len(frame) < SMALL:
-                    self._idle = False
+                if self._streak > MIN_STREAK and frame.__class__ is bytes and len(frame) < SMALL:
+                    self._is_idle = False
                     self._last = now
                     self._queue.push(frame)
-                    self._arm()
+                    self._set_timer()
                     return
             else:
                 self._streak = 0
@@ -143,12 +144,12 @@ class TcpLink:
             self._send_now(frame)
             return
         self._queue.push(frame)
-        if now - self._last > WINDOW or (len(self._queue) >= self._batch and not self._blocked):
+        if now - self._last > BATCH_TIME or (len(self._queue) >= self._batch and not self._is_blocked):
             self._last = now
             self._flush()
 
     def _send_now(self, frame: Frame) -> None:
-        self._flying, self._sent = frame, 0
+        self._in_flight, self._sent = frame, 0
         try:
             if isinstance(frame, bytes):
                 size = len(frame)
@@ -164,84 +165,84 @@ class TcpLink:
         sent = self._sent
         self.bytes_sent += sent
         if sent == size:
-            self._flying = None
+            self._in_flight = None
             return
-        self._keep_rest()
+        self._queue_rest()
 
-    def _keep_rest(self) -> None:
+    def _queue_rest(self) -> None:
         """Queue the rest of the frame that the socket has not taken whole."""
-        frame, sent = self._flying, self._sent
+        frame, sent = self._in_flight, self._sent
         if frame is not None:
-            self._idle = False
+            self._is_idle = False
             if sent:
-                self._queue.push_begun(frame, sent)
+                self._queue.push_partial(frame, sent)
             else:
                 self._queue.push(frame)
-            self._flying = None
+            self._in_flight = None
             self._block()
 
     def _flush(self) -> None:
         """Send from the queue as much as the socket takes, at most a turn."""
-        queue, end = self._queue, self.bytes_sent + TURN
+        queue, end = self._queue, self.bytes_sent + MAX_BYTES_PER_TURN
         while parts := queue.buffers():
             try:
                 if len(parts) > 4 and len(parts[0]) < SMALL and len(parts[-1]) < SMALL:
                     data = b"".join(parts)
                     whole = len(data)
-                    (queue.unsettled,) = map(self._sock.send, (data,))
+                    (queue.sent_bytes,) = map(self._sock.send, (data,))
                 else:
                     whole = sum(map(len, parts))
-                    (queue.unsettled,) = map(self._sock.sendmsg, (parts,))
+                    (queue.sent_bytes,) = map(self._sock.sendmsg, (parts,))
             except BlockingIOError:
                 self._block()
                 return
             except OSError:
                 self._fail()
                 return
-            sent = queue.unsettled
+            sent = queue.sent_bytes
             self.bytes_sent += sent
-            queue.settle()
+            queue.discard_sent()
             if sent < whole or (self.bytes_sent >= end and queue):
                 self._block()
                 return
-        self._blocked = False
-        if not self._armed:
-            self._idle = True
+        self._is_blocked = False
+        if not self._timer_set:
+            self._is_idle = True
             self._streak = 0
 
     def recover(self) -> None:
         """Restore a valid state after a signal handler has raised in the middle of a method, and send what waits."""
         if self._closed:
             return
-        if self._flying is not None and 0 < self._sent < frame_size(self._flying):
-            self._keep_rest()
-        self._flying = None
-        self._queue.settle()
-        self._armed = self._blocked = False  # the loop may not have been told yet
+        if self._in_flight is not None and 0 < self._sent < frame_size(self._in_flight):
+            self._queue_rest()
+        self._in_flight = None
+        self._queue.discard_sent()
+        self._timer_set = self._is_blocked = False  # the loop may not have been told yet
         self._flush()
 
-    def _arm(self) -> None:
-        if not self._armed:
-            self._armed = True
-            self._loop.call_later(LINGER, self._linger_over)
+    def _set_timer(self) -> None:
+        if not self._timer_set:
+            self._timer_set = True
+            self._loop.call_later(FLUSH_DELAY, self._on_flush_timer)
 
-    def _linger_over(self) -> None:
+    def _on_flush_timer(self) -> None:
         """Send what the publisher has left in the queue; set the timer again while it is busy. On the loop."""
-        self._lane.do(self._linger)
+        self._strand.do(self._flush_batch)
 
-    def _linger(self) -> None:
-        self._armed = False
-        if self._closed or self._blocked:
+    def _flush_batch(self) -> None:
+        self._timer_set = False
+        if self._closed or self._is_blocked:
             return
-        busy = perf_counter() - self._last < LINGER
+        busy = perf_counter() - self._last < FLUSH_DELAY
         self._flush()
-        if busy and not self._closed and not self._blocked:
-            self._idle = False
-            self._arm()
+        if busy and not self._closed and not self._is_blocked:
+            self._is_idle = False
+            self._set_timer()
 
     def _block(self) -> None:
-        if not self._blocked:
-            self._blocked = True
+        if not self._is_blocked:
+            self._is_blocked = True
             self._loop.call_soon(self._want_writable)
 
     # On the loop ------------------------------------------------------------------------------------------------------
@@ -249,14 +250,14 @@ class TcpLink:
     def _watch(self) -> None:
         if not self._closed:
             self._loop.register(self._sock, selectors.EVENT_READ, self._on_event)
-            self._look_timer = self._loop.call_later(LOOK, self._look)
+            self._peer_check_timer = self._loop.call_later(PEER_CHECK_INTERVAL, self._check_peer)
 
-    def _look(self) -> None:
+    def _check_peer(self) -> None:
         """End the link if the subscriber's machine is gone: queues would fill, and publishers without one wait."""
-        if is_gone(self._sock):
+        if is_peer_dead(self._sock):
             self.close()
         elif not self._closed:
-            self._look_timer = self._loop.call_later(LOOK, self._look)
+            self._peer_check_timer = self._loop.call_later(PEER_CHECK_INTERVAL, self._check_peer)
 
     def _want_writable(self) -> None:
         if not self._closed:
@@ -264,10 +265,10 @@ class TcpLink:
 
     def _on_event(self, mask: int) -> None:
         if mask & selectors.EVENT_WRITE:
-            self._due = self._at_event = True
-            self._lane.do(self._send_more)
-            self._at_event = False
-            if self._due or not self._blocked:  # left to another thread; or all is sent
+            self._is_writable = self._in_event = True
+            self._strand.do(self._send_more)
+            self._in_event = False
+            if self._is_writable or not self._is_blocked:  # left to another thread; or all is sent
                 self._loop.modify(self._sock, selectors.EVENT_READ, self._on_event)
         if mask & selectors.EVENT_READ and not self._closed:
             try:
@@ -280,14 +281,16 @@ class TcpLink:
                 self.close()
 
     def _send_more(self) -> None:
-        self._due = False
+        self._is_writable = False
         if not self._closed:
             self._flush()
-            if self._blocked and not (self._at_event and self._loop.in_loop()):  # the loop no longer watches the socket
+            if self._is_blocked and not (
+                self._in_event and self._loop.in_loop()
+            ):  # the loop no longer watches the socket
                 self._loop.call_soon(self._want_writable)
 
     def _fail(self) -> None:
-        """Close a link whose socket is broken or closed. In the lane."""
+        """Close a link whose socket is broken or closed. In the strand."""
         if not self._closed:
             self._closed = True
             self._queue.clear()
@@ -298,29 +301,29 @@ class TcpLink:
 
     def close(self) -> None:
         """Close the link; waiting messages are lost. Any thread."""
-        if not self._lane.mine:
+        if not self._strand.is_mine:
             with contextlib.suppress(OSError):  # so that nothing more is sent
                 self._sock.shutdown(socket.SHUT_RDWR)
-        self._lane.do(self._fail)
+        self._strand.do(self._fail)
 
-    def finish(self, until: float) -> None:
+    def finish(self, deadline: float) -> None:
         """Send what waits, then close: for an orderly end of the publisher.
 
         Args:
-            until: the deadline, as `perf_counter` time; the rest is then dropped.
+            deadline: the deadline, as `perf_counter` time; the rest is then dropped.
         """
-        while not self._lane.mine:
-            if perf_counter() > until:
+        while not self._strand.is_mine:
+            if perf_counter() > deadline:
                 self.close()
                 return
-            # In the lane: a thread that works there may have a frame in its hands, or half of it on the wire.
-            self._lane.do(self._close_if_sent)
+            # In the strand: a thread that works there may have a frame in its hands, or half of it on the wire.
+            self._strand.do(self._close_if_sent)
             if self._closed:
                 return
-            self._push_on()
+            self._wait_and_send()
         # A signal handler ends the node on top of a function that is sending here, which goes on afterwards.
-        self._lane.do(self._flush_open)
-        self._lane.do(self._fail)
+        self._strand.do(self._flush_open)
+        self._strand.do(self._fail)
 
     def _close_if_sent(self) -> None:
         if not self._queue:
@@ -329,24 +332,24 @@ class TcpLink:
     def wait(self) -> None:
         """Do nothing: publishers do not wait for this link."""
 
-    def _push_on(self) -> None:
+    def _wait_and_send(self) -> None:
         """Wait a little until the socket takes more, and send."""
         wait_writable(self._sock)
-        if self._lane.free:
-            self._lane.do(self._flush_open)
+        if self._strand.free:
+            self._strand.do(self._flush_open)
         else:
-            time.sleep(PAUSE)  # the thread that works there sends
+            time.sleep(POLL_DELAY)  # the thread that works there sends
 
     def _flush_open(self) -> None:
         if not self._closed:
             self._flush()
 
     def _dispose(self) -> None:
-        if self._look_timer is not None:
-            self._look_timer.cancel()
+        if self._peer_check_timer is not None:
+            self._peer_check_timer.cancel()
         with contextlib.suppress(KeyError, ValueError, OSError):
             self._loop.unregister(self._sock)
-        hang_up(self._sock)
+        shutdown_and_close(self._sock)
         self._on_closed(self)
 
 
@@ -354,19 +357,19 @@ class WaitingLink(TcpLink):
     """A link whose publishers wait until all is sent, as in rospy without a queue size."""
 
     def wait(self) -> None:
-        """Wait until the messages given to `send` so far are sent, or the link is closed. Not in the lane."""
+        """Wait until the messages given to `send` so far are sent, or the link is closed. Not in the strand."""
         number = self.messages
-        if self._written >= number:
+        if self._num_sent >= number:
             return
         try:
-            while not self._closed and self._written < number:
-                self._push_on()
+            while not self._closed and self._num_sent < number:
+                self._wait_and_send()
         finally:
             if self._queue:  # messages of others, or this thread was interrupted: the loop sends them
-                self._lane.do(self._leave_to_loop)
+                self._strand.do(self._leave_to_loop)
 
     @property
-    def _written(self) -> int:
+    def _num_sent(self) -> int:
         return self.messages - len(self._queue)
 
     def _leave_to_loop(self) -> None:
@@ -376,7 +379,7 @@ class WaitingLink(TcpLink):
     def start(self) -> None:
         """Send the greeting; no publisher waits for it, or for the latched messages that follow it in this job."""
         super().start()
-        self._loop.call_soon(self._lane.do, self._leave_to_loop)
+        self._loop.call_soon(self._strand.do, self._leave_to_loop)
 
     def recover(self) -> None:
         """Recover as other links do; the loop sends the rest, as the thread that would have waited was interrupted."""

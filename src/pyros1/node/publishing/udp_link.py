@@ -16,7 +16,7 @@ from pyros1.wire.header import encode_header
 
 if TYPE_CHECKING:
     from pyros1.net.loop import Loop
-    from pyros1.node.lane import Lane
+    from pyros1.node.strand import Strand
     from pyros1.wire.outqueue import Frame
 
 PROTOCOL = "UDPROS"
@@ -28,10 +28,10 @@ class UdpLink:
 
     Args:
         loop: the node's loop, which looks up the subscriber's host.
-        lane: the topic's lane, in which `send` is called and the socket is used.
+        strand: the topic's strand, in which `send` is called and the socket is used.
         header: the subscriber's connection header.
         answer: the publisher's connection header.
-        place: the subscriber's host and port.
+        peer_address: the subscriber's host and port.
         size: bytes of the largest datagram.
         connection: the connection number of this link.
         on_closed: called once, when the link has ended.
@@ -42,32 +42,32 @@ class UdpLink:
     def __init__(
         self,
         loop: Loop,
-        lane: Lane,
+        strand: Strand,
         header: dict[str, str],
         answer: dict[str, str],
-        place: tuple[str, int],
+        peer_address: tuple[str, int],
         size: int,
         connection: int,
         on_closed: Callable[[UdpLink], None],
     ) -> None:
         self.header = header
         self.peer = header.get("callerid", "")
-        self.address = f"UDPROS connection on port 0 to [{place[0]}:{place[1]} on socket 0]"
+        self.address = f"UDPROS connection on port 0 to [{peer_address[0]}:{peer_address[1]} on socket 0]"
         self.messages = 0
         self.bytes_sent = 0
         self.dropped = 0
         self.waiting = 0
         self._answer = answer
-        self._place = place
+        self._peer_address = peer_address
         self._size = size
         self._connection = connection
         self._on_closed = on_closed
         self._numbers = itertools.count()
-        self._lane = lane
+        self._strand = strand
         self._sock: socket.socket | None = None
-        self._early: bytes | None = None  # the last message before the host's address was known
+        self._early_frame: bytes | None = None  # the last message before the host's address was known
         self._open = True
-        loop.resolver.resolve(place[0], self._resolved)
+        loop.resolver.resolve(peer_address[0], self._resolved)
 
     def answer(self, host: str) -> list[Any]:
         """Return the answer to `requestTopic` (T59).
@@ -101,21 +101,21 @@ class UdpLink:
         sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_DGRAM)
         sock.setblocking(False)
         try:
-            sock.connect((address, self._place[1]))
+            sock.connect((address, self._peer_address[1]))
         except OSError:
             sock.close()
             self.close()
             return
-        self._lane.do(self._begin, sock, address)
+        self._strand.do(self._begin, sock, address)
 
     def _begin(self, sock: socket.socket, address: str) -> None:
         if not self._open:
             sock.close()
             return
         port, number = sock.getsockname()[1], sock.fileno()
-        self.address = f"UDPROS connection on port {port} to [{address}:{self._place[1]} on socket {number}]"
-        self._sock, early, self._early = sock, self._early, None
-        if early is not None and not self._send(early):
+        self.address = f"UDPROS connection on port {port} to [{address}:{self._peer_address[1]} on socket {number}]"
+        self._sock, early_frame, self._early_frame = sock, self._early_frame, None
+        if early_frame is not None and not self._send(early_frame):
             self._end()
 
     def send(self, frame: Frame) -> None:
@@ -125,8 +125,8 @@ class UdpLink:
         data = frame if isinstance(frame, bytes) else b"".join(frame)
         self.messages += 1
         if self._sock is None:
-            self.dropped += self._early is not None
-            self._early = data
+            self.dropped += self._early_frame is not None
+            self._early_frame = data
         elif not self._send(data):
             self._end()
 
@@ -148,7 +148,7 @@ class UdpLink:
 
     def close(self) -> None:
         """End the link. Any thread."""
-        self._lane.do(self._end)
+        self._strand.do(self._end)
 
     def _end(self) -> None:
         if self._open:
@@ -158,6 +158,6 @@ class UdpLink:
                 sock.close()
             self._on_closed(self)
 
-    def finish(self, until: float) -> None:
+    def finish(self, deadline: float) -> None:
         """End the link; no messages wait on this side."""
         self.close()

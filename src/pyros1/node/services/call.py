@@ -17,12 +17,12 @@ from pyros1.ground.errors import (
     UnknownHostError,
     WaitTimeoutError,
 )
-from pyros1.net.dial import dial
-from pyros1.net.eager import AT_ONCE, Eager
+from pyros1.net.blocking_connect import blocking_connect
+from pyros1.net.connectivity import connectivity_hint
 from pyros1.net.hosts import parse_uri
-from pyros1.net.keepalive import is_gone, keep_prompt
-from pyros1.net.reach import how_to_reach
-from pyros1.net.timeouts import WaitOver, bound_waits
+from pyros1.net.keepalive import is_peer_dead, set_nodelay_and_keepalive
+from pyros1.net.spin_wait import DONTWAIT, SpinWait
+from pyros1.net.timeouts import SOCKET_TIMEOUTS, set_socket_timeouts
 from pyros1.node import same_host
 from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
 
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from pyros1.node.context import Context
 
 CONNECT_TIMEOUT = 10.0
-SILENCE = 5.0
+SILENCE_TIMEOUT = 5.0
 """Seconds after which a provider that does not greet, as its node does even while it is busy, is named in the log."""
-STEP = 0.2
+POLL_INTERVAL = 0.2
 """Seconds between checks of a waiting call whether its node is shutting down."""
 
 
@@ -44,11 +44,11 @@ class Call:
         service: the service's full name.
         uri: where the provider is, ``rosrpc://host:port``.
         deadline: time of `monotonic` at which the call ends; None: no limit.
-        eager: how to wait for answers; None: as at a first call.
+        spin_wait: how to wait for answers; None: as at a first call.
 
     Attributes:
         data: bytes that have come and were not taken yet.
-        greeted: whether the provider has answered the header.
+        got_header: whether the provider has answered the header.
         header: that answer.
         local: whether it is a node of ours, of this machine and user, at the other end of a Unix socket.
 
@@ -59,10 +59,10 @@ class Call:
     """
 
     def __init__(
-        self, context: Context, service: str, uri: str, deadline: float | None, eager: Eager | None = None
+        self, context: Context, service: str, uri: str, deadline: float | None, spin_wait: SpinWait | None = None
     ) -> None:
         self._context = context
-        self._eager = eager or Eager()
+        self._spin_wait = spin_wait or SpinWait()
         self.service = service
         self.deadline = deadline
         try:
@@ -71,69 +71,71 @@ class Call:
             raise ServiceUnavailableError(f"service [{service}] has a wrong address at the master: {error}") from error
         self.data = b""
         self.header: dict[str, str] = {}
-        here = self._connect_here(uri)
-        self.local = here is not None
+        local_sock = self._connect_local(uri)
+        self.local = local_sock is not None
         try:
-            self.sock = here or dial(host, port, CONNECT_TIMEOUT, lambda: self._left(STEP))
+            self.sock = local_sock or blocking_connect(
+                host, port, CONNECT_TIMEOUT, lambda: self._remaining(POLL_INTERVAL)
+            )
         except WaitTimeoutError:
             raise
         except (OSError, UnknownHostError) as error:
             raise ServiceUnavailableError(
                 f"service [{service}] is registered at {uri}, but cannot be reached: {error}. "
-                f"{how_to_reach(host, error, context.host)}"
+                f"{connectivity_hint(host, error, context.host)}"
             ) from error
         self._recv = partial(self.sock.recv, 65536)
-        keep_prompt(self.sock)
-        self._bound = 0.0
+        set_nodelay_and_keepalive(self.sock)
+        self._socket_timeout = 0.0
         self._uri = uri
-        self._silent_at = monotonic() + SILENCE
-        self.greeted = False
+        self._warn_at = monotonic() + SILENCE_TIMEOUT
+        self.got_header = False
 
-    def _connect_here(self, uri: str) -> socket.socket | None:
+    def _connect_local(self, uri: str) -> socket.socket | None:
         """Return a connection over a Unix socket; None if the provider is not one of this machine and user."""
-        self._left(STEP)
+        self._remaining(POLL_INTERVAL)
         key = self._context.local_key
         if not key:
             return None
         try:
-            sock = same_host.connect(same_host.name_beside(uri, key))
+            sock = same_host.connect(same_host.socket_name_for(uri, key))
         except OSError:
             return None
         sock.setblocking(True)
         return sock
 
-    def _bound_wait(self) -> None:
+    def _set_socket_timeout(self) -> None:
         """Set the timeout of the next call on the socket, so that node and deadline are checked in time."""
-        left = self._left(STEP)
-        if left != self._bound:
-            bound_waits(self.sock, left)
-            self._bound = left
+        remaining = self._remaining(POLL_INTERVAL)
+        if remaining != self._socket_timeout:
+            set_socket_timeouts(self.sock, remaining)
+            self._socket_timeout = remaining
 
-    def _left(self, most: float) -> float:
+    def _remaining(self, maximum: float) -> float:
         if self._context.stopping.is_set():
             raise NodeShutdownError(f"call of {self.service}: the node is shutting down")
         if self.deadline is None:
-            return most
-        left = self.deadline - monotonic()
-        if left <= 0:
+            return maximum
+        remaining = self.deadline - monotonic()
+        if remaining <= 0:
             raise WaitTimeoutError(f"service [{self.service}] did not answer in time")
-        return min(most, left)
+        return min(maximum, remaining)
 
     def _check_peer(self, error: OSError) -> None:
         """Raise a ConnectionError if the wait is over since the system has given up the connection, or should have."""
-        if error.errno == errno.ETIMEDOUT or is_gone(self.sock):
+        if error.errno == errno.ETIMEDOUT or is_peer_dead(self.sock):
             raise ConnectionError("the provider's machine no longer answers")
 
     def send(self, data: bytes) -> None:
         """Send all bytes."""
-        rest: bytes | memoryview = data
-        while rest:
-            self._bound_wait()
+        remaining_data: bytes | memoryview = data
+        while remaining_data:
+            self._set_socket_timeout()
             try:
-                sent = self.sock.send(rest)
-                rest = b"" if sent == len(rest) else memoryview(rest)[sent:]
-            except WaitOver as error:
-                self._check_peer(error)  # and _left raises at the deadline
+                sent = self.sock.send(remaining_data)
+                remaining_data = b"" if sent == len(remaining_data) else memoryview(remaining_data)[sent:]
+            except SOCKET_TIMEOUTS as error:
+                self._check_peer(error)  # and _remaining raises at the deadline
 
     def receive(self) -> bytes:
         """Receive some bytes.
@@ -142,21 +144,21 @@ class Call:
             ConnectionError: the other side closed.
         """
         while True:
-            self._bound_wait()
+            self._set_socket_timeout()
             try:
-                data = self._eager.wait(self._recv)
-            except WaitOver as error:
-                self._check_peer(error)  # and _left raises at the deadline
-                self._name_silent()
+                data = self._spin_wait.wait(self._recv)
+            except SOCKET_TIMEOUTS as error:
+                self._check_peer(error)  # and _remaining raises at the deadline
+                self._warn_silent_provider()
                 continue
             if not data:
                 self._context.check_running()
                 raise ConnectionError("the provider closed the connection")
             return data
 
-    def _name_silent(self) -> None:
-        if not self.greeted and monotonic() > self._silent_at:
-            self._silent_at = inf
+    def _warn_silent_provider(self) -> None:
+        if not self.got_header and monotonic() > self._warn_at:
+            self._warn_at = inf
             self._context.log.warn(
                 "a call of service %s is waiting for %s, which does not answer. "
                 "Is its node stopped, or is another program using its port?",
@@ -165,15 +167,15 @@ class Call:
             )
 
     @property
-    def spoilt(self) -> bool:
+    def broken(self) -> bool:
         """Whether the provider has sent something that nobody has asked for: each later call would get the response
         of the one before."""
         if self.data:
             return True
-        if not (self.greeted and AT_ONCE):
+        if not (self.got_header and DONTWAIT):
             return False
         try:
-            return bool(self.sock.recv(1, AT_ONCE | socket.MSG_PEEK))
+            return bool(self.sock.recv(1, DONTWAIT | socket.MSG_PEEK))
         except OSError:  # nothing is there, or the connection is broken, which the call will tell
             return False
 
@@ -190,10 +192,10 @@ class Call:
         ok, size = decode_response_head(data)
         end = RESPONSE_HEAD_SIZE + size
         if len(data) < end:
-            parts, have = [data], len(data)
-            while have < end:
+            parts, received = [data], len(data)
+            while received < end:
                 parts.append(self.receive())
-                have += len(parts[-1])
+                received += len(parts[-1])
             data = b"".join(parts)
         self.data = data[end:]
         return ok, data[RESPONSE_HEAD_SIZE:end]

@@ -21,9 +21,9 @@ from pyros1.ground.errors import (
     ServiceUnavailableError,
     WaitTimeoutError,
 )
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 from pyros1.msgs import Message, Service
-from pyros1.net.eager import Eager
+from pyros1.net.spin_wait import SpinWait
 from pyros1.node.checks import check_timeout
 from pyros1.node.log.levels import WARN
 from pyros1.node.services.call import Call
@@ -34,10 +34,10 @@ from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
 
 if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
-    from pyros1.node.context import Context, Provided
+    from pyros1.node.context import Context, ServiceView
 
 PROBE_TIMEOUT = 5.0
-_TOGETHER: Final = 65536
+_MAX_WITH_HEADER: Final = 65536
 """Bytes of a request up to which it is sent with the header: a socket takes both, so a refusal can be read."""
 
 
@@ -68,14 +68,14 @@ class ServiceClient:
         self._persistent = persistent
         self._headers = dict(headers)
         self._wire_type = service_type(service_class)
-        self._eager = Eager()  # of all calls: a series may have a new connection for each
+        self._spin_wait = SpinWait()  # of all calls: a series may have a new connection for each
         # The class is made when it is first used: here, not in a signal handler in the middle of an import.
         service_class._request_class()
         _ = service_class._request_class._encode_frame, service_class._response_class._decode
         self._begin()
 
     def _begin(self) -> None:
-        self._kept: Call | None = None
+        self._persistent_call: Call | None = None
         self._under_way: set[Call] = set()
         self._lock = threading.RLock()  # of a persistent connection: one call at a time
         self._busy = False  # the thread that has the lock is making a call there
@@ -121,11 +121,11 @@ class ServiceClient:
             raise SerializationError(f"service [{self.name}]: {error}") from None
         data = frame if isinstance(frame, bytes) else b"".join(frame)
         deadline = None if timeout is None else monotonic() + timeout
-        self._leave_to_parent()
-        if self._own() is not None:
-            server = self._own(self._look_up())
+        self._forget_inherited()
+        if self._own_service() is not None:
+            server = self._own_service(self._look_up())
             if server is not None:
-                return self._call_here(server, data)
+                return self._call_local(server, data)
         if not self._persistent:
             return self._exchange(self._connect(deadline), data)
         with self._lock:
@@ -133,22 +133,22 @@ class ServiceClient:
                 return self._exchange(self._connect(deadline), data)
             self._busy = True
             try:
-                kept = self._kept  # which `close` may take away meanwhile
-                if kept is None or kept.spoilt:
+                kept = self._persistent_call  # which `close` may take away meanwhile
+                if kept is None or kept.broken:
                     kept = self._renew(kept, deadline)
                 kept.deadline = deadline
                 return self._exchange(kept, data)
             finally:
                 self._busy = False
 
-    def _leave_to_parent(self) -> None:
+    def _forget_inherited(self) -> None:
         """In a forked process, forget the connections: they are the other one's."""
         if self._pid != os.getpid():
-            for other in [*self._under_way, *([self._kept] if self._kept else [])]:
+            for other in [*self._under_way, *([self._persistent_call] if self._persistent_call else [])]:
                 other.sock.close()
             self._begin()
 
-    def _own(self, uri: str | None = None) -> Provided | None:
+    def _own_service(self, uri: str | None = None) -> ServiceView | None:
         """Return the node's own service of that name if its handler could run only in the calling thread.
 
         Args:
@@ -162,9 +162,9 @@ class ServiceClient:
             return None
         return server
 
-    def _call_here(self, server: Provided, request: bytes) -> Any:
+    def _call_local(self, server: ServiceView, request: bytes) -> Any:
         header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)
-        response = server.call_here(request, header)
+        response = server.call_local(request, header)
         ok, _ = decode_response_head(response)
         answer = answer_service_client(header, self._context.name, self.name, service_type(server.type))
         return self._read_response(ok, response[RESPONSE_HEAD_SIZE:], answer)
@@ -180,14 +180,14 @@ class ServiceClient:
             raise ServiceUnavailableError(f"service [{self.name}] unavailable: no node provides it") from None
 
     def _connect(self, deadline: float | None) -> Call:
-        return Call(self._context, self.name, self._look_up(), deadline, self._eager)
+        return Call(self._context, self.name, self._look_up(), deadline, self._spin_wait)
 
-    def _renew(self, spoilt: Call | None, deadline: float | None) -> Call:
+    def _renew(self, broken: Call | None, deadline: float | None) -> Call:
         """Return a new connection for a series of calls."""
-        if spoilt is not None:
-            self._kept = None
-            spoilt.close()
-        self._kept = kept = self._connect(deadline)
+        if broken is not None:
+            self._persistent_call = None
+            broken.close()
+        self._persistent_call = kept = self._connect(deadline)
         return kept
 
     def _exchange(self, call: Call, request: bytes) -> Any:
@@ -195,9 +195,9 @@ class ServiceClient:
         self._under_way.add(call)
         complete = False
         try:
-            if call.greeted:
+            if call.got_header:
                 call.send(request)
-            elif call.local and len(request) <= _TOGETHER:
+            elif call.local and len(request) <= _MAX_WITH_HEADER:
                 self._greet(call, request)
             else:  # stock's providers lose what comes together with the header
                 self._greet(call)
@@ -213,9 +213,9 @@ class ServiceClient:
             raise ServiceError(f"call of service [{self.name}] failed: {error}") from error
         finally:
             self._under_way.discard(call)
-            if not complete or call is not self._kept:
-                if call is self._kept:
-                    self._kept = None  # the next call connects anew
+            if not complete or call is not self._persistent_call:
+                if call is self._persistent_call:
+                    self._persistent_call = None  # the next call connects anew
                 call.close()
         return self._read_response(ok, body, call.header)
 
@@ -228,7 +228,7 @@ class ServiceClient:
         try:
             response = decode(body, 0, len(body), True)
         except LengthError as error:
-            self._context.log.peer(WARN, "the response of %s: %s", self.name, error, most=1, link=self.name)
+            self._context.log.peer(WARN, "the response of %s: %s", self.name, error, max_texts=1, link=self.name)
             response = decode(body, 0, len(body))
         response._connection_header = header
         return response
@@ -242,10 +242,10 @@ class ServiceClient:
             answer = reader.feed(call.receive())
         odd = check_service_answer(answer, self.name, self._wire_type, header)
         if odd:
-            self._context.log.peer(WARN, "%s", odd, most=1, link=self.name)
+            self._context.log.peer(WARN, "%s", odd, max_texts=1, link=self.name)
         call.data = reader.rest
         call.header = answer
-        call.greeted = True
+        call.got_header = True
 
     def wait(self, timeout: float | None = None) -> None:
         """Wait until the service is provided; see ``Node.wait_for_service``."""
@@ -253,8 +253,8 @@ class ServiceClient:
 
     def close(self) -> None:
         """Close the connection; a call under way in another thread fails."""
-        self._leave_to_parent()
-        kept, self._kept = self._kept, None
+        self._forget_inherited()
+        kept, self._persistent_call = self._persistent_call, None
         under_way = list(self._under_way)
         for call in under_way:
             call.end()  # its thread closes it: the descriptor must not become another file's in the middle of a read
@@ -309,7 +309,7 @@ def wait_for_service(context: Context, master: MasterClient, service: str, timeo
     """
     check_timeout(timeout)
     start = monotonic()
-    said = start
+    last_warned = start
     while True:
         context.check_running()
         uri, fault = "", "cannot be reached"
@@ -326,8 +326,8 @@ def wait_for_service(context: Context, master: MasterClient, service: str, timeo
         if timeout is not None and now - start >= timeout:
             where = f": it is registered at {uri}, but {fault}" if uri else ""
             raise WaitTimeoutError(f"timeout exceeded while waiting for service {service}{where}")
-        if now - said >= (10.0 if said > start or fault == "cannot be reached" else PROBE_TIMEOUT):
-            said = now
+        if now - last_warned >= (10.0 if last_warned > start or fault == "cannot be reached" else PROBE_TIMEOUT):
+            last_warned = now
             state = f"registered at {uri}, but {fault}" if uri else "no node provides it yet"
             context.log.warn("waiting for service %s: %s", service, state)
         context.pause(0.05 if timeout is None else min(0.05, max(0.001, timeout - (now - start))))

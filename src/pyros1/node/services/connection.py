@@ -21,10 +21,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from pyros1.ground.errors import ProtocolError
-from pyros1.net.closing import hang_up
-from pyros1.net.eager import Eager
 from pyros1.net.loop import READ
-from pyros1.net.timeouts import Patience, WaitOver, bound_waits
+from pyros1.net.socket_close import shutdown_and_close
+from pyros1.net.spin_wait import SpinWait
+from pyros1.net.timeouts import SOCKET_TIMEOUTS, TransferDeadline, set_socket_timeouts
 from pyros1.wire.framing import FrameBuffer
 from pyros1.wire.handshake import is_true
 from pyros1.wire.service import encode_failure
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 REQUEST_TIMEOUT = 30.0
 """Longest pause, in seconds, of a client that sends a request, or takes the response."""
-LINGER = 0.05
+LINGER_TIME = 0.05
 """Seconds that a worker waits for the next request of a persistent client."""
 
 Frames = list[tuple[int, int]]
@@ -75,9 +75,9 @@ class ServiceLink:
         self._persistent = is_true(header.get("persistent"))
         self._buffer = FrameBuffer(4096, first=first)
         self._timer: TimerHandle | None = None
-        self._patience = Patience(REQUEST_TIMEOUT)  # while there is a timer
+        self._transfer_deadline = TransferDeadline(REQUEST_TIMEOUT)  # while there is a timer
         self._ending = False
-        self._eager = Eager()
+        self._spin_wait = SpinWait()
 
     def begin(self, greeting: bytes) -> None:
         """Send our header and wait for a request. On the loop."""
@@ -89,7 +89,7 @@ class ServiceLink:
             self._close(error)
             return
         if frames:
-            self._hand_over(frames)
+            self._submit_requests(frames)
         elif not self._may_linger(0) or self._submit(lambda: self._serve([])) is not None:
             self._wait()
 
@@ -108,25 +108,27 @@ class ServiceLink:
         self._sock.setblocking(False)
         self._loop.register(self._sock, READ, self._readable)
         if self._buffer.partial or not self._persistent:
-            self._be_patient()
+            self._start_timeout()
 
-    def _be_patient(self) -> None:
-        self._patience = Patience(REQUEST_TIMEOUT)
-        self._timer = self._loop.call_later(REQUEST_TIMEOUT, self._late)
+    def _start_timeout(self) -> None:
+        self._transfer_deadline = TransferDeadline(REQUEST_TIMEOUT)
+        self._timer = self._loop.call_later(REQUEST_TIMEOUT, self._on_timeout)
 
-    def _late(self) -> None:
-        left = self._patience.left()
-        if left > 0:
-            self._timer = self._loop.call_later(left, self._late)
+    def _on_timeout(self) -> None:
+        remaining = self._transfer_deadline.remaining()
+        if remaining > 0:
+            self._timer = self._loop.call_later(remaining, self._on_timeout)
             return
         self._loop.unregister(self._sock)
-        begun = self._buffer.partial
+        is_partial = self._buffer.partial
         self._close(
-            ProtocolError(f"the rest of its request did not arrive within {REQUEST_TIMEOUT:g} s") if begun else None
+            ProtocolError(f"the rest of its request did not arrive within {REQUEST_TIMEOUT:g} s")
+            if is_partial
+            else None
         )
 
     def _readable(self, _mask: int) -> None:
-        fresh = not self._buffer.partial
+        is_new_request = not self._buffer.partial
         try:
             count = self._sock.recv_into(self._buffer.writable())
             if not count:
@@ -134,7 +136,7 @@ class ServiceLink:
                 self._close(None)
                 return
             frames = self._buffer.received(count)
-            self._patience.moved(count)
+            self._transfer_deadline.add_bytes(count)
         except BlockingIOError:
             return
         except (OSError, ProtocolError) as error:
@@ -143,9 +145,9 @@ class ServiceLink:
             return
         if frames:
             self._stop_waiting()
-            self._hand_over(frames)
-        elif fresh and self._timer is None:
-            self._be_patient()
+            self._submit_requests(frames)
+        elif is_new_request and self._timer is None:
+            self._start_timeout()
 
     def _stop_waiting(self) -> None:
         self._loop.unregister(self._sock)
@@ -153,7 +155,7 @@ class ServiceLink:
             self._timer.cancel()
             self._timer = None
 
-    def _hand_over(self, frames: Frames) -> None:
+    def _submit_requests(self, frames: Frames) -> None:
         if self._ending:  # bytes after the end are read, too
             self._close(None)
             return
@@ -167,10 +169,10 @@ class ServiceLink:
 
     def _serve(self, frames: Frames) -> None:
         sock, buffer, header = self._sock, self._buffer, self.header
-        answered = 0
+        num_answered = 0
         try:
-            bounded = bound_waits(sock, REQUEST_TIMEOUT, LINGER)
-            while frames or (bounded and not buffer.partial and self._may_linger(answered)):
+            bounded = set_socket_timeouts(sock, REQUEST_TIMEOUT, LINGER_TIME)
+            while frames or (bounded and not buffer.partial and self._may_linger(num_answered)):
                 frames = frames or self._linger()
                 if not frames:
                     break
@@ -180,9 +182,9 @@ class ServiceLink:
                     if not self._persistent or self._ending:
                         self._close(None)
                         return
-                answered += len(frames)
+                num_answered += len(frames)
                 frames = []
-        except WaitOver:
+        except SOCKET_TIMEOUTS:
             self._close(ProtocolError(f"it did not read the rest of its response within {REQUEST_TIMEOUT:g} s"))
         except (OSError, ProtocolError) as error:
             self._close(error)
@@ -196,8 +198,8 @@ class ServiceLink:
             OSError: the client is gone, or this side ends.
         """
         try:
-            count = self._eager.wait(self._receive)
-        except WaitOver:
+            count = self._spin_wait.wait(self._receive)
+        except SOCKET_TIMEOUTS:
             return []
         if not count or self._ending:
             raise ConnectionError("closed")
@@ -207,5 +209,5 @@ class ServiceLink:
         return self._sock.recv_into(self._buffer.writable(), 0, flags)
 
     def _close(self, error: Exception | None) -> None:
-        hang_up(self._sock)
+        shutdown_and_close(self._sock)
         self._on_closed(self, error)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import LengthError, MessageError, NodeError, ServiceRefusal
 from pyros1.msgs import Message, Service
-from pyros1.net.keepalive import keep_prompt
+from pyros1.net.keepalive import set_nodelay_and_keepalive
 from pyros1.node.log.levels import WARN
 from pyros1.node.services.connection import ServiceLink
 from pyros1.wire.handshake import ServiceType, answer_service_client, is_true
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from pyros1.node.context import Context
     from pyros1.node.services.workers import Workers
 
-MOST_CALLS = 256
+MAX_CALLS = 256
 """Most calls of one service at the same time; more are refused."""
-MOST_EARLY = 8
+MAX_EARLY_CALLS = 8
 """Calls of a service under way up to which a thread waits a moment for a new client's first request."""
-PATIENCE = 5.0
+SPIN_WARNING_DELAY = 5.0
 """Seconds that a call waits for the program to spin before the log says so."""
 
 
@@ -80,7 +80,7 @@ class ServiceServer:
             Refusal: the client wants another type.
         """
         answer = encode_header(answer_service_client(header, self._context.name, self.name, self._wire_type))
-        keep_prompt(sock)
+        set_nodelay_and_keepalive(sock)
         if is_true(header.get("probe")):
             sock.send(answer)
             sock.close()
@@ -97,7 +97,7 @@ class ServiceServer:
     def _submit(self, job: Callable[[], None]) -> str | None:
         """Run a job in a thread; return the reason if that is not possible."""
         with self._lock:
-            if self._under_way >= MOST_CALLS:
+            if self._under_way >= MAX_CALLS:
                 return f"too many calls of {self.name} at the same time, try again later"
             self._under_way += 1
 
@@ -116,7 +116,7 @@ class ServiceServer:
 
     def _may_linger(self, answered: int) -> bool:
         # Few wait for those who have only connected: that they cost a thread is no way to use up all threads.
-        return self._under_way < (MOST_CALLS // 2 if answered else MOST_EARLY) and not self._closed
+        return self._under_way < (MAX_CALLS // 2 if answered else MAX_EARLY_CALLS) and not self._closed
 
     def _forget(self, link: ServiceLink, error: Exception | None) -> None:
         with self._lock:
@@ -125,7 +125,7 @@ class ServiceServer:
             who = link.header.get("callerid", "?")
             self._context.log.peer(WARN, "a call of %s by %s failed: %s", self.name, who, error)
 
-    def call_here(self, frame: bytes, header: dict[str, str]) -> bytes:
+    def call_local(self, frame: bytes, header: dict[str, str]) -> bytes:
         """Answer a call by the service's own node in the thread that makes it.
 
         Args:
@@ -146,7 +146,7 @@ class ServiceServer:
             request = decode(data, start, end, True)
         except LengthError as error:
             who = header.get("callerid", "?")
-            self._context.log.peer(WARN, "a call of %s by %s: %s", self.name, who, error, most=1, link=self.name)
+            self._context.log.peer(WARN, "a call of %s by %s: %s", self.name, who, error, max_texts=1, link=self.name)
             request = decode(data, start, end)
         except MessageError as error:
             return encode_failure(f"service [{self.name}]: {error}")
@@ -166,12 +166,12 @@ class ServiceServer:
                 done.set()
 
         callbacks.push(run)
-        said_at = monotonic() + PATIENCE
+        warn_at = monotonic() + SPIN_WARNING_DELAY
         while not done.wait(0.2):
             if self._closed or self._context.stopping.is_set():
                 return encode_failure(f"service [{self.name}] is shutting down")
-            if monotonic() > said_at:
-                said_at = float("inf")
+            if monotonic() > warn_at:
+                warn_at = float("inf")
                 who = header.get("callerid", "?")
                 self._context.log.peer(WARN, "a call of %s by %s waits until this program spins", self.name, who)
         return answers[0]

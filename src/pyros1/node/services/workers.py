@@ -15,12 +15,12 @@ class Workers:
 
     Args:
         name: prefix of the threads' names.
-        most: largest number of threads.
+        max_threads: largest number of threads.
     """
 
-    def __init__(self, name: str, most: int = 256) -> None:
+    def __init__(self, name: str, max_threads: int = 256) -> None:
         self._name = name
-        self._most = most
+        self._max_threads = max_threads
         self._jobs: deque[Callable[[], None]] = deque()
         self._changed = threading.Condition()
         self._threads: set[threading.Thread] = set()
@@ -36,7 +36,7 @@ class Workers:
                 self._jobs.append(job)
                 self._changed.notify()
                 return True
-            if len(self._threads) >= self._most:
+            if len(self._threads) >= self._max_threads:
                 return False
             thread = threading.Thread(target=self._run, name=f"{self._name}-{len(self._threads)}", daemon=True)
             try:
@@ -63,7 +63,7 @@ class Workers:
 
     def close(self, timeout: float = 5.0) -> None:
         """End the threads after their current jobs; wait at most ``timeout`` seconds for all of them."""
-        until = monotonic() + timeout
+        deadline = monotonic() + timeout
         with self._changed:
             self._closed = True
             self._jobs.clear()
@@ -71,4 +71,4 @@ class Workers:
             self._changed.notify_all()
         for thread in threads:
             if thread is not threading.current_thread():
-                thread.join(max(0.0, until - monotonic()))
+                thread.join(max(0.0, deadline - monotonic()))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from pyros1.msgs.large import SplitBody
+from pyros1.msgs.large_arrays import SplitBody
 
 if TYPE_CHECKING:
     from pyros1.node.subscribing.tcp_source import TcpSource

@@ -11,9 +11,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pyros1.ground.errors import Error, ProtocolError
-from pyros1.net.acceptor import lacks_files
+from pyros1.net.acceptor import is_out_of_files
 from pyros1.net.connect import connect
-from pyros1.net.keepalive import keep_prompt
+from pyros1.net.keepalive import set_nodelay_and_keepalive
 from pyros1.node import same_host
 from pyros1.node.context import Context, find_local_context
 from pyros1.node.log.levels import ERROR, WARN
@@ -31,14 +31,14 @@ if TYPE_CHECKING:
 
 STEP_TIMEOUT = 10.0
 """Most seconds of each step. A publisher that cannot be reached delays no other."""
-SILENCE = 4.0
+SILENCE_TIMEOUT = 4.0
 """Seconds after which a publisher that does not answer is named in the log."""
-MOST_TOLD = 3
+MAX_REPORTS = 3
 """Most different warnings about publishers in a period; others are counted."""
-_PIECE = 65536
+_RECEIVE_SIZE = 65536
 
 
-class Wanting(Protocol):
+class ConnectorOwner(Protocol):
     """The part of a subscription that a connector needs."""
 
     context: Context
@@ -73,45 +73,45 @@ class Connector:
         uri: the publisher's slave API.
     """
 
-    def __init__(self, subscription: Wanting, uri: str) -> None:
+    def __init__(self, subscription: ConnectorOwner, uri: str) -> None:
         self.uri = uri
         self.dialogue = Dialogue(
             subscription.topic,
             uri,
             lambda: subscription.type,
-            own=subscription.context.host,
+            own_host=subscription.context.host,
             takes_tcp="tcp" in subscription.hints.transports,
         )
         self._subscription = subscription
         self._context = subscription.context
         self._attempt = 0  # events of older attempts are ignored
         self._timer: TimerHandle | None = None  # of the rest, or of the current step
-        self._silence: TimerHandle | None = None
+        self._silence_timer: TimerHandle | None = None
         self._sock: socket.socket | None = None
         self._offered: UdpSource | None = None  # or the link
         self._unsent = b""  # of our header
-        self._desk: socket.socket | None = None  # came with the publisher's header, see `pyros1.wire.local`
+        self._control_socket: socket.socket | None = None  # came with the publisher's header, see `pyros1.wire.local`
 
     @property
-    def gone(self) -> bool:
+    def is_finished(self) -> bool:
         """Whether the connector has nothing left to do."""
         return self.dialogue.state is State.GONE
 
-    def announced(self) -> None:
+    def publisher_listed(self) -> None:
         """Take note that the master lists the publisher, again or for the first time."""
-        self._do(self.dialogue.announced())
+        self._do(self.dialogue.publisher_listed())
 
-    def vanished(self) -> None:
+    def publisher_unlisted(self) -> None:
         """Take note that the master no longer lists the publisher."""
-        self._do(self.dialogue.vanished())
+        self._do(self.dialogue.publisher_unlisted())
 
     def stop(self) -> None:
         """Give up the current attempt."""
         self._do(self.dialogue.stop())
 
-    def lost(self, reason: str | None) -> None:
+    def link_lost(self, reason: str | None) -> None:
         """Take note that the link has ended: try again soon, if the master still lists the publisher."""
-        self._do(self.dialogue.lost(reason))
+        self._do(self.dialogue.link_lost(reason))
 
     # Actions ----------------------------------------------------------------------------------------------------------
 
@@ -120,36 +120,36 @@ class Connector:
             match action:
                 case do.Drop():
                     self._drop()
-                case do.Ask(watched):
-                    self._ask(watched)
+                case do.RequestTopic(report_silence):
+                    self._request_topic(report_silence)
                 case do.Connect(host, port):
                     self._close_offered()
-                    connect(self._context.loop, host, port, STEP_TIMEOUT, self._of_this_attempt(self._connected))
+                    connect(self._context.loop, host, port, STEP_TIMEOUT, self._if_current(self._connected))
                 case do.ConnectLocal(name):
                     self._close_offered()
                     self._connect_local(name)
-                case do.Greet(header):
-                    self._greet(header)
+                case do.SendHeader(header):
+                    self._send_header(header)
                 case do.Link(header, rest):
                     self._link(header, rest)
-                case do.LinkDatagrams(header, place, number):
-                    self._link_datagrams(header, place, number)
+                case do.LinkDatagrams(header, peer_address, number):
+                    self._link_datagrams(header, peer_address, number)
                 case do.EndDatagrams():
                     self._close_offered()
-                case do.Rest(seconds):
+                case do.Backoff(seconds):
                     if not self._context.stopping.is_set():
-                        self._timer = self._context.loop.call_later(seconds, self._rested)
-                case do.Tell(is_error, text, args):
+                        self._timer = self._context.loop.call_later(seconds, self._backoff_over)
+                case do.LogMessage(is_error, text, args):
                     if is_error:
                         self._context.log.peer(ERROR, text, *args)
                     else:  # one cause, such as a launch that was killed, is often that of many
-                        self._context.log.peer(WARN, text, *args, most=MOST_TOLD)
-                case do.TellHost(error):
-                    self._context.warn_of_host(self._subscription.topic, self.uri, error)
+                        self._context.log.peer(WARN, text, *args, max_texts=MAX_REPORTS)
+                case do.LogHostMessage(error):
+                    self._context.warn_unknown_host(self._subscription.topic, self.uri, error)
                 case do.Forget():
                     self._subscription.forget(self.uri)
 
-    def _of_this_attempt(self, function: Callable[..., object]) -> Callable[..., None]:
+    def _if_current(self, function: Callable[..., object]) -> Callable[..., None]:
         """Return a callback that does nothing once another attempt has begun."""
         attempt = self._attempt
 
@@ -170,46 +170,46 @@ class Connector:
             with contextlib.suppress(KeyError, ValueError):
                 self._context.loop.unregister(sock)
             sock.close()
-        self._close_desk()
+        self._close_control_socket()
         self._close_offered()
 
     def _stop_timers(self) -> None:
-        for timer in (self._timer, self._silence):
+        for timer in (self._timer, self._silence_timer):
             if timer is not None:
                 timer.cancel()
-        self._timer = self._silence = None
+        self._timer = self._silence_timer = None
 
     def _close_offered(self) -> None:
         offered, self._offered = self._offered, None
         if offered is not None:
             offered.close()
 
-    def _rested(self) -> None:
+    def _backoff_over(self) -> None:
         self._timer = None
-        self._do(self.dialogue.rested())
+        self._do(self.dialogue.backoff_over())
 
     # Asking -----------------------------------------------------------------------------------------------------------
 
-    def _ask(self, watched: bool) -> None:
+    def _request_topic(self, report_silence: bool) -> None:
         context, topic = self._context, self._subscription.topic
         local = find_local_context(self.uri)
         if local is not None:
             self._do(self._link_local(local.publications.get(topic)))
             return
-        if watched:
-            self._silence = context.loop.call_later(SILENCE, self._silent)
-        answered = self._of_this_attempt(self._answered)
+        if report_silence:
+            self._silence_timer = context.loop.call_later(SILENCE_TIMEOUT, self._on_silence)
+        topic_answered = self._if_current(self._answered)
         context.rpc.call(
-            self.uri, "requestTopic", (context.name, topic, self._protocols()), answered, timeout=STEP_TIMEOUT
+            self.uri, "requestTopic", (context.name, topic, self._protocols()), topic_answered, timeout=STEP_TIMEOUT
         )
 
     def _link_local(self, publication: Any) -> list[Action]:
         if publication is None:
-            return self.dialogue.failed()
+            return self.dialogue.attempt_failed()
         try:
             self._subscription.link_local(self.uri, publication)
         except (Refusal, Error) as refusal:
-            return self.dialogue.refused(
+            return self.dialogue.publisher_refused(
                 f"publisher {self.uri} of {publication.topic} refused the connection: {refusal}"
             )
         return self.dialogue.linked()
@@ -240,27 +240,27 @@ class Connector:
         if error is not None:
             self._failed(error)
         else:
-            self._do(self.dialogue.answered(value, offered=self._offered is not None))
+            self._do(self.dialogue.topic_answered(value, offered=self._offered is not None))
 
     def _failed(self, error: Exception | None) -> None:
-        if lacks_files(error):
-            self._context.tell_trouble(f"no messages of {self._subscription.topic} from {self.uri}: {error}")
-        self._do(self.dialogue.failed(error))
+        if is_out_of_files(error):
+            self._context.warn_once(f"no messages of {self._subscription.topic} from {self.uri}: {error}")
+        self._do(self.dialogue.attempt_failed(error))
 
-    def _silent(self) -> None:
-        self._silence = None
-        self._do(self.dialogue.silent())
+    def _on_silence(self) -> None:
+        self._silence_timer = None
+        self._do(self.dialogue.publisher_silent())
 
     # Connecting and greeting ------------------------------------------------------------------------------------------
 
     def _connect_local(self, name: str) -> None:
         if not self._context.local_key:  # nobody has asked for it
-            self._do(self.dialogue.local_failed())
+            self._do(self.dialogue.local_connect_failed())
             return
         try:
             self._sock = same_host.connect(name)
         except OSError:
-            self._do(self.dialogue.local_failed())
+            self._do(self.dialogue.local_connect_failed())
         else:
             self._do(self.dialogue.connected(self._subscription.request_header()))
 
@@ -269,18 +269,18 @@ class Connector:
             self._failed(error)
             return
         self._sock = sock
-        keep_prompt(sock)
+        set_nodelay_and_keepalive(sock)
         self._do(self.dialogue.connected(self._subscription.request_header()))
 
-    def _greet(self, header: Mapping[str, str]) -> None:
+    def _send_header(self, header: Mapping[str, str]) -> None:
         assert self._sock is not None
         self._unsent = encode_header(header)
         self._context.loop.register(
             self._sock,
             selectors.EVENT_READ | selectors.EVENT_WRITE,
-            self._of_this_attempt(partial(self._ready, self._sock)),
+            self._if_current(partial(self._ready, self._sock)),
         )
-        self._timer = self._context.loop.call_later(STEP_TIMEOUT, lambda: self._do(self.dialogue.failed()))
+        self._timer = self._context.loop.call_later(STEP_TIMEOUT, lambda: self._do(self.dialogue.attempt_failed()))
 
     def _ready(self, sock: socket.socket, mask: int) -> None:
         """Send our header, in pieces if it is long, and read the publisher's."""
@@ -289,61 +289,61 @@ class Connector:
                 with contextlib.suppress(BlockingIOError):
                     self._unsent = self._unsent[sock.send(self._unsent) :]
                 if not self._unsent:
-                    ready = self._of_this_attempt(partial(self._ready, sock))
+                    ready = self._if_current(partial(self._ready, sock))
                     self._context.loop.modify(sock, selectors.EVENT_READ, ready)
             if mask & selectors.EVENT_READ:
                 self._do(self.dialogue.received(self._receive(sock)))
         except BlockingIOError:
             pass
         except OSError:
-            self._do(self.dialogue.failed())
+            self._do(self.dialogue.attempt_failed())
 
     def _receive(self, sock: socket.socket) -> bytes:
         """Receive bytes; and, over a Unix socket, the descriptor that comes with a header."""
         if sock.family in (socket.AF_INET, socket.AF_INET6):
-            return sock.recv(_PIECE)
-        data, descriptors, _, _ = socket.recv_fds(sock, _PIECE, 2)
+            return sock.recv(_RECEIVE_SIZE)
+        data, descriptors, _, _ = socket.recv_fds(sock, _RECEIVE_SIZE, 2)
         for descriptor in descriptors:
-            self._close_desk()
+            self._close_control_socket()
             try:
-                self._desk = socket.socket(fileno=descriptor)
-                self._desk.set_inheritable(False)  # as all sockets that Python makes; those that come are not
+                self._control_socket = socket.socket(fileno=descriptor)
+                self._control_socket.set_inheritable(False)  # as all sockets that Python makes; those that come are not
             except OSError:
                 os.close(descriptor)  # it is no socket
         return data
 
-    def _close_desk(self) -> None:
-        desk, self._desk = self._desk, None
-        if desk is not None:
-            desk.close()
+    def _close_control_socket(self) -> None:
+        control_socket, self._control_socket = self._control_socket, None
+        if control_socket is not None:
+            control_socket.close()
 
     def _link(self, header: dict[str, str], rest: bytes) -> None:
-        desk, self._desk = self._desk, None
+        control_socket, self._control_socket = self._control_socket, None
         sock, self._sock = self._sock, None
         assert sock is not None
         self._stop_timers()
         self._context.loop.unregister(sock)
-        if desk is None:
+        if control_socket is None:
             if sock.family not in (socket.AF_INET, socket.AF_INET6):  # references could not be followed
                 sock.close()
                 reason = "no descriptor came with the publisher's header: are too many files open?"
-                self._do(self.dialogue.lost(reason))
+                self._do(self.dialogue.link_lost(reason))
                 return
             self._subscription.link(TcpSource(sock, self.uri, header, rest))
             return
         from pyros1.node.subscribing.shared_source import SharedSource  # noqa: PLC0415 - few need it, and only on Linux
 
         try:
-            source = SharedSource(sock, self.uri, header, rest, desk)
+            source = SharedSource(sock, self.uri, header, rest, control_socket)
         except ProtocolError as error:
             sock.close()
-            desk.close()
-            self._do(self.dialogue.lost(str(error)))
+            control_socket.close()
+            self._do(self.dialogue.link_lost(str(error)))
         else:
             self._subscription.link(source)
 
-    def _link_datagrams(self, header: dict[str, str], place: tuple[str, int], number: int) -> None:
+    def _link_datagrams(self, header: dict[str, str], peer_address: tuple[str, int], number: int) -> None:
         assert self._offered is not None
         self._stop_timers()
-        self._offered.begin(header, place, number)
+        self._offered.begin(header, peer_address, number)
         self._subscription.add_local(self._offered)

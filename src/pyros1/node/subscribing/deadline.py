@@ -7,13 +7,13 @@ from functools import partial
 from time import monotonic
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pyros1.ground import shown
+from pyros1.ground import terminal_text
 
 if TYPE_CHECKING:
     from pyros1.node.clock import Clock
     from pyros1.node.context import Context
     from pyros1.node.subscribing.subscription import Subscription
-    from pyros1.node.watching.telling import Teller, Tellers
+    from pyros1.node.watching.notifiers import Notifier, Notifiers
 
 
 class Missed(NamedTuple):
@@ -30,7 +30,9 @@ class Missed(NamedTuple):
     publishers: tuple[str, ...]
 
     def __str__(self) -> str:
-        whose = f", from {', '.join(map(shown.one_line, self.publishers))}" if self.publishers else ", no publisher"
+        whose = (
+            f", from {', '.join(map(terminal_text.one_line, self.publishers))}" if self.publishers else ", no publisher"
+        )
         return f"no message on {self.topic} for {self.silent:.3g} s{whose}"
 
 
@@ -46,7 +48,7 @@ class Deadline:
         on_missed: called with a `Missed`.
         context: the node.
         clock: its clock.
-        tellers: call ``on_missed``.
+        notifiers: call ``on_missed``.
     """
 
     def __init__(
@@ -56,20 +58,20 @@ class Deadline:
         on_missed: Callable[[Missed], object],
         context: Context,
         clock: Clock,
-        tellers: Tellers,
+        notifiers: Notifiers,
     ) -> None:
         self._seconds = seconds
         self._callback = callback
         self._on_missed = on_missed
         self._context = context
         self._clock = clock
-        self._tellers = tellers
-        self._teller: Teller | None = None
+        self._notifiers = notifiers
+        self._notifier: Notifier | None = None
         self._subscription: Subscription | None = None
         self._now = clock.seconds if clock.simulated else monotonic
         self._last: float | None = None  # None before the first message and publisher
-        self._told: float | None = None  # when the gap began that was told last
-        self._begun = self._closed = False
+        self._reported: float | None = None  # when the gap began that was told last
+        self._is_watching = self._closed = False
 
     def take(self, message: Any) -> None:
         """Take a message: the callback of the subscriber."""
@@ -82,16 +84,16 @@ class Deadline:
     def begin(self, subscription: Subscription) -> None:
         """Begin to look as soon as a publisher is connected."""
         self._subscription = subscription
-        self._teller = self._tellers.make(f"deadline of {subscription.topic}")
+        self._notifier = self._notifiers.make(f"deadline of {subscription.topic}")
         subscription.on_change.append(self._links_changed)
         self._links_changed()
 
     def close(self) -> None:
         """Look and tell no more. Any thread or signal handler may call it."""
         self._closed = True
-        if self._teller is not None:
-            self._tellers.end(self._teller)
-            self._context.loop.call_soon(self._leave)
+        if self._notifier is not None:
+            self._notifiers.end(self._notifier)
+            self._context.loop.call_soon(self._stop_watching)
 
     def _links_changed(self) -> None:
         self._context.loop.call_soon(self._begin)
@@ -100,34 +102,34 @@ class Deadline:
 
     def _begin(self) -> None:
         subscription = self._subscription
-        there = subscription is not None and (subscription.links or self._last is not None)
-        if self._closed or self._begun or not there:
+        has_source = subscription is not None and (subscription.links or self._last is not None)
+        if self._closed or self._is_watching or not has_source:
             return
-        self._begun = True
-        self._leave_links()
+        self._is_watching = True
+        self._unwatch_links()
         if self._last is None:
             self._last = self._now()
         if self._clock.simulated:
-            self._clock.on_tick.append(self._look)
+            self._clock.on_tick.append(self._check)
         else:
-            self._look_again()
+            self._check_and_reschedule()
 
-    def _leave_links(self) -> None:
+    def _unwatch_links(self) -> None:
         subscription = self._subscription
         if subscription is not None and self._links_changed in subscription.on_change:
             subscription.on_change.remove(self._links_changed)
 
-    def _leave(self) -> None:
-        self._leave_links()
-        if self._look in self._clock.on_tick:
-            self._clock.on_tick.remove(self._look)
+    def _stop_watching(self) -> None:
+        self._unwatch_links()
+        if self._check in self._clock.on_tick:
+            self._clock.on_tick.remove(self._check)
 
-    def _look_again(self) -> None:
+    def _check_and_reschedule(self) -> None:
         """Look now, and when a message will be missed if none comes meanwhile."""
         if not self._closed:
-            self._context.loop.call_later(self._look(), self._look_again)
+            self._context.loop.call_later(self._check(), self._check_and_reschedule)
 
-    def _look(self) -> float:
+    def _check(self) -> float:
         """Tell if a message is missed; return the seconds until one may be. On the loop, or in the thread of /clock."""
         now, last = self._now(), self._last
         if not last or now < last:  # simulated time has only begun, or jumped back
@@ -136,16 +138,16 @@ class Deadline:
         silent = now - last
         if silent < self._seconds:
             return max(0.001, self._seconds - silent)
-        if last != self._told and not self._closed and self._teller is not None:
-            self._told = last
-            self._teller.tell(partial(self._tell, last), silent)
+        if last != self._reported and not self._closed and self._notifier is not None:
+            self._reported = last
+            self._notifier.notify(partial(self._call_on_missed, last), silent)
         return self._seconds
 
     # Where callbacks run ----------------------------------------------------------------------------------------------
 
-    def _tell(self, last: float, silent: float) -> None:
-        came = self._context.callbacks is not None and self._last != last  # it had come, and waited for spin
-        if self._closed or came or self._subscription is None:
+    def _call_on_missed(self, last: float, silent: float) -> None:
+        came_meanwhile = self._context.callbacks is not None and self._last != last  # it had come, and waited for spin
+        if self._closed or came_meanwhile or self._subscription is None:
             return
         links = self._subscription.links
         names = tuple(sorted(str(link.header.get("callerid", "?")) for link in links))

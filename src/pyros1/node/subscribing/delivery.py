@@ -12,7 +12,7 @@ puts it into a queue and becomes the owner; or goes on if there is one already, 
 * Without a bound nothing is dropped here: TCP holds the publisher back, whose queue size then decides. (Queues for
   `spin` are always bounded, see UNBOUNDED_LIMIT.)
 * While messages flow on a subscription's only link, the owner waits in its receive, and other work with it.
-* While a subscriber with its own queue (`Holding`) has too many messages, nothing is received: TCP holds all back.
+* While a subscriber with its own queue (`StreamState`) has too many messages, nothing is received: TCP holds all back.
 * A driver runs all this: threads of the node, or an asyncio loop, which gets its thread back after each round of turns.
 * If all subscribers want it (`in_publisher`), a message of this process is delivered in its publisher's thread, which
   becomes the owner for that long; unless there is an owner, or earlier messages wait.
@@ -25,10 +25,10 @@ import threading
 import time
 from typing import TYPE_CHECKING
 
+from pyros1.node.subscribing.delivery_loop import DeliveryLoop
 from pyros1.node.subscribing.inbox import Inbox
 from pyros1.node.subscribing.links import Links
 from pyros1.node.subscribing.sources import UNBOUNDED_LIMIT, Item, Source
-from pyros1.node.subscribing.taking import Taking
 from pyros1.node.subscribing.tcp_source import TcpSource
 
 if TYPE_CHECKING:
@@ -38,10 +38,10 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.drivers import Driver
 
 
-_AT_ONCE = (False,)
+_NONBLOCKING = (False,)
 
 
-class Delivery(Taking):
+class Delivery(DeliveryLoop):
     """Receives and delivers for one subscription.
 
     Args:
@@ -54,7 +54,7 @@ class Delivery(Taking):
 
     Attributes:
         limit: most messages of each publisher that may wait for slow callbacks; None for no limit.
-        holding: the subscribers that may hold publishers back; replaced as a whole on changes.
+        streams: the subscribers that may hold publishers back; replaced as a whole on changes.
         in_publisher: whether callbacks run in the threads of publishers of this process.
         links: its TCP links, with their driver.
     """
@@ -70,18 +70,18 @@ class Delivery(Taking):
     ) -> None:
         super().__init__(deliver, deliver_item, on_arrival, callbacks)
         self.in_publisher = False
-        self.links = Links(self, driver, self._spinning.forget, on_lost)
-        self._ownership = threading.Lock()
+        self.links = Links(self, driver, self._spin_queues.forget, on_lost)
+        self._owner_lock = threading.Lock()
         self._owner = 0  # the owner's thread
-        self._woken = False  # a thread has been woken and will become the owner
-        self._disposed = False
+        self._is_woken = False  # a thread has been woken and will become the owner
+        self._is_disposed = False
 
     # From other threads -----------------------------------------------------------------------------------------------
 
     def add(self, link: TcpSource) -> None:
         """Start to receive from a link."""
-        self._new.append(link)
-        self._disposed = False
+        self._new_links.append(link)
+        self._is_disposed = False
         self.wake()
         if self._closed:
             self.close()
@@ -96,23 +96,23 @@ class Delivery(Taking):
 
     def wake(self) -> None:
         """Wake a thread that does the waiting work, unless one is doing it."""
-        if not self._woken and not self._ownership.locked():
-            self._woken = True
+        if not self._is_woken and not self._owner_lock.locked():
+            self._is_woken = True
             try:
                 self.links.driver.wake(self)
             except BaseException:  # of a signal handler
-                self._woken = False
+                self._is_woken = False
                 raise
 
     @property
     def dropped(self) -> int:
         """Messages lost because callbacks were too slow, or on the way in datagrams."""
-        return self._dropped + self.handover.dropped + self._spinning.dropped
+        return self._dropped + self.inbox_set.dropped + self._spin_queues.dropped
 
     @property
     def waiting(self) -> int:
         """Number of messages that wait in inboxes or for `spin`."""
-        return len(self.handover) + len(self._spinning)
+        return len(self.inbox_set) + len(self._spin_queues)
 
     def push(self, inbox: Inbox[Source, Item], item: Item, limit: int | None) -> None:
         """Put a message into an inbox. Never waits; one thread at a time for each inbox.
@@ -121,21 +121,23 @@ class Delivery(Taking):
             limit: most messages that wait, if the subscribers have set no limit; 0 or None for no limit.
         """
         own = self.limit
-        most = own if own is not None else limit
-        if most and inbox.full(most) and self._owner != threading.get_ident():
-            self._make_room()
-        inbox.put(item, most)
-        if not inbox.in_line:
-            self.handover.line_up(inbox)
-        if not self._woken and not self._ownership.locked():
+        maximum = own if own is not None else limit
+        if maximum and inbox.full(maximum) and self._owner != threading.get_ident():
+            self._drain_inboxes()
+        inbox.put(item, maximum)
+        if not inbox.is_ready:
+            self.inbox_set.mark_ready(inbox)
+        if not self._is_woken and not self._owner_lock.locked():
             self.wake()
 
     def deliver_now(self, source: Source, item: Item) -> bool:
         """Deliver a message in the calling thread, its publisher's; return False if another thread must do it."""
-        got = False
+        acquired = False
         try:
-            (got,) = map(self._ownership.acquire, _AT_ONCE)  # no signal handler can run between this and the next
-            if not got or self._closed or not self.in_publisher:
+            (acquired,) = map(
+                self._owner_lock.acquire, _NONBLOCKING
+            )  # no signal handler can run between this and the next
+            if not acquired or self._closed or not self.in_publisher:
                 return False
             self._owner = threading.get_ident()
             if self._jobs:
@@ -148,45 +150,47 @@ class Delivery(Taking):
                 self._queue_for_spin(source, item)
             return True
         finally:
-            if got:
+            if acquired:
                 self._owner = 0
-                self._ownership.release()
-                # Nobody was woken for it meanwhile. `_something` would take as long as the rest.
+                self._owner_lock.release()
+                # Nobody was woken for it meanwhile. `_has_work` would take as long as the rest.
                 if self._closed:
-                    if not self._disposed:  # the driver's threads may have ended, if the node has
+                    if not self._is_disposed:  # the driver's threads may have ended, if the node has
                         self.close(wait=False)
-                elif self._local or self._readable or self._new or self._jobs or self._begun:
+                elif self._ready_inboxes or self._readable or self._new_links or self._jobs or self._unfinished:
                     self.links.driver.wake(self)
 
-    def _make_room(self) -> None:
+    def _drain_inboxes(self) -> None:
         """Give the streams what waits in inboxes, in place of the driver's loop, which may be busy for long."""
-        if not self.links.driver.cooperative or self._jobs or not self._ownership.acquire(blocking=False):
+        if not self.links.driver.cooperative or self._jobs or not self._owner_lock.acquire(blocking=False):
             time.sleep(0)  # let the owner take them, in case it only waits for the interpreter's lock
             return
         self._owner = threading.get_ident()
         try:
-            for _ in range(len(self._local)):
-                if self.links.driver.cooperative and not self._held:  # else a callback has joined: not on this thread
-                    self._take_from(self._local.pop(0))
+            for _ in range(len(self._ready_inboxes)):
+                if (
+                    self.links.driver.cooperative and not self._is_held_back
+                ):  # else a callback has joined: not on this thread
+                    self._deliver_from_inbox(self._ready_inboxes.pop(0))
         finally:
-            self._give_back()
+            self._release_ownership()
             if self._closed:
                 self.links.driver.wake(self)
 
     def open(self, inbox: Inbox[Source, Item]) -> None:
         """Begin to take messages out of an inbox."""
-        self.handover.open(inbox)
+        self.inbox_set.open(inbox)
 
     def recover(self, inbox: Inbox[Source, Item]) -> None:
         """Look for messages in an inbox, in case its sender was interrupted before it announced them."""
-        self.handover.line_up(inbox)
+        self.inbox_set.mark_ready(inbox)
         self.wake()
 
     def wait_for_room(self, inbox: Inbox[Source, Item]) -> None:
         """Wait until fewer than UNBOUNDED_LIMIT messages wait, if no limit is set."""
         # A callback that publishes to its own topic would wait for itself.
         if self.limit is None and self._owner != threading.get_ident():
-            self.handover.wait_for_room(inbox, UNBOUNDED_LIMIT, lambda: self._closed)
+            self.inbox_set.wait_for_room(inbox, UNBOUNDED_LIMIT, lambda: self._closed)
 
     def stop(self) -> None:
         """Deliver nothing more; `close` must still be called."""
@@ -197,9 +201,9 @@ class Delivery(Taking):
         self._closed = True
         if self._owner == threading.get_ident():
             return  # a callback ends its own subscription: the owner does the rest
-        if self._ownership.acquire(timeout=timeout if wait else 0):
+        if self._owner_lock.acquire(timeout=timeout if wait else 0):
             self.links.driver.call(self._dispose, timeout)
-            self._ownership.release()
+            self._owner_lock.release()
 
     # By the owner -----------------------------------------------------------------------------------------------------
 
@@ -211,21 +215,21 @@ class Delivery(Taking):
         """
         if fd is not None:
             self._readable.append(fd)
-        self._woken = False
+        self._is_woken = False
         cooperative = self.links.driver.cooperative
-        while not self._disposed if self._closed else self._something:
-            if not self._ownership.acquire(blocking=False):
+        while not self._is_disposed if self._closed else self._has_work:
+            if not self._owner_lock.acquire(blocking=False):
                 return  # the owner sees what is there when it has ended
             self._owner = threading.get_ident()
             try:
                 self._work()
             except BaseException:
-                self._give_back()
+                self._release_ownership()
                 self.links.driver.wake(self)  # for what was left
                 raise
-            self._give_back()
+            self._release_ownership()
             if cooperative and not self._closed:
-                if self._something:
+                if self._has_work:
                     self.wake()
                 return
 
@@ -234,36 +238,36 @@ class Delivery(Taking):
         """What runs this."""
         return self.links.driver
 
-    def _give_back(self) -> None:
+    def _release_ownership(self) -> None:
         self._owner = 0
-        self._ownership.release()
+        self._owner_lock.release()
 
     def _work(self) -> None:
         cooperative = self.links.driver.cooperative
-        while not self._closed and self._something:
+        while not self._closed and self._has_work:
             self._run_jobs()
             # One turn for each source in line now: others come after them.
-            for _ in range(len(self._new)):
+            for _ in range(len(self._new_links)):
                 # If callbacks fall behind, `_catch_up` takes the others, too.
-                if self._new and (frames := self.links.open(link := self._new.pop(0))):
-                    self._take(link, frames)
-            for queue, go_on in self._queues:
+                if self._new_links and (frames := self.links.open(link := self._new_links.pop(0))):
+                    self._deliver_received(link, frames)
+            for queue, handle in self._queues:
                 for _ in range(len(queue)):
-                    if self._held:
+                    if self._is_held_back:
                         break
-                    go_on(queue.pop(0))
-            self.handover.ring()
+                    handle(queue.pop(0))
+            self.inbox_set.notify_all()
             if cooperative:
                 break
         if self._closed:
             self._dispose()
 
     def _dispose(self) -> None:
-        self._disposed = True
+        self._is_disposed = True
         for link in self.links:
             self.links.close(link)
-        while self._new:
-            self._new.pop(0).close()
+        while self._new_links:
+            self._new_links.pop(0).close()
         self._jobs.clear()
-        self._begun.clear()
-        self.handover.ring()
+        self._unfinished.clear()
+        self.inbox_set.notify_all()

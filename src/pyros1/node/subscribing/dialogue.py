@@ -4,7 +4,7 @@ States::
 
                 announced
                     v
-    RESTING ───> ASKING ───────> CONNECTING ───────> GREETING ───────> LINKED
+    BACKING_OFF ───> ASKING ───────> CONNECTING ───────> GREETING ───────> LINKED
        ^    rested  │ requestTopic     │ TCP connect     │ headers         │
        └────────────┴──────────────────┴─────────────────┴─────────────────┘
           failed, silent too long, or lost: rest, longer after each failure
@@ -27,23 +27,23 @@ from enum import Enum
 from typing import Any, NamedTuple
 
 from pyros1.ground.errors import ConnectionRefusedByPeerError, ProtocolError, UnknownHostError, XmlRpcFault
+from pyros1.net.connectivity import connectivity_hint
 from pyros1.net.hosts import parse_uri
-from pyros1.net.reach import how_to_reach
 from pyros1.wire import local as local_wire
 from pyros1.wire.handshake import TopicType, check_publisher_answer
 from pyros1.wire.header import HeaderReader
 
-FIRST_REST = 0.1
+MIN_BACKOFF = 0.1
 """Seconds before the second attempt."""
-LONGEST_REST = 20.0
-TOLD_REST = 3.0
+MAX_BACKOFF = 20.0
+REPORTED_BACKOFF = 3.0
 """A rest in seconds that is so long that the failures before it are logged: a publisher that has just ended is not."""
 
 
 class State(Enum):
     """State of a dialogue; see the module's docstring."""
 
-    RESTING = "resting"
+    BACKING_OFF = "resting"
     ASKING = "asking"
     CONNECTING = "connecting"
     GREETING = "greeting"
@@ -52,17 +52,17 @@ class State(Enum):
     GONE = "gone"
 
 
-UNDER_WAY = frozenset({State.ASKING, State.CONNECTING, State.GREETING})
+IN_PROGRESS = frozenset({State.ASKING, State.CONNECTING, State.GREETING})
 
 
-class Ask(NamedTuple):
+class RequestTopic(NamedTuple):
     """Call the publisher's ``requestTopic``, or link to it if it is in this process.
 
     Attributes:
-        watched: whether to report `Dialogue.silent` if there is no link after a while.
+        report_silence: whether to report `Dialogue.publisher_silent` if there is no link after a while.
     """
 
-    watched: bool
+    report_silence: bool
 
 
 class Connect(NamedTuple):
@@ -78,7 +78,7 @@ class ConnectLocal(NamedTuple):
     name: str
 
 
-class Greet(NamedTuple):
+class SendHeader(NamedTuple):
     """Send our connection header, and wait for the publisher's."""
 
     header: Mapping[str, str]
@@ -101,17 +101,17 @@ class LinkDatagrams(NamedTuple):
 
     Attributes:
         header: the publisher's connection header.
-        place: the publisher's host and port.
+        peer_address: the publisher's host and port.
         number: the connection number that the publisher gave.
     """
 
     header: dict[str, str]
-    place: tuple[str, int]
+    peer_address: tuple[str, int]
     number: int
 
 
-class Rest(NamedTuple):
-    """Report `Dialogue.rested` after ``seconds``."""
+class Backoff(NamedTuple):
+    """Report `Dialogue.backoff_over` after ``seconds``."""
 
     seconds: float
 
@@ -128,7 +128,7 @@ class Forget(NamedTuple):
     """End the dialogue with this publisher."""
 
 
-class Tell(NamedTuple):
+class LogMessage(NamedTuple):
     """Log something about the publisher.
 
     Attributes:
@@ -141,19 +141,30 @@ class Tell(NamedTuple):
     args: tuple[str, ...]
 
 
-class TellHost(NamedTuple):
+class LogHostMessage(NamedTuple):
     """Log that the publisher's host name cannot be resolved here."""
 
     error: UnknownHostError
 
 
 Action = (
-    Ask | Connect | ConnectLocal | Greet | Link | LinkDatagrams | Rest | Drop | EndDatagrams | Forget | Tell | TellHost
+    RequestTopic
+    | Connect
+    | ConnectLocal
+    | SendHeader
+    | Link
+    | LinkDatagrams
+    | Backoff
+    | Drop
+    | EndDatagrams
+    | Forget
+    | LogMessage
+    | LogHostMessage
 )
 
 _SILENT = "no messages of %s from the publisher at %s yet: %s does not answer. Is it stopped? Otherwise: %s"
-_UNREACHED = "no messages of %s from the publisher at %s: %s. %s"
-_TAKEN = "Has another program taken the port of a node that has exited?"
+_UNREACHABLE = "no messages of %s from the publisher at %s: %s. %s"
+_PORT_TAKEN = "Has another program taken the port of a node that has exited?"
 
 
 class Dialogue:
@@ -162,8 +173,8 @@ class Dialogue:
     Args:
         topic: full name.
         uri: the publisher's slave API.
-        wanted: returns the type that the subscription wants; ``*`` may become a certain type.
-        own: the host name or address that the subscriber's node gives as its own.
+        requested_type: returns the type that the subscription wants; ``*`` may become a certain type.
+        own_host: the host name or address that the subscriber's node gives as its own.
         takes_tcp: whether the subscription accepts messages over TCP.
 
     Attributes:
@@ -173,45 +184,51 @@ class Dialogue:
     """
 
     def __init__(
-        self, topic: str, uri: str, wanted: Callable[[], TopicType], *, own: str = "", takes_tcp: bool = True
+        self,
+        topic: str,
+        uri: str,
+        requested_type: Callable[[], TopicType],
+        *,
+        own_host: str = "",
+        takes_tcp: bool = True,
     ) -> None:
         self.state = State.GONE
         self.listed = False
         self.local = True
-        self._over_local = False
+        self._via_local = False
         self._topic = topic
         self._uri = uri
-        self._wanted = wanted
-        self._own = own
+        self._requested_type = requested_type
+        self._own_host = own_host
         self._takes_tcp = takes_tcp
         self._datagrams = False  # the link is over UDP
-        self._again = False  # announced again during an attempt, whose answer may come from the old publisher
-        self._told = ""  # why it refused
+        self._announced_again = False  # announced again during an attempt, whose answer may come from the old publisher
+        self._reported = ""  # why it refused
         self._connecting: tuple[str, int] | None = None
-        self._named = False  # logged as one that does not answer
-        self._rest = FIRST_REST
+        self._silence_reported = False  # logged as one that does not answer
+        self._backoff = MIN_BACKOFF
         self._sent: Mapping[str, str] = {}
         self._header = HeaderReader()
 
     # From the master --------------------------------------------------------------------------------------------------
 
-    def announced(self) -> list[Action]:
+    def publisher_listed(self) -> list[Action]:
         """Take the event that the master lists the publisher, again or for the first time."""
         # The notices of a publisher that left and of one that came may have been merged.
-        self._again = self.state in UNDER_WAY
+        self._announced_again = self.state in IN_PROGRESS
         self.listed = True
-        if self.state in UNDER_WAY or self.state is State.LINKED:
+        if self.state in IN_PROGRESS or self.state is State.LINKED:
             return []
-        self._told = ""
-        self._named = False
+        self._reported = ""
+        self._silence_reported = False
         self.local = True
-        self._rest = FIRST_REST
-        return self._ask()
+        self._backoff = MIN_BACKOFF
+        return self._request_topic()
 
-    def vanished(self) -> list[Action]:
+    def publisher_unlisted(self) -> list[Action]:
         """Take the event that the master no longer lists the publisher."""
         self.listed = False
-        if self.state in UNDER_WAY:
+        if self.state in IN_PROGRESS:
             return []
         if self.state is State.LINKED:  # no datagram tells that the publisher has gone
             return [EndDatagrams()] if self._datagrams else []
@@ -226,16 +243,16 @@ class Dialogue:
 
     # From the driver --------------------------------------------------------------------------------------------------
 
-    def rested(self) -> list[Action]:
+    def backoff_over(self) -> list[Action]:
         """Take the event that the rest is over."""
-        return self._ask()
+        return self._request_topic()
 
     def linked(self) -> list[Action]:
         """Take the event that the publisher is in this process, and linked."""
         self._succeed()
         return []
 
-    def answered(self, value: Any, *, offered: bool = False) -> list[Action]:
+    def topic_answered(self, value: Any, *, offered: bool = False) -> list[Action]:
         """Take the event that the publisher's node has answered ``requestTopic``.
 
         Args:
@@ -246,10 +263,10 @@ class Dialogue:
             case [1, str(), ["UDPROS", *_] as answer] if offered:
                 return self._link_datagrams(answer)
             case [0, str(reason), _] if not self._takes_tcp:
-                return self.refused(f"{self._uri} does not send {self._topic} over UDP: {reason}")
+                return self.publisher_refused(f"{self._uri} does not send {self._topic} over UDP: {reason}")
             case [1, str(), [local_wire.PROTOCOL, str(name), *_]] if self.local:
                 self.state = State.CONNECTING
-                self._over_local = True
+                self._via_local = True
                 return [ConnectLocal(name)]
             case [1, str(), ["TCPROS", str(host), int(port), *_]] if 0 < port < 65536:
                 self.state = State.CONNECTING
@@ -259,10 +276,10 @@ class Dialogue:
                 return self._no_publisher(f"it answers: {reason}")
         return self._no_publisher("it does not answer like a node")
 
-    def local_failed(self) -> list[Action]:
+    def local_connect_failed(self) -> list[Action]:
         """Take the event that the Unix socket cannot be opened, or leads to a wrong place: TCP remains."""
         self.local = False
-        return self._ask()
+        return self._request_topic()
 
     def connected(self, header: Mapping[str, str]) -> list[Action]:
         """Take the event that the connection is open.
@@ -273,56 +290,56 @@ class Dialogue:
         self.state = State.GREETING
         self._sent = header
         self._header = HeaderReader()
-        return [Greet(header)]
+        return [SendHeader(header)]
 
     def received(self, data: bytes) -> list[Action]:
         """Take bytes from the connection; no bytes mean its end."""
         if not data:
-            self.local = self.local and not self._over_local
+            self.local = self.local and not self._via_local
             return self._retry()
         try:
             header = self._header.feed(data)
         except ProtocolError as error:
-            return self.refused(f"publisher {self._uri} of {self._topic}: {error}")
+            return self.publisher_refused(f"publisher {self._uri} of {self._topic}: {error}")
         if header is None:
             return []
         try:
-            odd = check_publisher_answer(header, self._topic, self._wanted(), self._uri, self._sent)
+            warning = check_publisher_answer(header, self._topic, self._requested_type(), self._uri, self._sent)
         except (ConnectionRefusedByPeerError, ProtocolError) as refusal:
-            return self.refused(str(refusal))
+            return self.publisher_refused(str(refusal))
         self._succeed()
-        return [*_warning(odd), Link(header, self._header.rest)]
+        return [*_warning(warning), Link(header, self._header.rest)]
 
-    def failed(self, error: Exception | None = None) -> list[Action]:
+    def attempt_failed(self, error: Exception | None = None) -> list[Action]:
         """Take the event that the publisher could not be reached, or did not answer in time: that may change."""
         if isinstance(error, UnknownHostError) and self.listed:
-            return [TellHost(error), *self._retry()]
+            return [LogHostMessage(error), *self._retry()]
         if isinstance(error, (ProtocolError, XmlRpcFault)):
-            return self._fail(str(error), _TAKEN)
-        if error is not None and self._rest >= TOLD_REST:
-            return self._fail(str(error), how_to_reach(self._place()[0], error, self._own))
+            return self._fail(str(error), _PORT_TAKEN)
+        if error is not None and self._backoff >= REPORTED_BACKOFF:
+            return self._fail(str(error), connectivity_hint(self._current_address()[0], error, self._own_host))
         return self._retry()
 
-    def refused(self, reason: str) -> list[Action]:
+    def publisher_refused(self, reason: str) -> list[Action]:
         """Take the event that the publisher refused, or does not suit the subscription."""
-        told: list[Action] = []
-        if self.listed and reason != self._told:
-            self._told = reason
-            told = [Tell(True, "%s", (reason,))]
-        if self._again or not self.listed:
-            return told + self._retry()
+        report: list[Action] = []
+        if self.listed and reason != self._reported:
+            self._reported = reason
+            report = [LogMessage(True, "%s", (reason,))]
+        if self._announced_again or not self.listed:
+            return report + self._retry()
         self.state = State.REFUSED
-        return [*told, Drop()]
+        return [*report, Drop()]
 
-    def silent(self) -> list[Action]:
+    def publisher_silent(self) -> list[Action]:
         """Take the event that there is no link after a while, and have it logged, once until there is one: otherwise a
         subscriber would wait in silence for a stopped process or an unreachable host."""
-        self._named = True
-        host, port = self._place()
-        cure = how_to_reach(host, None, self._own)
-        return [Tell(False, _SILENT, (self._topic, self._uri, f"{host}:{port}", cure))]
+        self._silence_reported = True
+        host, port = self._current_address()
+        hint = connectivity_hint(host, None, self._own_host)
+        return [LogMessage(False, _SILENT, (self._topic, self._uri, f"{host}:{port}", hint))]
 
-    def _place(self) -> tuple[str, int | str]:
+    def _current_address(self) -> tuple[str, int | str]:
         """Return host and port of what the dialogue is with: the node's API, or the port of its topics."""
         if self.state is not State.ASKING and self._connecting is not None:
             return self._connecting
@@ -331,20 +348,20 @@ class Dialogue:
         except ProtocolError:
             return (self._uri, "?")
 
-    def lost(self, reason: str | None) -> list[Action]:
+    def link_lost(self, reason: str | None) -> list[Action]:
         """Take the event that the link has ended; without a reason if the publisher closed it."""
-        self._rest = FIRST_REST
+        self._backoff = MIN_BACKOFF
         if reason is None:
             return self._retry()
-        self.local = self.local and not self._over_local
-        return [Tell(False, "lost %s from %s: %s", (self._topic, self._uri, reason)), *self._retry()]
+        self.local = self.local and not self._via_local
+        return [LogMessage(False, "lost %s from %s: %s", (self._topic, self._uri, reason)), *self._retry()]
 
     # ------------------------------------------------------------------------------------------------------------------
 
-    def _ask(self) -> list[Action]:
-        self._again = self._over_local = False
+    def _request_topic(self) -> list[Action]:
+        self._announced_again = self._via_local = False
         self.state = State.ASKING
-        return [Drop(), Ask(watched=not self._named)]
+        return [Drop(), RequestTopic(report_silence=not self._silence_reported)]
 
     def _link_datagrams(self, answer: list[Any]) -> list[Action]:
         from pyros1.wire.datagram import read_answer  # noqa: PLC0415 - few nodes need it
@@ -353,37 +370,37 @@ class Dialogue:
             found = read_answer(answer)
             if found is None:
                 return self._retry()
-            odd = check_publisher_answer(found[0], self._topic, self._wanted(), self._uri)
+            warning = check_publisher_answer(found[0], self._topic, self._requested_type(), self._uri)
         except (ConnectionRefusedByPeerError, ProtocolError) as refusal:
-            return self.refused(str(refusal))
+            return self.publisher_refused(str(refusal))
         self._succeed(datagrams=True)
-        return [*_warning(odd), LinkDatagrams(*found)]
+        return [*_warning(warning), LinkDatagrams(*found)]
 
     def _succeed(self, *, datagrams: bool = False) -> None:
         self.state = State.LINKED
         self._datagrams = datagrams
-        self._named = False
-        self._rest = FIRST_REST
+        self._silence_reported = False
+        self._backoff = MIN_BACKOFF
 
     def _no_publisher(self, answer: str) -> list[Action]:
         """Rest, and tell the answer if it has lasted."""
-        return self._fail(answer, _TAKEN) if self._rest >= TOLD_REST else self._retry()
+        return self._fail(answer, _PORT_TAKEN) if self._backoff >= REPORTED_BACKOFF else self._retry()
 
-    def _fail(self, why: str, cure: str) -> list[Action]:
+    def _fail(self, reason: str, hint: str) -> list[Action]:
         """Rest, and tell why, once until there is a link or news."""
-        if not self.listed or self._named:
+        if not self.listed or self._silence_reported:
             return self._retry()
-        self._named = True
-        return [Tell(False, _UNREACHED, (self._topic, self._uri, why, cure)), *self._retry()]
+        self._silence_reported = True
+        return [LogMessage(False, _UNREACHABLE, (self._topic, self._uri, reason, hint)), *self._retry()]
 
     def _retry(self) -> list[Action]:
         if not self.listed:
             self.state = State.GONE
             return [Drop(), Forget()]
-        self.state = State.RESTING
-        seconds, self._rest = self._rest, min(2 * self._rest, LONGEST_REST)
-        return [Drop(), Rest(seconds)]
+        self.state = State.BACKING_OFF
+        seconds, self._backoff = self._backoff, min(2 * self._backoff, MAX_BACKOFF)
+        return [Drop(), Backoff(seconds)]
 
 
 def _warning(text: str) -> list[Action]:
-    return [Tell(False, "%s", (text,))] if text else []
+    return [LogMessage(False, "%s", (text,))] if text else []

@@ -30,7 +30,7 @@ class Driver(Protocol):
     cooperative: bool
 
     @property
-    def someone_waits(self) -> bool:
+    def has_waiting_thread(self) -> bool:
         """Whether another thread waits for the next message, so that this one may wait for a link."""
 
     def register(self, fd: int, channel: Channel) -> None:
@@ -49,7 +49,7 @@ class Driver(Protocol):
         """Call a function that unregisters sockets, in the thread for that; wait for it at most ``timeout`` seconds."""
 
 
-class Holding(Protocol):
+class StreamState(Protocol):
     """A subscriber with its own queue, such as an asyncio iteration."""
 
     @property

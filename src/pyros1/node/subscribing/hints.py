@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-USUAL = ("local", "tcp")
+DEFAULT_TRANSPORTS = ("local", "tcp")
 
 
 class Hints(NamedTuple):
@@ -14,11 +14,11 @@ class Hints(NamedTuple):
         tcp_nodelay: whether to ask publishers to send small messages at once.
         transports: "local", "tcp" and "udp", in the order of preference; "local" only goes with "tcp".
         max_datagram_size: in bytes, for "udp".
-        low_latency: whether to look for the next message for a while before sleeping, see `TcpSource.eager`.
+        low_latency: whether to look for the next message for a while before sleeping, see `TcpSource.spins`.
     """
 
     tcp_nodelay: bool = True
-    transports: tuple[str, ...] = USUAL
+    transports: tuple[str, ...] = DEFAULT_TRANSPORTS
     max_datagram_size: int = 1500
     low_latency: bool = False
 
@@ -26,7 +26,7 @@ class Hints(NamedTuple):
         """Raise ValueError for an unknown transport or an impossible size."""
         if not hasattr(type(self.max_datagram_size), "__index__"):
             raise TypeError(f"max_datagram_size must be a whole number of bytes, not {self.max_datagram_size!r:.80}")
-        if self.transports in (USUAL, ("tcp",)):
+        if self.transports in (DEFAULT_TRANSPORTS, ("tcp",)):
             return
         from pyros1.wire.datagram import LARGEST_SIZE, SMALLEST_SIZE  # noqa: PLC0415 - few nodes need it
 

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from pyros1.net.bell import Bell
+from pyros1.net.signal_safe import Condition
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -33,15 +33,15 @@ class Inbox(Generic[S, T]):
 
     Attributes:
         lost: number of messages that were lost on the way here; the source counts them.
-        in_line: whether it is in the line of inboxes with messages.
+        is_ready: whether it is in the line of inboxes with messages.
     """
 
-    __slots__ = ("_limit", "_newest", "_put", "_queues", "_taken", "in_line", "lost", "source")
+    __slots__ = ("_limit", "_newest", "_put", "_queues", "_taken", "is_ready", "lost", "source")
 
     def __init__(self, source: S) -> None:
         self.source = source
         self.lost = 0
-        self.in_line = False
+        self.is_ready = False
         self._limit: int | None = None
         self._newest: _Queue[T] = _Queue()
         self._queues: deque[_Queue[T]] = deque([self._newest])  # a new limit begins a new queue
@@ -91,19 +91,19 @@ class Inbox(Generic[S, T]):
                     self._queues.remove(queue)
 
 
-class Handover(Generic[S, T]):
+class InboxSet(Generic[S, T]):
     """All inboxes of one delivery.
 
     Attributes:
-        line: inboxes with messages, in the order of their turns.
+        ready: inboxes with messages, in the order of their turns.
         inboxes: all inboxes.
     """
 
     def __init__(self) -> None:
-        self.line: list[Inbox[S, T]] = []  # short as a rule; see `taking`
+        self.ready: list[Inbox[S, T]] = []  # short as a rule; see `taking`
         self.inboxes: dict[Inbox[S, T], None] = {}
         self._dropped = 0  # in inboxes that are forgotten
-        self._room = Bell()
+        self._room = Condition()
 
     def __len__(self) -> int:
         return sum(map(len, list(self.inboxes)))
@@ -117,13 +117,13 @@ class Handover(Generic[S, T]):
         """Begin to take messages out of an inbox, until it is forgotten."""
         self.inboxes[inbox] = None
 
-    def line_up(self, inbox: Inbox[S, T]) -> None:
+    def mark_ready(self, inbox: Inbox[S, T]) -> None:
         """Put an inbox with messages into the line, if it is not there."""
-        if not inbox.in_line:
-            inbox.in_line = True
-            self.line.append(inbox)
+        if not inbox.is_ready:
+            inbox.is_ready = True
+            self.ready.append(inbox)
 
-    def leave_line(self, inbox: Inbox[S, T]) -> bool:
+    def mark_empty(self, inbox: Inbox[S, T]) -> bool:
         """Note that an inbox was taken out of the line and emptied. Called by the thread that takes messages.
 
         If a thread has just put a message into it that did not know of this, the inbox goes back into the line.
@@ -131,10 +131,10 @@ class Handover(Generic[S, T]):
         Returns:
             Whether it is empty.
         """
-        inbox.in_line = False
-        self._room.ring()
+        inbox.is_ready = False
+        self._room.notify_all()
         if len(inbox):
-            self.line_up(inbox)
+            self.mark_ready(inbox)
             return False
         return True
 
@@ -144,11 +144,11 @@ class Handover(Generic[S, T]):
             del self.inboxes[inbox]  # first: what it has lost must not count twice
             self._dropped += inbox.dropped
 
-    def wait_for_room(self, inbox: Inbox[S, T], most: int, ended: Callable[[], bool]) -> None:
-        """Wait until fewer than ``most`` messages are in an inbox, or something has ended."""
-        while len(inbox) >= most and not ended():
-            self._room.wait(lambda: len(inbox) < most or ended(), 0.1)
+    def wait_for_room(self, inbox: Inbox[S, T], maximum: int, ended: Callable[[], bool]) -> None:
+        """Wait until fewer than ``maximum`` messages are in an inbox, or something has ended."""
+        while len(inbox) >= maximum and not ended():
+            self._room.wait_for(lambda: len(inbox) < maximum or ended(), 0.1)
 
-    def ring(self) -> None:
+    def notify_all(self) -> None:
         """Wake the threads that wait for room."""
-        self._room.ring()
+        self._room.notify_all()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pyros1.ground.errors import ProtocolError
-from pyros1.msgs.large import SplitBody
+from pyros1.msgs.large_arrays import SplitBody
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -50,7 +50,7 @@ class Links:
     def open(self, link: TcpSource) -> list[tuple[int, int]]:
         """Begin to wait for a new link; return the frames that came together with its header."""
         if self.driver.cooperative:
-            link.patient = False
+            link.can_wait = False
         self._links[link.fd] = link
         self.driver.register(link.fd, self._channel)
         return self._split(link, 0)
@@ -86,18 +86,18 @@ class Links:
             The frames in the link's buffer, or a large message; None if nothing has come, or the link was lost.
         """
         try:
-            came = link.receive(wait)
+            received = link.receive(wait)
         except BlockingIOError:
             return None
         except OSError as error:
             self._lose(link, error.strerror or str(error))
             return None
-        if isinstance(came, SplitBody):
-            return came
-        if not came:
+        if isinstance(received, SplitBody):
+            return received
+        if not received:
             self._lose(link, None)
             return None
-        return self._split(link, came)
+        return self._split(link, received)
 
     def _split(self, link: TcpSource, count: int) -> list[tuple[int, int]]:
         try:

@@ -12,44 +12,44 @@ from collections.abc import Callable
 from typing import Any
 
 from pyros1.ground.errors import ProtocolError
-from pyros1.msgs.large import SplitBody
+from pyros1.msgs.large_arrays import SplitBody
 from pyros1.node.subscribing.tcp_source import TcpSource
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
 from pyros1.wire.local import (
-    RECORD,
+    MAX_RECORD,
     REFERENCE_SIZE,
     TOKEN_SIZE,
     Reference,
     decode_block,
     decode_reference,
-    encode_done,
+    encode_release,
 )
 
-MOST_BLOCKS = 64
+MAX_BLOCKS = 64
 """Most blocks that one publisher may show."""
-HELD = 3
+MAX_IN_PLACE = 3
 """Most messages that a program may keep in the publisher's memory; of further ones it gets copies."""
 _read_count = struct.Struct("<I").unpack_from
-MOST_UNDONE = 1000  # a publisher has a few references out at a time
+MAX_UNSENT_RELEASES = 1000  # a publisher has a few references out at a time
 _SEALS = 0x2 | 0x4  # F_SEAL_SHRINK and F_SEAL_GROW
 
 
-class Loan:
+class BorrowedBlock:
     """The right to read a message in the publisher's memory; the end of this object gives it back.
 
     Args:
         number: of the reference.
-        give_back: called with it.
+        release: called with it.
     """
 
-    __slots__ = ("_give_back", "_number")
+    __slots__ = ("_number", "_release")
 
-    def __init__(self, number: int, give_back: Callable[[int], None]) -> None:
+    def __init__(self, number: int, release: Callable[[int], None]) -> None:
         self._number = number
-        self._give_back = give_back
+        self._release = release
 
     def __del__(self) -> None:
-        self._give_back(self._number)
+        self._release(self._number)
 
 
 class SharedBody(SplitBody):
@@ -58,20 +58,20 @@ class SharedBody(SplitBody):
     Args:
         memory: the block.
         reference: where the message is; it has an array.
-        loan: held as long as the memory is needed.
-        held: numbers of the messages that the program reads in place.
+        borrowed: held as long as the memory is needed.
+        in_use: numbers of the messages that the program reads in place.
     """
 
-    __slots__ = ("_copy", "_held", "_loan", "_memory", "_reference")
+    __slots__ = ("_borrowed", "_copy", "_in_use", "_memory", "_reference")
 
-    def __init__(self, memory: mmap.mmap, reference: Reference, loan: Loan, held: set[int]) -> None:
+    def __init__(self, memory: mmap.mmap, reference: Reference, borrowed: BorrowedBlock, in_use: set[int]) -> None:
         begin = reference.offset + reference.begin
         end = begin + reference.array
         super().__init__(memory[reference.offset : begin - 4], b"", memory[end : reference.offset + reference.size])
         self._memory: mmap.mmap | None = memory
         self._reference = reference
-        self._loan: Loan | None = loan
-        self._held = held
+        self._borrowed: BorrowedBlock | None = borrowed
+        self._in_use = in_use
         self._copy = b""
 
     def array(self, *, in_place: bool) -> Any:
@@ -79,10 +79,12 @@ class SharedBody(SplitBody):
         if self._memory is None:
             return self._copy
         begin, size = self._reference.offset + self._reference.begin, self._reference.array
-        if in_place and self._loan is not None and len(self._held) < HELD:
-            return _in_place(self._memory, begin, size, _Holding(self._loan, self._held, self._reference.number))
+        if in_place and self._borrowed is not None and len(self._in_use) < MAX_IN_PLACE:
+            return _in_place(
+                self._memory, begin, size, _InPlaceView(self._borrowed, self._in_use, self._reference.number)
+            )
         self._copy = self._memory[begin : begin + size]
-        self._memory = self._loan = None
+        self._memory = self._borrowed = None
         return self._copy
 
     def join(self) -> bytes:
@@ -94,27 +96,27 @@ class SharedBody(SplitBody):
         return b"".join((self.head, len(array).to_bytes(4, "little"), array, self.tail))
 
 
-class _Holding:
+class _InPlaceView:
     """Keeps a loan for an array that is read in place."""
 
-    __slots__ = ("_held", "_loan", "_number")
+    __slots__ = ("_borrowed", "_in_use", "_number")
 
-    def __init__(self, loan: Loan, held: set[int], number: int) -> None:
-        self._loan = loan
-        self._held = held
+    def __init__(self, borrowed: BorrowedBlock, in_use: set[int], number: int) -> None:
+        self._borrowed = borrowed
+        self._in_use = in_use
         self._number = number
-        held.add(number)
+        in_use.add(number)
 
     def __del__(self) -> None:
-        self._held.discard(self._number)
+        self._in_use.discard(self._number)
 
 
-def _in_place(memory: mmap.mmap, begin: int, size: int, holding: _Holding) -> memoryview:
-    """Return a read-only view of a part of the memory; with it and all that is made of it, ``holding`` ends."""
+def _in_place(memory: mmap.mmap, begin: int, size: int, owner: _InPlaceView) -> memoryview:
+    """Return a read-only view of a part of the memory; with it and all that is made of it, ``owner`` ends."""
     import ctypes  # noqa: PLC0415 - few read in place
 
     array: Any = (ctypes.c_ubyte * size).from_buffer(memory, begin)
-    array.holding = holding
+    array.owner = owner
     return memoryview(array).cast("B").toreadonly()
 
 
@@ -123,7 +125,7 @@ class SharedSource(TcpSource):
 
     Args:
         sock, uri, header, first: as for TcpSource.
-        desk: the socket that came with the publisher's header.
+        control_socket: the socket that came with the publisher's header.
 
     Raises:
         ProtocolError: the publisher's header has no usable token.
@@ -132,7 +134,7 @@ class SharedSource(TcpSource):
     transport = "LOCAL"
 
     def __init__(
-        self, sock: socket.socket, uri: str, header: dict[str, str], first: bytes, desk: socket.socket
+        self, sock: socket.socket, uri: str, header: dict[str, str], first: bytes, control_socket: socket.socket
     ) -> None:
         try:
             self._token = bytes.fromhex(header["token"])
@@ -141,17 +143,17 @@ class SharedSource(TcpSource):
         if len(self._token) != TOKEN_SIZE:
             raise ProtocolError(f"publisher {uri}: no token in its connection header")
         super().__init__(sock, uri, {key: value for key, value in header.items() if key != "token"}, first)
-        self._keeps = header.get("latching") == "1"
-        self._desk = desk
-        desk.setblocking(False)
+        self._is_latched = header.get("latching") == "1"
+        self._control_socket = control_socket
+        control_socket.setblocking(False)
         self._blocks: dict[int, mmap.mmap] = {}
-        self._held: set[int] = set()
-        self._undone: deque[bytes] = deque()  # what the desk had no room for
+        self._in_use: set[int] = set()
+        self._unsent_releases: deque[bytes] = deque()  # what the control socket had no room for
         self._process = os.getpid()
 
     def close(self) -> None:
         """Close the link's sockets. Messages that are read in place remain."""
-        self._desk.close()
+        self._control_socket.close()
         super().close()
 
     def split(self, count: int) -> list[tuple[int, int]]:
@@ -163,35 +165,35 @@ class SharedSource(TcpSource):
         frames = super().split(count)
         self.items = None
         if frames and self.buffer.data.find(self._token, frames[0][0], frames[-1][1]) >= 0:
-            self.items = deque(self._follow(body) for body in self.buffer.take_bodies(frames))
+            self.items = deque(self._resolve(body) for body in self.buffer.take_bodies(frames))
         return frames
 
-    def _follow(self, body: bytes) -> bytes | SplitBody:
+    def _resolve(self, body: bytes) -> bytes | SplitBody:
         """Return the message that a frame has or refers to."""
         reference = decode_reference(self._token, body)
         if reference is None:
             return body
         if reference.size > MAX_MESSAGE_SIZE:
             raise ProtocolError(f"message of {reference.size} bytes exceeds the limit of {MAX_MESSAGE_SIZE} bytes")
-        if len(self._undone) > MOST_UNDONE:
+        if len(self._unsent_releases) > MAX_UNSENT_RELEASES:
             raise ProtocolError("the publisher does not take back what was read")
-        loan = Loan(reference.number, self._done)
+        borrowed = BorrowedBlock(reference.number, self._release)
         memory = self._block(reference.block)
         if reference.offset + reference.size > len(memory):
             raise ProtocolError("a message in shared memory is not inside of its block")
         self.bytes_received += reference.size - REFERENCE_SIZE
-        counted = reference.offset + reference.begin
-        if reference.begin == 0 or _read_count(memory, counted - 4)[0] != reference.array:
+        has_length_field = reference.offset + reference.begin
+        if reference.begin == 0 or _read_count(memory, has_length_field - 4)[0] != reference.array:
             return memory[reference.offset : reference.offset + reference.size]
-        message = SharedBody(memory, reference, loan, self._held)
-        if self._keeps:  # it may be kept for later subscribers
+        message = SharedBody(memory, reference, borrowed, self._in_use)
+        if self._is_latched:  # it may be kept for later subscribers
             return message.join()
         return message
 
     def _block(self, number: int) -> mmap.mmap:
         while number not in self._blocks:
             try:
-                record, descriptors, _, _ = socket.recv_fds(self._desk, RECORD, 4)
+                record, descriptors, _, _ = socket.recv_fds(self._control_socket, MAX_RECORD, 4)
             except ConnectionResetError:
                 continue  # the publisher has ended; what it wrote before is still there
             except OSError as error:
@@ -212,8 +214,8 @@ class SharedSource(TcpSource):
             raise ProtocolError("a block of shared memory came without its descriptor: are too many files open?")
         import fcntl  # noqa: PLC0415 - not on all systems
 
-        if len(self._blocks) >= MOST_BLOCKS:
-            raise ProtocolError(f"more than {MOST_BLOCKS} blocks of shared memory")
+        if len(self._blocks) >= MAX_BLOCKS:
+            raise ProtocolError(f"more than {MAX_BLOCKS} blocks of shared memory")
         try:
             if fcntl.fcntl(descriptors[0], fcntl.F_GET_SEALS) & _SEALS != _SEALS:
                 raise ProtocolError("a block of shared memory may change its size")
@@ -223,17 +225,17 @@ class SharedSource(TcpSource):
         except (OSError, ValueError, OverflowError) as error:
             raise ProtocolError(f"a block of shared memory cannot be read: {error}") from None
 
-    def _done(self, number: int) -> None:
+    def _release(self, number: int) -> None:
         """Give a reference back. Any thread, also within the end of any object, and so within itself."""
         if os.getpid() != self._process:
             return  # a forked process has a copy of the message; the one that was forked still reads it
-        undone = self._undone
-        undone.append(encode_done(number))
+        unsent = self._unsent_releases
+        unsent.append(encode_release(number))
         with contextlib.suppress(IndexError, OSError):  # all are given back; or the publisher is gone
             while True:
-                record = undone.popleft()  # each is in one hand only
+                record = unsent.popleft()  # each is in one hand only
                 try:
-                    self._desk.send(record)
+                    self._control_socket.send(record)
                 except BlockingIOError:
-                    undone.append(record)
+                    unsent.append(record)
                     return

@@ -6,7 +6,7 @@ from collections import deque
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from pyros1.msgs import AnyMsg, Message
-from pyros1.msgs.large import SplitBody
+from pyros1.msgs.large_arrays import SplitBody
 
 if TYPE_CHECKING:
     from pyros1.node.subscribing.inbox import Inbox
@@ -27,7 +27,7 @@ class Source(Protocol):
     def connected(self) -> bool: ...
 
 
-class HandingSource(Source, Protocol):
+class InboxSource(Source, Protocol):
     """A source that puts its messages into an inbox: in this process, or over UDP."""
 
     uri: str
@@ -65,7 +65,7 @@ class Receiver(Protocol):
         """Wait until not too many messages wait; see `Delivery.wait_for_room`."""
 
 
-class Rest(NamedTuple):
+class Unfinished(NamedTuple):
     """Messages that a link had no time to deliver in its turn: frames of ``data`` from ``position`` on, or items."""
 
     link: TcpSource

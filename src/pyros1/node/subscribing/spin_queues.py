@@ -24,7 +24,7 @@ class SpinQueue(Generic[S, T]):
         self._inbox: Inbox[S, T] = Inbox(source)
         self._deliver = deliver
         self._calls: deque[None] = deque()  # one for each call of `deliver_next` that has not begun
-        self._taking: deque[None] = deque()  # one for each call that takes its message now
+        self._in_progress: deque[None] = deque()  # one for each call that takes its message now
 
     def __len__(self) -> int:
         return len(self._inbox)
@@ -35,9 +35,9 @@ class SpinQueue(Generic[S, T]):
         return self._inbox.dropped
 
     @property
-    def over(self) -> bool:
+    def is_drained(self) -> bool:
         """Whether all messages have been taken, so that `dropped` is right."""
-        return not (self._calls or self._taking)
+        return not (self._calls or self._in_progress)
 
     def put(self, item: T, limit: int) -> bool:
         """Add a message. One thread at a time.
@@ -53,15 +53,15 @@ class SpinQueue(Generic[S, T]):
 
     def deliver_next(self) -> None:
         """Deliver the oldest message, in the thread that spins."""
-        self._taking.append(None)
+        self._in_progress.append(None)
         self._calls.popleft()
         item = self._inbox.take()
-        self._taking.pop()
+        self._in_progress.pop()
         if item is not None:
             self._deliver(self._inbox.source, item)
 
 
-class Spinning(Generic[S, T]):
+class SpinQueues(Generic[S, T]):
     """The queues of all sources of one subscription.
 
     Args:
@@ -101,6 +101,6 @@ class Spinning(Generic[S, T]):
         queue = self._queues.pop(source, None)
         if queue is not None:
             self._ended.append(queue)
-        for queue in [each for each in self._ended if each.over]:
+        for queue in [each for each in self._ended if each.is_drained]:
             self._ended.remove(queue)
             self._dropped += queue.dropped

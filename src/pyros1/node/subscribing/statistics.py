@@ -13,13 +13,13 @@ from typing import NamedTuple
 class Limits(NamedTuple):
     """How many messages a window should have, and how many seconds it may take."""
 
-    fewest: int = 10
-    most: int = 100
-    shortest: float = 4
-    longest: float = 64
+    min_messages: int = 10
+    max_messages: int = 100
+    min_seconds: float = 4
+    max_seconds: float = 64
 
 
-class Spread(NamedTuple):
+class Summary(NamedTuple):
     """Mean, standard deviation and maximum of values; 0 of none."""
 
     mean: float
@@ -41,17 +41,17 @@ class Report(NamedTuple):
     messages: int
     lost: int
     size: int
-    period: Spread
-    age: Spread
+    period: Summary
+    age: Summary
 
 
-def spread(values: Sequence[float]) -> Spread:
+def summarise(values: Sequence[float]) -> Summary:
     """Return mean, standard deviation and maximum of values."""
     if not values:
-        return Spread(0.0, 0.0, 0.0)
+        return Summary(0.0, 0.0, 0.0)
     mean = math.fsum(values) / len(values)
     squares = math.fsum((value - mean) ** 2 for value in values)
-    return Spread(mean, math.sqrt(squares / (len(values) - 1)) if len(values) > 1 else 0.0, max(values))
+    return Summary(mean, math.sqrt(squares / (len(values) - 1)) if len(values) > 1 else 0.0, max(values))
 
 
 class Window:
@@ -95,11 +95,11 @@ class Window:
             return None
         times = self._arrivals
         periods = [b - a for a, b in pairwise(times)]
-        report = Report(self._start, now, len(times), self._lost, self._size, spread(periods), spread(self._ages))
+        report = Report(self._start, now, len(times), self._lost, self._size, summarise(periods), summarise(self._ages))
         limits = self._limits
-        if len(times) > limits.most and self._length / 2 >= limits.shortest:
+        if len(times) > limits.max_messages and self._length / 2 >= limits.min_seconds:
             self._length /= 2
-        elif len(times) < limits.fewest and self._length * 2 <= limits.longest:
+        elif len(times) < limits.min_messages and self._length * 2 <= limits.max_seconds:
             self._length *= 2
         self._clear(now)
         return report

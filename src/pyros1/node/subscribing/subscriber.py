@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from pyros1.ground.errors import NodeShutdownError
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.base import View
-from pyros1.msgs.large import Layout, SplitBody, decode_split, layout
+from pyros1.msgs.large_arrays import Layout, SplitBody, decode_split, layout
 from pyros1.node.context import wait_for_links
 
 if TYPE_CHECKING:
     from pyros1.node.subscribing.deadline import Deadline
-    from pyros1.node.subscribing.sources import HandingSource, Item, Source
+    from pyros1.node.subscribing.sources import InboxSource, Item, Source
     from pyros1.node.subscribing.subscription import Stream, Subscription
     from pyros1.node.subscribing.tcp_source import TcpSource
 
@@ -141,12 +141,12 @@ class Subscriber(Generic[_M]):
         message: _M | None = self._subscription.message(self, source, item)
         return message
 
-    def hold_no_more(self) -> None:
+    def resume_publishers(self) -> None:
         """Let messages come again that were held back because the stream had too many. Any thread."""
         self._subscription.delivery.wake()
 
     @property
-    def links(self) -> tuple[TcpSource | HandingSource, ...]:
+    def links(self) -> tuple[TcpSource | InboxSource, ...]:
         """The links to the topic's publishers: the ``uri`` of the node, its connection ``header``, ``transport`` and
         ``address``, and the number of ``messages`` so far."""
         return self._subscription.links

@@ -11,31 +11,31 @@ from collections.abc import Callable, Sized
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pyros1.ground.errors import LengthError, MessageError, NodeError
-from pyros1.msgs.large import layout
+from pyros1.msgs.large_arrays import layout
 from pyros1.node.log.levels import ERROR, WARN
 from pyros1.node.subscribing.connector import Connector
 from pyros1.node.subscribing.delivery import Delivery
-from pyros1.node.subscribing.drivers import Holding
+from pyros1.node.subscribing.drivers import StreamState
 from pyros1.node.subscribing.hints import Hints
-from pyros1.node.subscribing.sources import HandingSource, Item, Source
-from pyros1.node.subscribing.tcp_source import LARGE, TcpSource
+from pyros1.node.subscribing.sources import InboxSource, Item, Source
+from pyros1.node.subscribing.tcp_source import MIN_LARGE_FRAME, TcpSource
 from pyros1.node.topic_type import topic_type
 from pyros1.wire.handshake import ANY, subscriber_header
 
 if TYPE_CHECKING:
-    from pyros1.node.context import Context, Published
+    from pyros1.node.context import Context, PublicationView
     from pyros1.node.subscribing.drivers import Driver
     from pyros1.node.subscribing.udp_source import UdpSource
 
 
-class Stream(Holding, Protocol):
+class Stream(StreamState, Protocol):
     """A subscriber's own queue."""
 
     def put(self, source: Source, item: Item) -> None:
         """Take a message. One thread at a time."""
 
 
-class Taker(Protocol):
+class SubscriberCallback(Protocol):
     """The part of a subscriber that a subscription needs; see `subscriber.Subscriber`.
 
     Attributes:
@@ -77,46 +77,46 @@ class Subscription:
         self.context = context
         self.topic = topic
         self.type = topic_type(message_class)
-        self.subscribers: tuple[Taker, ...] = ()
+        self.subscribers: tuple[SubscriberCallback, ...] = ()
         self.on_change: list[Callable[[], None]] = []
         self.hints = hints
         self._connectors: dict[str, Connector] = {}  # loop only
         self._in_links: tuple[TcpSource, ...] = ()
-        self._local_links: tuple[HandingSource, ...] = ()
+        self._local_links: tuple[InboxSource, ...] = ()
         self._latched: dict[int, tuple[Source, Item]] = {}  # as delivered
-        self._arrived_latched: dict[int, tuple[Source, Item]] = {}  # in a node that spins: as arrived
+        self._early_latched: dict[int, tuple[Source, Item]] = {}  # in a node that spins: as arrived
         self._lock = threading.RLock()  # a signal handler may end the node on top of a method of this object
         self._closed = False
-        self._direct: tuple[Taker, ...] = ()
+        self._direct: tuple[SubscriberCallback, ...] = ()
         # Those of both that have received the latched messages, and now get all further messages.
-        self._active: tuple[Taker, ...] = ()
-        self._active_direct: tuple[Taker, ...] = ()
+        self._active: tuple[SubscriberCallback, ...] = ()
+        self._active_direct: tuple[SubscriberCallback, ...] = ()
         self._streams: tuple[Stream, ...] = ()
         self.delivery = Delivery(
             driver or context.delivery_threads,
             self._deliver,
             self._deliver_item,
-            self._lost,
-            self._arrived,
+            self._link_lost,
+            self._on_arrival,
             context.callbacks,
         )
 
     # Subscribers ------------------------------------------------------------------------------------------------------
 
-    def add(self, subscriber: Taker) -> None:
+    def add(self, subscriber: SubscriberCallback) -> None:
         """Add a subscriber and give it earlier latched messages (T18).
 
         Raises:
             NodeError: this node already subscribes to the topic with another type.
         """
-        wanted = topic_type(subscriber.type)
+        requested_type = topic_type(subscriber.type)
         with self._lock:
-            if ANY not in (wanted.md5sum, self.type.md5sum) and wanted.md5sum != self.type.md5sum:
+            if ANY not in (requested_type.md5sum, self.type.md5sum) and requested_type.md5sum != self.type.md5sum:
                 raise NodeError(
-                    f"this node already subscribes to {self.topic} as {self.type.name}, not as {wanted.name}"
+                    f"this node already subscribes to {self.topic} as {self.type.name}, not as {requested_type.name}"
                 )
             if self.type.md5sum == ANY:
-                self.type = wanted
+                self.type = requested_type
             if subscriber.direct and self.context.callbacks is not None:
                 self._direct = (*self._direct, subscriber)
             else:
@@ -128,7 +128,7 @@ class Subscription:
             self.delivery.submit(lambda: self.delivery.links.move(self.context.delivery_threads))
         self.delivery.submit(lambda: self._activate(subscriber), by_callback=True)
 
-    def remove(self, subscriber: Taker) -> bool:
+    def remove(self, subscriber: SubscriberCallback) -> bool:
         """Remove a subscriber; return whether any is left."""
         with self._lock:
             self.subscribers = tuple(other for other in self.subscribers if other is not subscriber)
@@ -139,11 +139,11 @@ class Subscription:
             self._set_limit()
         return bool(self.subscribers or self._direct)
 
-    def _activate(self, subscriber: Taker) -> None:
+    def _activate(self, subscriber: SubscriberCallback) -> None:
         """Deliver the latched messages to a subscriber, and from now on all others. Called by the delivery's owner."""
         with self._lock:
             early = subscriber.direct and self.context.callbacks is not None
-            latched = list((self._arrived_latched if early else self._latched).values())
+            latched = list((self._early_latched if early else self._latched).values())
             if subscriber in self.subscribers and subscriber.stream is not None:
                 self._set_streams((*self._streams, subscriber.stream))
             elif subscriber in self.subscribers:
@@ -153,7 +153,7 @@ class Subscription:
         self._replay(subscriber, latched)
 
     def _set_streams(self, streams: tuple[Stream, ...]) -> None:
-        self._streams = self.delivery.holding = streams
+        self._streams = self.delivery.streams = streams
         self.delivery.wake()  # who held publishers back may be gone
 
     def limit_changed(self) -> None:
@@ -191,20 +191,20 @@ class Subscription:
         for uri in uris:
             if uri not in self._connectors:
                 self._connectors[uri] = Connector(self, uri)
-            self._connectors[uri].announced()
+            self._connectors[uri].publisher_listed()
         if complete:
             listed = set(uris)  # there may be a thousand
             for uri in [uri for uri in self._connectors if uri not in listed]:
-                self._connectors[uri].vanished()
+                self._connectors[uri].publisher_unlisted()
 
-    def knows(self, uri: str) -> bool:
+    def has_publisher(self, uri: str) -> bool:
         """Whether this is a publisher that the master has listed. On the loop."""
         return uri in self._connectors
 
     def forget(self, uri: str) -> None:
         """Drop the connector of a publisher, as it has nothing left to do. On the loop."""
         connector = self._connectors.get(uri)
-        if connector is not None and connector.gone:
+        if connector is not None and connector.is_finished:
             del self._connectors[uri]
 
     def link(self, link: TcpSource) -> None:
@@ -212,13 +212,13 @@ class Subscription:
         if self._closed:
             link.close()
             return
-        link.eager = self.hints.low_latency
+        link.spins = self.hints.low_latency
         with self._lock:
             self._in_links = (*self._in_links, link)
         self.delivery.add(link)
         self._changed()
 
-    def link_local(self, uri: str, publication: Published) -> None:
+    def link_local(self, uri: str, publication: PublicationView) -> None:
         """Link to a publication of this process. On the loop.
 
         Raises:
@@ -237,17 +237,17 @@ class Subscription:
         context, header, size = self.context, self.request_header(), self.hints.max_datagram_size
         assert context.address is not None
         return UdpSource(
-            context.loop, self.delivery, header, uri, context.address, context.guests, size, self._local_closed
+            context.loop, self.delivery, header, uri, context.address, context.allowlist, size, self._local_closed
         )
 
-    def add_local(self, link: HandingSource) -> None:
+    def add_local(self, link: InboxSource) -> None:
         """Take a link that puts messages into an inbox. On the loop."""
         with self._lock:
             if link.connected:  # not if the publisher has ended meanwhile, on its own thread
                 self._local_links = (*self._local_links, link)
         self._changed()
 
-    def _local_closed(self, link: HandingSource) -> None:
+    def _local_closed(self, link: InboxSource) -> None:
         """Take note that a link that puts messages into an inbox has ended. Any thread."""
         with self._lock:
             self._local_links = tuple(other for other in self._local_links if other is not link)
@@ -255,15 +255,15 @@ class Subscription:
         self.context.loop.call_soon(self._reconnect, link.uri, None)
         self._changed()
 
-    def _ended(self, link: HandingSource) -> None:
+    def _ended(self, link: InboxSource) -> None:
         self._forget(link)
         self.delivery.forget(link)
 
     def _forget(self, source: Source) -> None:
         self._latched.pop(id(source), None)
-        self._arrived_latched.pop(id(source), None)
+        self._early_latched.pop(id(source), None)
 
-    def _lost(self, link: TcpSource, reason: str | None) -> None:
+    def _link_lost(self, link: TcpSource, reason: str | None) -> None:
         with self._lock:
             self._in_links = tuple(other for other in self._in_links if other is not link)
         self._forget(link)
@@ -274,23 +274,23 @@ class Subscription:
         connector = self._connectors.get(uri)
         if connector is None or self._closed:
             return
-        connector.lost(reason)
+        connector.link_lost(reason)
 
     def _changed(self) -> None:
         for callback in tuple(self.on_change):
             callback()
 
     @property
-    def links(self) -> tuple[TcpSource | HandingSource, ...]:
+    def links(self) -> tuple[TcpSource | InboxSource, ...]:
         """The open links."""
         return self._in_links + self._local_links
 
     # Messages, on the reader thread or the one that spins -------------------------------------------------------------
 
-    def _arrived(self, source: Source, item: Item) -> bool:
+    def _on_arrival(self, source: Source, item: Item) -> bool:
         """Call the subscribers that do not wait for `spin`, in a node that spins; return whether others wait for it."""
         if source.header.get("latching") == "1" and source.connected:
-            self._arrived_latched[id(source)] = (source, item)
+            self._early_latched[id(source)] = (source, item)
         if self._active_direct:
             self._call(self._active_direct, source, item)
         return bool(self.subscribers)
@@ -298,17 +298,17 @@ class Subscription:
     def _deliver(self, source: Source, data: bytes, start: int, end: int) -> None:
         active = self._active
         if source.header.get("latching") == "1":
-            active = self._keep(source, data[start:end])
+            active = self._keep_latched(source, data[start:end])
         if self._streams:
-            self._put(source, data[start:end])
+            self._put_into_streams(source, data[start:end])
         self._call(active, source, data, start, end)
 
     def _deliver_item(self, source: Source, item: Item) -> None:
         active, header = self._active, source.header
         if header.get("latching") == "1":
-            active = self._keep(source, item)
+            active = self._keep_latched(source, item)
         if self._streams:
-            self._put(source, item)
+            self._put_into_streams(source, item)
         if len(active) == 1 and item.__class__ is active[0].made:  # most often, within a process
             message: Any = item
             message._connection_header = header
@@ -316,18 +316,20 @@ class Subscription:
             return
         self._call(active, source, item)
 
-    def _put(self, source: Source, item: Item) -> None:
+    def _put_into_streams(self, source: Source, item: Item) -> None:
         for stream in self._streams:
             stream.put(source, item)
 
-    def _keep(self, source: Source, item: Item) -> tuple[Taker, ...]:
+    def _keep_latched(self, source: Source, item: Item) -> tuple[SubscriberCallback, ...]:
         """Keep a latched message for later subscribers; return the subscribers that get it now."""
         with self._lock:
             if source.connected:  # not a message that waited here when its publisher left
                 self._latched[id(source)] = (source, item)
             return self._active
 
-    def _call(self, subscribers: tuple[Taker, ...], source: Source, data: Any, start: int = 0, end: int = -1) -> None:
+    def _call(
+        self, subscribers: tuple[SubscriberCallback, ...], source: Source, data: Any, start: int = 0, end: int = -1
+    ) -> None:
         """Run the callbacks.
 
         Args:
@@ -340,45 +342,45 @@ class Subscription:
                 try:
                     message = subscriber.decode(data, start, end, True) if end >= 0 else subscriber.take(data, True)
                 except LengthError as error:
-                    self._warn(source, error)
+                    self._warn_wrong_length(source, error)
                     message = subscriber.decode(data, start, end) if end >= 0 else subscriber.take(data)
                 except MessageError as error:
-                    self._refuse(source, error)
+                    self._log_undecodable(source, error)
                     continue
                 message._connection_header = header
                 made_by = subscriber.decode
-                if end - start >= LARGE:
-                    _learn(source, message, end - start)
-                elif end < 0 and isinstance(data, bytes) and len(data) >= LARGE:
-                    _learn(source, message, len(data))
+                if end - start >= MIN_LARGE_FRAME:
+                    _expect_array(source, message, end - start)
+                elif end < 0 and isinstance(data, bytes) and len(data) >= MIN_LARGE_FRAME:
+                    _expect_array(source, message, len(data))
             subscriber.call(message)
 
-    def message(self, subscriber: Taker, source: Source, item: Item) -> Any:
+    def message(self, subscriber: SubscriberCallback, source: Source, item: Item) -> Any:
         """Return the message that a stream was given; None, after a word in the log, if it cannot be decoded."""
         try:
             message = subscriber.take(item, exact=True)
         except LengthError as error:
-            self._warn(source, error)
+            self._warn_wrong_length(source, error)
             message = subscriber.take(item)
         except MessageError as error:
-            self._refuse(source, error)
+            self._log_undecodable(source, error)
             return None
         message._connection_header = source.header
-        if isinstance(item, bytes) and len(item) >= LARGE:
-            _learn(source, message, len(item))
+        if isinstance(item, bytes) and len(item) >= MIN_LARGE_FRAME:
+            _expect_array(source, message, len(item))
         return message
 
-    def _refuse(self, source: Source, error: MessageError) -> None:
+    def _log_undecodable(self, source: Source, error: MessageError) -> None:
         who = source.header.get("callerid", "?")
         self.context.log.peer(ERROR, "%s from %s: %s (message dropped)", self.topic, who, error)
 
-    def _warn(self, source: Source, error: LengthError) -> None:
+    def _warn_wrong_length(self, source: Source, error: LengthError) -> None:
         """Say that messages do not end where they should. They are received nevertheless, as in stock."""
         who = source.header.get("callerid", "?")
         text = "%s from %s: received %s: is its definition different, or does it append a checksum?"
-        self.context.log.peer(WARN, text, self.topic, who, error, most=1, link=(self.topic, who))
+        self.context.log.peer(WARN, text, self.topic, who, error, max_texts=1, link=(self.topic, who))
 
-    def _replay(self, subscriber: Taker, latched: list[tuple[Source, Item]]) -> None:
+    def _replay(self, subscriber: SubscriberCallback, latched: list[tuple[Source, Item]]) -> None:
         for source, item in latched:
             if subscriber.stream is not None:
                 subscriber.stream.put(source, item)
@@ -410,10 +412,10 @@ class Subscription:
         self._connectors.clear()
 
 
-def _learn(source: Source, message: Any, size: int) -> None:
+def _expect_array(source: Source, message: Any, size: int) -> None:
     """Tell a link where the array of a large message was in its frame."""
     where = layout(type(message))
     if where is not None and isinstance(source, TcpSource):
         array = getattr(message, where.field, None)
-        if isinstance(array, Sized) and len(array) >= LARGE:  # a program's own class may hold anything there
-            source.expect(size, len(array), where.tail, where.counted)
+        if isinstance(array, Sized) and len(array) >= MIN_LARGE_FRAME:  # a program's own class may hold anything there
+            source.expect(size, len(array), where.tail, where.has_length_field)

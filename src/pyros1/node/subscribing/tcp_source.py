@@ -8,39 +8,39 @@ from collections import deque
 from time import perf_counter
 from typing import NamedTuple
 
-from pyros1.msgs.large import SplitBody
-from pyros1.net.closing import hang_up
-from pyros1.net.eager import AT_ONCE, give_way
-from pyros1.net.timeouts import bound_waits
+from pyros1.msgs.large_arrays import SplitBody
+from pyros1.net.socket_close import shutdown_and_close
+from pyros1.net.spin_wait import DONTWAIT, yield_processor
+from pyros1.net.timeouts import set_socket_timeouts
 from pyros1.wire.framing import FrameBuffer
 
-LARGE = 1 << 17
+MIN_LARGE_FRAME = 1 << 17
 """Size in bytes from which a frame is received in pieces, its array straight into its final object."""
-TRUSTED = 16 << 20
+MAX_RESERVED = 16 << 20
 """Largest array, in bytes, for which memory is reserved before it arrives, unless one half as large came before."""
 
-PATIENCE = 0.02
+RECEIVE_TIMEOUT = 0.02
 """Seconds that a patient `receive` waits."""
-EAGERNESS = 0.002
+SPIN_TIME = 0.002
 """Seconds that an eager link looks for the next message without sleeping."""
 _ALL = getattr(socket, "MSG_WAITALL", 0)
 _read_size = struct.Struct("<I").unpack_from
 
 
-class Expected(NamedTuple):
+class ArrayLayout(NamedTuple):
     """Place of the array in the next large frame, if that is like the one before.
 
     Attributes:
         begin: bytes before the array, with the length fields of frame and array.
         tail: bytes after it.
-        most: largest array that is accepted, in bytes.
-        counted: whether the array has a length field; otherwise it is the whole frame.
+        maximum: largest array that is accepted, in bytes.
+        has_length_field: whether the array has a length field; otherwise it is the whole frame.
     """
 
     begin: int
     tail: int
-    most: int
-    counted: bool
+    maximum: int
+    has_length_field: bool
 
 
 class TcpSource:
@@ -51,10 +51,10 @@ class TcpSource:
         uri: the publisher's slave API.
         messages, bytes_received: numbers so far.
         connected: whether the link is up.
-        patient: whether `receive` can wait for PATIENCE seconds; otherwise it never waits.
+        can_wait: whether `receive` can wait for RECEIVE_TIMEOUT seconds; otherwise it never waits.
         last_time: time at which the socket was last readable, in `perf_counter` seconds.
         expected: the shape of large frames, from the last one; None: all frames go through the buffer.
-        eager: whether a patient `receive` looks for bytes for EAGERNESS seconds before it sleeps. The system needs
+        spins: whether a patient `receive` looks for bytes for SPIN_TIME seconds before it sleeps. The system needs
             25 to 50 us to wake a thread that sleeps; a thread that looks takes a processor meanwhile.
     """
 
@@ -71,10 +71,10 @@ class TcpSource:
         self.messages = 0
         self.bytes_received = len(first)
         self.connected = True
-        self.patient = _make_patient(sock)
+        self.can_wait = _set_receive_timeout(sock)
         self.last_time = 0.0
-        self.expected: Expected | None = None
-        self.eager = False
+        self.expected: ArrayLayout | None = None
+        self.spins = False
         if sock.family == getattr(socket, "AF_UNIX", None):
             self.address = f"LOCAL connection on port 0 to [127.0.0.1:0 on socket {self.fd}]"
             return
@@ -88,7 +88,7 @@ class TcpSource:
         """Receive into the buffer, or a large frame in pieces.
 
         Args:
-            wait: whether to wait up to PATIENCE seconds, if the link is patient.
+            wait: whether to wait up to RECEIVE_TIMEOUT seconds, if the link is patient.
 
         Returns:
             The number of bytes that came into the buffer, 0 at the end of the stream; or a whole frame's body.
@@ -97,26 +97,26 @@ class TcpSource:
             BlockingIOError: no bytes have come.
             OSError: the connection is broken.
         """
-        flags = 0 if wait else AT_ONCE
+        flags = 0 if wait else DONTWAIT
         if self.expected is not None and not self.buffer.partial:
             return self._receive_large(self.expected, flags)
-        if wait and self.eager and (count := self._look()) is not None:
+        if wait and self.spins and (count := self._spin_receive()) is not None:
             return count
         return self.sock.recv_into(self.buffer.writable(), 0, flags)
 
-    def _look(self) -> int | None:
-        """Look again and again for bytes, and return as `receive` does; None after EAGERNESS seconds without any."""
-        room, receive, until = self.buffer.writable(), self.sock.recv_into, perf_counter() + EAGERNESS
-        while perf_counter() < until:
+    def _spin_receive(self) -> int | None:
+        """Look again and again for bytes, and return as `receive` does; None after SPIN_TIME seconds without any."""
+        free_space, receive, deadline = self.buffer.writable(), self.sock.recv_into, perf_counter() + SPIN_TIME
+        while perf_counter() < deadline:
             try:
-                return receive(room, 0, AT_ONCE)
+                return receive(free_space, 0, DONTWAIT)
             except BlockingIOError:
-                give_way()  # the publisher may need this processor
+                yield_processor()  # the publisher may need this processor
         return None
 
     def close(self) -> None:
         """Close the link's sockets."""
-        hang_up(self.sock)
+        shutdown_and_close(self.sock)
 
     def split(self, count: int) -> list[tuple[int, int]]:
         """Count the bytes that came into the buffer, and return (start, end) of its complete frames.
@@ -132,39 +132,39 @@ class TcpSource:
         self.messages += len(frames)
         return frames
 
-    def expect(self, size: int, array: int, tail: int, counted: bool) -> None:
+    def expect(self, size: int, array: int, tail: int, has_length_field: bool) -> None:
         """Note where the array of a large frame is, for frames of the same shape.
 
         Args:
             size: size of the frame's body in bytes.
             array: size of its array in bytes.
             tail: bytes after the array.
-            counted: whether the array has a length field.
+            has_length_field: whether the array has a length field.
         """
         begin = size - tail - array + 4
-        if self.patient and _ALL and begin >= 4:
-            self.expected = Expected(begin, tail, max(TRUSTED, 2 * array), counted)
+        if self.can_wait and _ALL and begin >= 4:
+            self.expected = ArrayLayout(begin, tail, max(MAX_RESERVED, 2 * array), has_length_field)
 
-    def _receive_large(self, expected: Expected, flags: int) -> int | SplitBody:
+    def _receive_large(self, expected: ArrayLayout, flags: int) -> int | SplitBody:
         """Receive a frame of the expected shape; all other bytes go to the buffer.
 
         The wait for the array is short, like that of any receive: the rest of a slow frame goes to the buffer, too.
         """
-        begin, tail, most, counted = expected
-        got = self.sock.recv(begin, flags)
-        if len(got) == begin:
-            size, array = _read_size(got, 0)[0], _read_size(got, begin - 4)[0]
-            if LARGE <= array <= most and size + 4 == begin + array + tail:
+        begin, tail, maximum, has_length_field = expected
+        received = self.sock.recv(begin, flags)
+        if len(received) == begin:
+            size, array = _read_size(received, 0)[0], _read_size(received, begin - 4)[0]
+            if MIN_LARGE_FRAME <= array <= maximum and size + 4 == begin + array + tail:
                 data = self._receive_rest(array)
                 end = self._receive_rest(tail) if len(data) == array else b""
                 if len(data) == array and len(end) == tail:
                     self.messages += 1
                     self.bytes_received += size + 4
-                    return SplitBody(got[4:-4], data, end, counted)
-                got = b"".join((got, data, end))
+                    return SplitBody(received[4:-4], data, end, has_length_field)
+                received = b"".join((received, data, end))
         self.expected = None
-        self.buffer.feed(got)
-        return len(got)
+        self.buffer.feed(received)
+        return len(received)
 
     def _receive_rest(self, size: int) -> bytes:
         if not size:
@@ -175,9 +175,9 @@ class TcpSource:
             return b""
 
 
-def _make_patient(sock: socket.socket) -> bool:
+def _set_receive_timeout(sock: socket.socket) -> bool:
     """Let a plain receive wait in the kernel for a short time, if the system supports calls with and without a wait."""
-    if AT_ONCE and bound_waits(sock, PATIENCE):
+    if DONTWAIT and set_socket_timeouts(sock, RECEIVE_TIMEOUT):
         return True
     sock.setblocking(False)
     return False

@@ -15,16 +15,16 @@ from collections import deque
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from pyros1.net.poller import BELL, Poller
+from pyros1.net.poller import WAKE, Poller
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from pyros1.node.subscribing.drivers import Channel
 
-SPARE = 2
+MIN_WAITING_THREADS = 2
 """Number of threads that wait without a limit."""
-REST = 5.0
+IDLE_TIMEOUT = 5.0
 """Seconds after which a further thread ends if nothing wakes it."""
 
 
@@ -46,7 +46,7 @@ class DeliveryThreads:
         self._woken: deque[Channel] = deque()
         self._lock = threading.RLock()  # a signal handler may wake a channel on top of a method of this object
         self._waiting = 0
-        self._refused = False  # the system could not start another thread
+        self._start_failed = False  # the system could not start another thread
         self._threads: set[threading.Thread] = set()
         self._started = 0
         self._closed = False
@@ -78,7 +78,7 @@ class DeliveryThreads:
 
     def close(self, timeout: float = 5.0) -> None:
         """End the threads; wait for them at most ``timeout`` seconds."""
-        until = perf_counter() + timeout
+        deadline = perf_counter() + timeout
         with self._lock:
             self._closed = True
             # A signal handler may end the node on top of the start of a thread, which ends by itself.
@@ -88,7 +88,7 @@ class DeliveryThreads:
         for _ in threads:
             self._poller.wake()
         for thread in threads:
-            thread.join(max(0.0, until - perf_counter()))
+            thread.join(max(0.0, deadline - perf_counter()))
 
     def _begin(self) -> None:
         if not self._threads:
@@ -106,31 +106,31 @@ class DeliveryThreads:
             thread.start()  # without the lock: a signal handler on top may end the threads, which need it for that
         except RuntimeError as error:  # the system has no more threads; a busy one will wait afterwards
             with self._lock:
-                self._leave(thread)
+                self._remove_thread(thread)
             raise RuntimeError(
                 f"no further thread can be started, so callbacks of several topics share one: {error}"
             ) from error
-        self._refused = False
+        self._start_failed = False
 
     def _work(self) -> None:
         wait = self._poller.wait
         while not self._closed:
-            fd = wait(-1 if self._waiting <= SPARE else REST)
+            fd = wait(-1 if self._waiting <= MIN_WAITING_THREADS else IDLE_TIMEOUT)
             with self._lock:
-                if fd is None and self._waiting > SPARE:
-                    self._leave(threading.current_thread())  # under the same lock, or all would end at once
+                if fd is None and self._waiting > MIN_WAITING_THREADS:
+                    self._remove_thread(threading.current_thread())  # under the same lock, or all would end at once
                     return
                 if fd is None or self._closed:
                     continue
                 self._waiting -= 1
-                alone = not self._waiting
+                no_other_waits = not self._waiting
             try:
-                if alone:
+                if no_other_waits:
                     self._keep_one_waiting()
             except RuntimeError as error:
                 # A program whose main thread has ended starts no more threads, since Python 3.12: that is no fault.
-                if not self._refused and threading.main_thread().is_alive():
-                    self._refused = True
+                if not self._start_failed and threading.main_thread().is_alive():
+                    self._start_failed = True
                     self._report(error)
             try:
                 self._run(fd)
@@ -140,7 +140,7 @@ class DeliveryThreads:
                 with self._lock:
                     self._waiting += 1
         with self._lock:
-            self._leave(threading.current_thread())
+            self._remove_thread(threading.current_thread())
 
     def _report(self, error: BaseException) -> None:
         try:
@@ -150,11 +150,11 @@ class DeliveryThreads:
                 sys.stderr.write(f"{self._name}: {error!r}; reporting this also failed: {other!r}\n")
 
     @property
-    def someone_waits(self) -> bool:
+    def has_waiting_thread(self) -> bool:
         """Whether a thread waits for the next message; a busy one then need not return at once."""
         return self._waiting > 0
 
-    def _leave(self, thread: threading.Thread) -> None:
+    def _remove_thread(self, thread: threading.Thread) -> None:
         """Note that the calling thread no longer waits. With the lock."""
         self._waiting -= 1
         self._threads.discard(thread)
@@ -162,7 +162,7 @@ class DeliveryThreads:
             self._poller.close()
 
     def _run(self, fd: int) -> None:
-        if fd != BELL:
+        if fd != WAKE:
             channel = self._channels.get(fd)
             if channel is not None:
                 channel.run(fd)

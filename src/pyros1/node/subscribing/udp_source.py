@@ -19,16 +19,16 @@ from pyros1.wire.datagram import LARGEST_SIZE, Assembler
 from pyros1.wire.header import encode_header
 
 if TYPE_CHECKING:
-    from pyros1.net.guests import Guests
+    from pyros1.net.allowlist import Allowlist
     from pyros1.net.hosts import LocalAddress
     from pyros1.net.loop import Loop
     from pyros1.node.subscribing.sources import Item, Receiver, Source
 
-_AT_ONCE = 256
+_MAX_PER_TURN = 256
 """Most datagrams that are received before the loop does other work."""
 _BUFFER = 4 << 20
 """Wanted size of the receive buffer in bytes; the system may allow less."""
-_MOST_SENDERS = 1000
+_MAX_SENDERS = 1000
 _LENGTH = 4
 
 
@@ -41,7 +41,7 @@ class UdpSource:
         header: the subscriber's connection header.
         uri: the publisher's slave API.
         address: address to listen on.
-        guests: decides whose datagrams are taken; None takes all.
+        allowlist: decides whose datagrams are taken; None takes all.
         size: bytes of the largest datagram.
         on_closed: called once, when the link is gone.
 
@@ -62,7 +62,7 @@ class UdpSource:
         header: dict[str, str],
         uri: str,
         address: LocalAddress,
-        guests: Guests | None,
+        allowlist: Allowlist | None,
         size: int,
         on_closed: Callable[[UdpSource], None],
     ) -> None:
@@ -80,10 +80,10 @@ class UdpSource:
         self._open = False
         self._inbox: Inbox[Source, Item] = Inbox(self)
         self._assembler = Assembler(0)
-        self._guests = guests
+        self._allowlist = allowlist
         self._known: dict[str, bool] = {}  # senders, and whether their datagrams are taken
         self._sock = datagram_socket(address.bind, address.ports)
-        self._take = self._sock.recv if guests is None else self._take_from_guests
+        self._take = self._sock.recv if allowlist is None else self._receive_allowed
         with contextlib.suppress(OSError):
             self._sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER)
 
@@ -97,24 +97,24 @@ class UdpSource:
         header = encode_header(self._header)[_LENGTH:]
         return ["UDPROS", header, self._host, self._sock.getsockname()[1], self._size]
 
-    def begin(self, header: dict[str, str], place: tuple[str, int], connection: int) -> None:
+    def begin(self, header: dict[str, str], peer_address: tuple[str, int], connection: int) -> None:
         """Begin to receive, since the publisher has accepted.
 
         Args:
             header: the publisher's connection header.
-            place: the publisher's host and port.
+            peer_address: the publisher's host and port.
             connection: the number that the publisher gave the link.
         """
         self.header = header
         self._assembler = Assembler(connection)
         port, number = self._sock.getsockname()[1], self._sock.fileno()
-        self.address = f"UDPROS connection on port {port} to [{place[0]}:{place[1]} on socket {number}]"
+        self.address = f"UDPROS connection on port {port} to [{peer_address[0]}:{peer_address[1]} on socket {number}]"
         self._open = True
         self._receiver.open(self._inbox)
         self._loop.register(self._sock, READ, self._receive)
 
     def _receive(self, _mask: int) -> None:
-        for _ in range(_AT_ONCE):
+        for _ in range(_MAX_PER_TURN):
             try:
                 datagram = self._take(LARGEST_SIZE)
             except BlockingIOError:
@@ -131,22 +131,22 @@ class UdpSource:
             if not self._open:
                 return
 
-    def _take_from_guests(self, size: int) -> bytes:
+    def _receive_allowed(self, size: int) -> bytes:
         """Return a datagram, an empty one in the place of one that is not taken."""
         datagram, (sender, *_) = self._sock.recvfrom(size)
-        taken = self._known.get(sender)
-        if taken is None:
-            if len(self._known) >= _MOST_SENDERS:
+        accepted = self._known.get(sender)
+        if accepted is None:
+            if len(self._known) >= _MAX_SENDERS:
                 self._known.clear()
-            here = sender if is_own_address(sender) else ""
-            taken = self._known[sender] = self._guests is None or self._guests.may_come(sender, here)
-        return datagram if taken else b""
+            local_address = sender if is_own_address(sender) else ""
+            accepted = self._known[sender] = self._allowlist is None or self._allowlist.allows(sender, local_address)
+        return datagram if accepted else b""
 
     def close(self) -> None:
         """End the link, or withdraw the offer. Any thread."""
-        begun, self._open = self._open, False
+        was_begun, self._open = self._open, False
         self._loop.call_soon(self._close_socket)
-        if begun:
+        if was_begun:
             self._on_closed(self)
 
     def _close_socket(self) -> None:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pyros1.net.loop import Loop
     from pyros1.net.rpc_caller import RpcCaller
 
-Told = Callable[[str], object]
+LookupCallback = Callable[[str], object]
 _TIMEOUT = 3.0
 
 
@@ -31,49 +31,49 @@ class Lookups:
         self._rpc = rpc
         self._caller_id = caller_id
         self._uri = master_uri
-        self._wanted: dict[str, set[Told]] = {}
+        self._requests: dict[str, set[LookupCallback]] = {}
         self._under_way = False
         self._one_by_one = False  # the master has no system.multicall
 
-    def ask(self, name: str, told: Told) -> None:
-        """Call ``told(uri)`` when the master has told where a node is; not if it does not know, or does not answer."""
-        self._wanted.setdefault(name, set()).add(told)
+    def ask(self, name: str, callbacks: LookupCallback) -> None:
+        """Call ``callbacks(uri)`` once the master has said where a node is; not if it does not know or answer."""
+        self._requests.setdefault(name, set()).add(callbacks)
         if not self._under_way:
             self._under_way = True
             self._loop.call_soon(self._send)  # after all watches whose turn it is
 
     def _send(self) -> None:
-        self._under_way = bool(self._wanted)
-        if not self._wanted:
+        self._under_way = bool(self._requests)
+        if not self._requests:
             return
-        asked, self._wanted = self._wanted, {}
-        names = list(asked)
+        requests, self._requests = self._requests, {}
+        names = list(requests)
         if self._one_by_one or len(names) == 1:
             for name in names[1:]:
-                self._wanted[name] = asked[name]
-            done = partial(self._answered_one, asked[names[0]])
+                self._requests[name] = requests[name]
+            done = partial(self._answered_one, requests[names[0]])
             self._rpc.call(self._uri, "lookupNode", (self._caller_id, names[0]), done, _TIMEOUT)
             return
         calls = [{"methodName": "lookupNode", "params": [self._caller_id, name]} for name in names]
-        self._rpc.call(self._uri, "system.multicall", (calls,), partial(self._answered, asked), _TIMEOUT)
+        self._rpc.call(self._uri, "system.multicall", (calls,), partial(self._answered, requests), _TIMEOUT)
 
-    def _answered_one(self, told: set[Told], reply: Any, error: Error | None) -> None:
-        self._take(told, reply)
+    def _answered_one(self, callbacks: set[LookupCallback], reply: Any, error: Error | None) -> None:
+        self._deliver(callbacks, reply)
         self._send()
 
-    def _answered(self, asked: dict[str, set[Told]], replies: Any, error: Error | None) -> None:
+    def _answered(self, requests: dict[str, set[LookupCallback]], replies: Any, error: Error | None) -> None:
         if isinstance(error, XmlRpcFault):
             self._one_by_one = True
-            self._wanted = {**asked, **self._wanted}
-        elif isinstance(replies, list) and len(replies) == len(asked):
-            for told, reply in zip(asked.values(), replies, strict=True):
+            self._requests = {**requests, **self._requests}
+        elif isinstance(replies, list) and len(replies) == len(requests):
+            for callbacks, reply in zip(requests.values(), replies, strict=True):
                 if isinstance(reply, list) and len(reply) == 1:
-                    self._take(told, reply[0])
+                    self._deliver(callbacks, reply[0])
         self._send()
 
     @staticmethod
-    def _take(told: set[Told], reply: Any) -> None:
+    def _deliver(callbacks: set[LookupCallback], reply: Any) -> None:
         """Take ``[code, message, uri]``; anything else is no answer."""
         if isinstance(reply, list) and len(reply) == 3 and reply[0] == 1 and isinstance(reply[2], str) and reply[2]:
-            for each in told:
+            for each in callbacks:
                 each(reply[2])

@@ -8,9 +8,9 @@ from functools import partial
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from pyros1.ground import shown
+from pyros1.ground import terminal_text
 from pyros1.ground.errors import DeadlineError, Error, XmlRpcFault
-from pyros1.node.watching.sighting import Sighting, State, Watched
+from pyros1.node.watching.liveness import Sighting, State, WatchedNode
 
 if TYPE_CHECKING:
     from pyros1.net.loop import Loop
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 RETRY = 0.1
 """Seconds until a node is asked again that could not be reached, but may still be there."""
-STALL = 0.25
+MIN_STALL = 0.25
 """Seconds by which a timer comes late if this process stood still: then it says nothing of others."""
 
 
@@ -34,7 +34,7 @@ class Watch:
         name: full name of the watched one.
         period: seconds between two questions.
         limit: seconds that an answer may take.
-        tell: called on the loop with each `Sighting`.
+        notify: called on the loop with each `Sighting`.
         on_close: called with this object when it is closed.
     """
 
@@ -47,7 +47,7 @@ class Watch:
         name: str,
         period: float,
         limit: float,
-        tell: Callable[[Sighting], object],
+        notify: Callable[[Sighting], object],
         on_close: Callable[[Watch], object],
     ) -> None:
         self.period = period
@@ -57,29 +57,29 @@ class Watch:
         self._rpc = rpc
         self._lookups = lookups
         self._caller_id = caller_id
-        self._watched = Watched(name, limit)
-        self._tell = tell
+        self._node = WatchedNode(name, limit)
+        self._notify = notify
         self._on_close = on_close
         self._asking = False
-        self._hinted = False  # in this period
-        self._excused = False  # since the last answer
+        self._asked_early = False  # in this period
+        self._stall_excused = False  # since the last answer
 
     # For the program --------------------------------------------------------------------------------------------------
 
     @property
     def name(self) -> str:
         """Full name of the watched node."""
-        return self._watched.name
+        return self._node.name
 
     @property
     def state(self) -> State:
         """What it is now; UNSEEN: it has not answered since the watch began."""
-        return self._watched.state
+        return self._node.state
 
     @property
     def alive(self) -> bool:
         """Whether it is there: found, and not lost."""
-        return self._watched.state is State.FOUND
+        return self._node.state is State.FOUND
 
     def close(self) -> None:
         """Watch and tell no more. A callback that is running goes on. Any thread or signal handler may call it."""
@@ -95,89 +95,89 @@ class Watch:
 
     # On the loop ------------------------------------------------------------------------------------------------------
 
-    def turn(self) -> None:
+    def poll(self) -> None:
         """Ask the master and the node; called once in each period."""
         if self.closed:
             return
-        self._hinted = False
+        self._asked_early = False
         self._lookups.ask(self.name, self._looked_up)
         self._ask()
 
-    def hung_up(self, uri: str) -> None:
+    def disconnected(self, uri: str) -> None:
         """Ask at once, as a node has closed its connection: it may have ended. (Some close each after a while.)"""
-        if uri == self._watched.uri and not self._hinted:
-            self._hinted = True
+        if uri == self._node.uri and not self._asked_early:
+            self._asked_early = True
             self._ask()
 
     def _looked_up(self, uri: str) -> None:
         if self.closed:
             return
-        before = self._watched.uri
-        self._say(self._watched.looked_up(uri, monotonic()))
+        before = self._node.uri
+        self._report(self._node.looked_up(uri, monotonic()))
         if uri != before:
             self._asking = False  # an answer from the old place does not count
             self._ask()
 
     def _ask(self) -> None:
         now = monotonic()
-        uri, patience = self._watched.uri, self._watched.patience(now)
+        uri, remaining_time = self._node.uri, self._node.remaining_time(now)
         if self.closed or self._asking or not uri:
             return
         self._asking = True
-        done = partial(self._answered, uri, now, patience)
-        self._rpc.call(uri, "getPid", (self._caller_id,), done, max(0.001, patience))
+        done = partial(self._answered, uri, now, remaining_time)
+        self._rpc.call(uri, "getPid", (self._caller_id,), done, max(0.001, remaining_time))
 
-    def _answered(self, uri: str, asked: float, patience: float, reply: Any, error: Error | None) -> None:
-        if self.closed or uri != self._watched.uri:
+    def _answered(self, uri: str, asked_at: float, remaining_time: float, reply: Any, error: Error | None) -> None:
+        if self.closed or uri != self._node.uri:
             return
         if error is None or isinstance(error, XmlRpcFault):  # a node without getPid is there, too
-            self._is_there(uri, asked, _pid(reply))
+            self._handle_alive(uri, asked_at, _pid(reply))
         else:
             self._asking = False
-            self._is_not_there(error, asked, patience)
+            self._handle_failure(error, asked_at, remaining_time)
 
-    def _is_there(self, uri: str, asked: float, pid: int | None) -> None:
-        if not self._watched.is_new(pid):
+    def _handle_alive(self, uri: str, asked_at: float, pid: int | None) -> None:
+        if not self._node.is_new(pid):
             self._asking = False
-            self._excused = False
-            self._say(self._watched.answered(pid, monotonic()))
+            self._stall_excused = False
+            self._report(self._node.answered(pid, monotonic()))
             return
         # The port of a node that died long ago may belong to another one by now.
-        done = partial(self._named, uri, asked, pid)
-        self._rpc.call(uri, "getName", (self._caller_id,), done, max(0.001, self._watched.patience(monotonic())))
+        done = partial(self._on_name, uri, asked_at, pid)
+        self._rpc.call(uri, "getName", (self._caller_id,), done, max(0.001, self._node.remaining_time(monotonic())))
 
-    def _named(self, uri: str, asked: float, pid: int | None, reply: Any, error: Error | None) -> None:
-        if self.closed or uri != self._watched.uri:
+    def _on_name(self, uri: str, asked_at: float, pid: int | None, reply: Any, error: Error | None) -> None:
+        if self.closed or uri != self._node.uri:
             return
         self._asking = False
         name = reply[2] if isinstance(reply, list) and len(reply) == 3 and reply[0] == 1 else None
         now = monotonic()
         if isinstance(name, str) and name != self.name:
-            why = f"{shown.one_line(name)} answers in its place"
-            self._say(self._watched.failed(why, asked, now, closed=True))
+            reason = f"{terminal_text.one_line(name)} answers in its place"
+            self._report(self._node.failed(reason, asked_at, now, closed=True))
         elif error is None or isinstance(error, XmlRpcFault):  # stock's roscpp does not tell its name
-            self._excused = False
-            self._say(self._watched.answered(pid, now))
+            self._stall_excused = False
+            self._report(self._node.answered(pid, now))
         else:
-            self._is_not_there(error, asked, self._watched.patience(asked))
+            self._handle_failure(error, asked_at, self._node.remaining_time(asked_at))
 
-    def _is_not_there(self, error: Error, asked: float, patience: float) -> None:
+    def _handle_failure(self, error: Error, asked_at: float, remaining_time: float) -> None:
         now = monotonic()
-        if isinstance(error, DeadlineError) and now > asked + patience + STALL and not self._excused:
-            self._excused = True
-            self._watched.stalled()
+        if isinstance(error, DeadlineError) and now > asked_at + remaining_time + MIN_STALL and not self._stall_excused:
+            self._stall_excused = True
+            self._node.stalled()
             self._ask()
             return
-        self._say(self._watched.failed(str(error), asked, now, _is_closed(error)))
+        self._report(self._node.failed(str(error), asked_at, now, _is_closed(error)))
         if self.alive and not isinstance(error, DeadlineError):
             self._loop.call_later(RETRY, self._ask)
 
-    def _say(self, news: list[Sighting]) -> None:
+    def _report(self, news: list[Sighting]) -> None:
         for sighting in news:
             self.last = sighting
             if not sighting.alive:
                 self._lookups.ask(self.name, self._looked_up)  # another one may be there already
-            self._tell(sighting)
+            self._notify(sighting)
 
 
 def _pid(reply: Any) -> int | None:

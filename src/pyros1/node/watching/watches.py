@@ -13,14 +13,14 @@ from pyros1.node.watching.lookups import Lookups
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
-    from pyros1.node.watching.sighting import Sighting
-    from pyros1.node.watching.telling import Tellers
+    from pyros1.node.watching.liveness import Sighting
+    from pyros1.node.watching.notifiers import Notifiers
     from pyros1.node.watching.watch import Watch
 
     Callback = Callable[[Sighting], object]
 
 _CALL = "watch(name, on_lost, on_found)"
-_LONGEST = 3600.0
+_MAX_PERIOD = 3600.0
 
 
 class Watches:
@@ -29,15 +29,15 @@ class Watches:
     Args:
         context: the node.
         master_uri: the master's URI.
-        tellers: call the program's functions.
+        notifiers: call the program's functions.
     """
 
-    def __init__(self, context: Context, master_uri: str, tellers: Tellers) -> None:
+    def __init__(self, context: Context, master_uri: str, notifiers: Notifiers) -> None:
         self._context = context
-        self._tellers = tellers
-        self._rpc = RpcCaller(context.loop, on_hung_up=self._hung_up)
+        self._notifiers = notifiers
+        self._rpc = RpcCaller(context.loop, on_disconnect=self._disconnected)
         self._lookups = Lookups(context.loop, self._rpc, context.name, master_uri)
-        self._turns: dict[float, tuple[Watch, ...]] = {}  # by period; on the loop
+        self._watches_by_period: dict[float, tuple[Watch, ...]] = {}  # by period; on the loop
         self._phase = int.from_bytes(os.urandom(4), "big") * 1e-6  # seconds: nodes have their turns at different times
         self._closed = False
 
@@ -48,41 +48,41 @@ class Watches:
         for function, what in ((on_lost, "on_lost"), (on_found, "on_found")):
             if function is not None:
                 checks.check_callback(function, _CALL, what)
-        teller = self._tellers.make(f"watch of {name}")
+        notifier = self._notifiers.make(f"watch of {name}")
 
-        def tell(sighting: Sighting) -> None:
+        def notify(sighting: Sighting) -> None:
             function = on_found if sighting.alive else on_lost
             if function is not None:
-                teller.tell(function, sighting)
+                notifier.notify(function, sighting)
 
         try:
-            return self.begin(name, period, limit, tell, lambda: self._tellers.end(teller))
+            return self.begin(name, period, limit, notify, lambda: self._notifiers.end(notifier))
         except BaseException:
-            self._tellers.end(teller)
+            self._notifiers.end(notifier)
             raise
 
     def begin(
-        self, name: str, period: float, limit: float, tell: Callback, on_close: Callable[[], object] = lambda: None
+        self, name: str, period: float, limit: float, notify: Callback, on_close: Callable[[], object] = lambda: None
     ) -> Watch:
         """Watch a node.
 
         Args:
-            tell: called with each `Sighting`, on the loop.
+            notify: called with each `Sighting`, on the loop.
             on_close: called when the watch is closed.
         """
         from pyros1.node.watching.watch import Watch  # noqa: PLC0415 - few nodes watch others
 
-        checks.check_positive(period, "watch: period", "s", _LONGEST)
-        checks.check_positive(limit, "watch: limit", "s", _LONGEST)
+        checks.check_positive(period, "watch: period", "s", _MAX_PERIOD)
+        checks.check_positive(limit, "watch: limit", "s", _MAX_PERIOD)
         context = self._context
-        context.check_here()
+        context.check_process()
 
         def closed(watch: Watch) -> None:
             on_close()
             context.loop.call_soon(self._forget, watch)
 
         watch = Watch(
-            context.loop, self._rpc, self._lookups, context.name, name, float(period), float(limit), tell, closed
+            context.loop, self._rpc, self._lookups, context.name, name, float(period), float(limit), notify, closed
         )
         context.loop.call_soon(self._begin, watch)
         return watch
@@ -96,35 +96,37 @@ class Watches:
 
     def _close(self) -> None:
         self._closed = True
-        for watch in [watch for watches in self._turns.values() for watch in watches]:
+        for watch in [watch for watches in self._watches_by_period.values() for watch in watches]:
             watch.close()  # before their questions are given up, which would look like a loss
 
     def _begin(self, watch: Watch) -> None:
         if self._closed:
             watch.close()
             return
-        if watch.period not in self._turns:
-            self._next_turn(watch.period)
-        self._turns[watch.period] = (*self._turns.get(watch.period, ()), watch)
-        watch.turn()
+        if watch.period not in self._watches_by_period:
+            self._schedule_poll(watch.period)
+        self._watches_by_period[watch.period] = (*self._watches_by_period.get(watch.period, ()), watch)
+        watch.poll()
 
-    def _next_turn(self, period: float) -> None:
+    def _schedule_poll(self, period: float) -> None:
         # On a grid, so that turns do not drift; each node has its own, or all would ask at the same moment.
-        self._context.loop.call_later(period - (monotonic() + self._phase) % period, self._turn, period)
+        self._context.loop.call_later(period - (monotonic() + self._phase) % period, self._poll, period)
 
-    def _turn(self, period: float) -> None:
-        if self._closed or not self._turns.get(period):
-            self._turns.pop(period, None)
+    def _poll(self, period: float) -> None:
+        if self._closed or not self._watches_by_period.get(period):
+            self._watches_by_period.pop(period, None)
             return
-        self._next_turn(period)
-        for watch in self._turns[period]:
-            watch.turn()
+        self._schedule_poll(period)
+        for watch in self._watches_by_period[period]:
+            watch.poll()
 
-    def _hung_up(self, uri: str) -> None:
-        for watches in list(self._turns.values()):
+    def _disconnected(self, uri: str) -> None:
+        for watches in list(self._watches_by_period.values()):
             for watch in watches:
-                watch.hung_up(uri)
+                watch.disconnected(uri)
 
     def _forget(self, watch: Watch) -> None:
-        if watch.period in self._turns:  # the next turn removes it if none is left
-            self._turns[watch.period] = tuple(other for other in self._turns[watch.period] if other is not watch)
+        if watch.period in self._watches_by_period:  # the next turn removes it if none is left
+            self._watches_by_period[watch.period] = tuple(
+                other for other in self._watches_by_period[watch.period] if other is not watch
+            )

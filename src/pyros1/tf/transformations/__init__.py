@@ -22,6 +22,15 @@ from pyros1.tf.transformations.arcball import (
     arcball_map_to_sphere,
     arcball_nearest_axis,
 )
+from pyros1.tf.transformations.decompose import (
+    decompose_matrix,
+    projection_from_matrix,
+    reflection_from_matrix,
+    rotation_from_matrix,
+    scale_from_matrix,
+    shear_from_matrix,
+    translation_from_matrix,
+)
 from pyros1.tf.transformations.matrices import (
     clip_matrix,
     compose_matrix,
@@ -38,15 +47,6 @@ from pyros1.tf.transformations.matrices import (
     shear_matrix,
     superimposition_matrix,
     translation_matrix,
-)
-from pyros1.tf.transformations.meanings import (
-    decompose_matrix,
-    projection_from_matrix,
-    reflection_from_matrix,
-    rotation_from_matrix,
-    scale_from_matrix,
-    shear_from_matrix,
-    translation_from_matrix,
 )
 from pyros1.tf.transformations.quaternions import (
     quaternion_about_axis,

@@ -33,7 +33,7 @@ class Arcball:
         self._axes: list[Array] | None = None
         self._axis: Array | None = None  # about which the present drag turns; None: any
         self._constrain = False
-        self._grasped = np.array((0.0, 0.0, 1.0))
+        self._grabbed = np.array((0.0, 0.0, 1.0))
         self._start = self._last = self._now = _rotation(initial)
 
     def place(self, center: ArrayLike, radius: float) -> None:
@@ -55,12 +55,12 @@ class Arcball:
 
     def down(self, point: ArrayLike) -> None:
         """Begin a drag at a point of the screen (2,)."""
-        self._grasped = arcball_map_to_sphere(point, self._center, self._radius)
+        self._grabbed = arcball_map_to_sphere(point, self._center, self._radius)
         self._start = self._last = self._now
         self._axis = None
         if self._constrain and self._axes is not None:
-            self._axis = arcball_nearest_axis(self._grasped, self._axes)
-            self._grasped = arcball_constrain_to_axis(self._grasped, self._axis)
+            self._axis = arcball_nearest_axis(self._grabbed, self._axes)
+            self._grabbed = arcball_constrain_to_axis(self._grabbed, self._axis)
 
     def drag(self, point: ArrayLike) -> None:
         """Go on with a drag to a point of the screen (2,)."""
@@ -68,11 +68,11 @@ class Arcball:
         if self._axis is not None:
             there = arcball_constrain_to_axis(there, self._axis)
         self._last = self._now
-        normal = np.cross(self._grasped, there)
+        normal = np.cross(self._grabbed, there)
         if normal @ normal < EPS:
             self._now = self._start
         else:  # the quaternion of twice the angle between the two points
-            self._now = quaternion_multiply(np.append(normal, self._grasped @ there), self._start)
+            self._now = quaternion_multiply(np.append(normal, self._grabbed @ there), self._start)
 
     def next(self, acceleration: float = 0.0) -> None:
         """Turn on as in the last step, by as much again, and ``acceleration`` times that."""

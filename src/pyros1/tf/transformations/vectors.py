@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 
-def numbers(values: ArrayLike, most: int | None = None) -> Array:
-    """Return at most ``most`` values as an array of floats, shape (n,), which may be a view."""
-    return np.asarray(values, np.float64)[:most]
+def numbers(values: ArrayLike, max_values: int | None = None) -> Array:
+    """Return at most ``max_values`` values as an array of floats, shape (n,), which may be a view."""
+    return np.asarray(values, np.float64)[:max_values]
 
 
 def vector_norm(data: ArrayLike, axis: int | None = None, out: NDArray[Any] | None = None) -> Any:

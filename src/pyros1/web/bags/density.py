@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-MOST_EXACT = 500_000
+MAX_EXACT = 500_000
 """Most messages whose own times are asked for in one look."""
 Times = Callable[[int], Iterable[tuple[int, "NDArray[np.int64]"]]]
 """Returns, for the number of a chunk, pairs of a row and the times of its messages in nanoseconds."""
@@ -42,8 +42,8 @@ class Density:
         self._chunk, self._row, self._count = (np.asarray(each, np.int64) for each in (numbers, rows, counts))
         self._starts, self._ends, self._totals = (np.asarray(each, np.int64) for each in (starts, ends, totals))
 
-    def look(
-        self, begin: int, end: int, columns: int, rows: Sequence[int], times: Times, most_chunks: int = 200
+    def histogram(
+        self, begin: int, end: int, columns: int, rows: Sequence[int], times: Times, max_chunks: int = 200
     ) -> tuple[NDArray[np.float32], bool]:
         """Return how many messages are in each column.
 
@@ -53,42 +53,42 @@ class Density:
             columns: their number.
             rows: the rows to count.
             times: asked for times of single messages.
-            most_chunks: most chunks of which it is asked.
+            max_chunks: most chunks of which it is asked.
 
         Returns:
             An array of shape (rows, columns), and whether all messages are at most one column from their place.
         """
         grid = np.zeros((len(rows), columns + 1), np.float64)
-        place = np.full(int(max(self._row, default=0)) + 2, -1, np.int64)  # the last one is that of the row -1: none
+        grid_row = np.full(int(max(self._row, default=0)) + 2, -1, np.int64)  # the last one is that of the row -1: none
         for index, row in enumerate(rows):
-            if 0 <= row < len(place) - 1:
-                place[row] = index
+            if 0 <= row < len(grid_row) - 1:
+                grid_row[row] = index
         size = (end - begin) / columns
         first = np.floor((self._starts - begin) / size).astype(np.int64)
         last = np.floor((self._ends - begin) / size).astype(np.int64)
-        seen = (last >= 0) & (first < columns) & (self._totals > 0)
-        wide = np.flatnonzero(seen & (last > first + 1))
-        exact = self._chosen(wide)[:most_chunks]
-        entries = np.flatnonzero(seen[self._chunk] & (place[self._row] >= 0))
+        visible = (last >= 0) & (first < columns) & (self._totals > 0)
+        wide_chunks = np.flatnonzero(visible & (last > first + 1))
+        exact = self._small_enough(wide_chunks)[:max_chunks]
+        entries = np.flatnonzero(visible[self._chunk] & (grid_row[self._row] >= 0))
         entries = entries[~np.isin(self._chunk[entries], exact)]
-        self._spread(grid, place[self._row[entries]], first, last, entries)
+        self._spread_evenly(grid, grid_row[self._row[entries]], first, last, entries)
         counted = grid[:, :columns]
         for number in exact:
             for row, stamps in times(int(number)):
-                if 0 <= row < len(place) and place[row] >= 0:
-                    at = ((stamps - begin) / size).astype(np.int64)[(stamps >= begin) & (stamps < end)]
-                    counted[place[row]] += np.bincount(np.minimum(at, columns - 1), minlength=columns)
-        return counted.astype(np.float32), len(exact) == len(wide)
+                if 0 <= row < len(grid_row) and grid_row[row] >= 0:
+                    columns_hit = ((stamps - begin) / size).astype(np.int64)[(stamps >= begin) & (stamps < end)]
+                    counted[grid_row[row]] += np.bincount(np.minimum(columns_hit, columns - 1), minlength=columns)
+        return counted.astype(np.float32), len(exact) == len(wide_chunks)
 
-    def _chosen(self, wide: NDArray[np.int64]) -> NDArray[np.int64]:
+    def _small_enough(self, wide_chunks: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return those of some chunks whose times are asked for: the small ones, as many as the limit allows."""
-        order = wide[np.argsort(self._totals[wide], kind="stable")]
-        return order[np.cumsum(self._totals[order]) <= MOST_EXACT]
+        order = wide_chunks[np.argsort(self._totals[wide_chunks], kind="stable")]
+        return order[np.cumsum(self._totals[order]) <= MAX_EXACT]
 
-    def _spread(
+    def _spread_evenly(
         self,
         grid: NDArray[np.float64],
-        lanes: NDArray[np.int64],
+        grid_rows: NDArray[np.int64],
         first: NDArray[np.int64],
         last: NDArray[np.int64],
         entries: NDArray[np.int64],
@@ -99,8 +99,8 @@ class Density:
         share = self._count[entries] / (to - from_ + 1)
         flat = grid.reshape(-1)
         left, right = np.maximum(from_, 0), np.minimum(to, columns - 1) + 1
-        flat += np.bincount(lanes * (columns + 1) + left, share, flat.size)
-        flat -= np.bincount(lanes * (columns + 1) + right, share, flat.size)
+        flat += np.bincount(grid_rows * (columns + 1) + left, share, flat.size)
+        flat -= np.bincount(grid_rows * (columns + 1) + right, share, flat.size)
         np.cumsum(grid, axis=1, out=grid)
         np.round(grid, 6, out=grid)
         np.maximum(grid, 0, out=grid)

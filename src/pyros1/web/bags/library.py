@@ -7,17 +7,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pyros1.ground.shown import foreign
-from pyros1.web.bags.shelf import Shelf
+from pyros1.ground.terminal_text import untrusted
+from pyros1.web.bags.bag_folders import BagFolders
 from pyros1.web.server.wire import RequestError
 
 if TYPE_CHECKING:
-    from pyros1.web.bags.opened import OpenBag
+    from pyros1.web.bags.open_bag import OpenBag
     from pyros1.web.bags.recording import Recording
 
-MOST_OPEN = 16
+MAX_OPEN = 16
 """Most bags that are open at the same time."""
-MOST_JOBS = 3
+MAX_JOBS = 3
 """Most bags that are read through at the same time, for plots; more wait."""
 
 
@@ -25,7 +25,7 @@ _Key = tuple[Path, int, int]
 """A file: its path, device and number. Another file may take the path of one that is open: a bag is recorded again."""
 
 
-class _Place:
+class _Entry:
     def __init__(self) -> None:
         self.users = 0
         self.bag: OpenBag | None = None
@@ -36,7 +36,7 @@ class Library:
     """The bags.
 
     Args:
-        shelf: the folders that pages may see.
+        bag_folders: the folders that pages may see.
         may_see: whether pages may see a topic.
 
     Attributes:
@@ -44,13 +44,13 @@ class Library:
         recording: what is recorded now, or was last; None if nothing was.
     """
 
-    def __init__(self, shelf: Shelf, may_see: Callable[[str], bool]) -> None:
-        self.shelf = shelf
-        self.jobs = threading.BoundedSemaphore(MOST_JOBS)
+    def __init__(self, bag_folders: BagFolders, may_see: Callable[[str], bool]) -> None:
+        self.bag_folders = bag_folders
+        self.jobs = threading.BoundedSemaphore(MAX_JOBS)
         self.recording: Recording | None = None
         self._may_see = may_see
         self._lock = threading.Lock()
-        self._places: dict[_Key, _Place] = {}
+        self._entries: dict[_Key, _Entry] = {}
 
     def open(self, text: str, progress: Callable[[int], object]) -> OpenBag:
         """Open a bag, or return it if it is open. It stays open until as many calls of `release`.
@@ -65,21 +65,21 @@ class Library:
         """
         key = self._key(text)
         with self._lock:
-            place = self._places.get(key)
-            if place is None:
-                if len(self._places) >= MOST_OPEN:
-                    raise RequestError(f"{MOST_OPEN} bags are open: close one of them first")
-                place = self._places[key] = _Place()
-            place.users += 1
+            entry = self._entries.get(key)
+            if entry is None:
+                if len(self._entries) >= MAX_OPEN:
+                    raise RequestError(f"{MAX_OPEN} bags are open: close one of them first")
+                entry = self._entries[key] = _Entry()
+            entry.users += 1
         try:
-            with place.opening:
-                if place.bag is None:
-                    from pyros1.web.bags.opened import OpenBag  # noqa: PLC0415 - few pages open bags
+            with entry.opening:
+                if entry.bag is None:
+                    from pyros1.web.bags.open_bag import OpenBag  # noqa: PLC0415 - few pages open bags
 
-                    place.bag = OpenBag(str(key[0]), self._may_see, progress)
-                return place.bag
+                    entry.bag = OpenBag(str(key[0]), self._may_see, progress)
+                return entry.bag
         except BaseException:
-            self._leave(key)
+            self._release_key(key)
             raise
 
     def borrow(self, text: str) -> OpenBag:
@@ -90,19 +90,19 @@ class Library:
         """
         key = self._key(text)
         with self._lock:
-            place = self._places.get(key)
-            if place is None or place.bag is None:
-                replaced = any(path == key[0] for path, *_ in self._places)
+            entry = self._entries.get(key)
+            if entry is None or entry.bag is None:
+                replaced = any(path == key[0] for path, *_ in self._entries)
                 raise RequestError("this file has been replaced: open it again" if replaced else "this bag is not open")
-            place.users += 1
-            return place.bag
+            entry.users += 1
+            return entry.bag
 
     def release(self, bag: OpenBag) -> None:
         """Close a bag when all who have opened or borrowed it have released it."""
         with self._lock:
-            key = next((key for key, place in self._places.items() if place.bag is bag), None)
+            key = next((key for key, entry in self._entries.items() if entry.bag is bag), None)
         if key is not None:
-            self._leave(key)
+            self._release_key(key)
 
     def record(self, begin: Callable[[], Recording]) -> None:
         """Begin a recording.
@@ -123,27 +123,27 @@ class Library:
         if self.recording is not None:
             self.recording.stop()
         with self._lock:
-            places, self._places = list(self._places.values()), {}
-        for place in places:
-            if place.bag is not None:
-                place.bag.close()
+            entries, self._entries = list(self._entries.values()), {}
+        for entry in entries:
+            if entry.bag is not None:
+                entry.bag.close()
 
     def _key(self, text: str) -> _Key:
-        path = self.shelf.file(text)
+        path = self.bag_folders.file(text)
         try:
             facts = path.stat()
         except OSError as error:  # it has just gone
-            raise RequestError(f"{foreign(str(path))}: {error.strerror}") from None
+            raise RequestError(f"{untrusted(str(path))}: {error.strerror}") from None
         return path, facts.st_dev, facts.st_ino
 
-    def _leave(self, key: _Key) -> None:
+    def _release_key(self, key: _Key) -> None:
         with self._lock:
-            place = self._places.get(key)
-            if place is None:
+            entry = self._entries.get(key)
+            if entry is None:
                 return
-            place.users -= 1
-            if place.users:
+            entry.users -= 1
+            if entry.users:
                 return
-            del self._places[key]
-        if place.bag is not None:
-            place.bag.close()
+            del self._entries[key]
+        if entry.bag is not None:
+            entry.bag.close()

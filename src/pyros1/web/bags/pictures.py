@@ -7,7 +7,7 @@ from typing import Any
 
 from pyros1.bag.export.extras import extra
 from pyros1.ground.errors import Error, MessageError
-from pyros1.web.shown.picture_size import MOST_PIXELS
+from pyros1.web.transforms.picture_size import MAX_PIXELS
 
 _QUALITY = 80
 
@@ -37,22 +37,22 @@ def picture(message: Any, height: int) -> tuple[bytes, int, int]:
 def _raw(pil: Any, message: Any) -> Any:
     from pyros1.bag.export.images import pixels, to_8_bits  # noqa: PLC0415 - of numpy, for few
 
-    if message.width * message.height > MOST_PIXELS:
+    if message.width * message.height > MAX_PIXELS:
         raise MessageError(f"an image of {message.width} x {message.height} pixels is too large to be shown")
     return pil.fromarray(to_8_bits(pixels(message)))
 
 
 def _compressed(pil: Any, message: Any, height: int) -> Any:
+    from pyros1.bag.export.image_files import compressed_pixels  # noqa: PLC0415
     from pyros1.bag.export.images import to_8_bits  # noqa: PLC0415
-    from pyros1.bag.export.pictures import compressed_pixels  # noqa: PLC0415
 
     data = bytes(message.data)
     if not data.startswith(b"\xff\xd8"):
-        return pil.fromarray(to_8_bits(compressed_pixels(message, MOST_PIXELS)))
+        return pil.fromarray(to_8_bits(compressed_pixels(message, MAX_PIXELS)))
     try:
         image = pil.open(BytesIO(data), formats=("JPEG",))
         true = image.size
-        if true[0] * true[1] > MOST_PIXELS:
+        if true[0] * true[1] > MAX_PIXELS:
             raise MessageError(f"an image of {true[0]} x {true[1]} pixels is too large to be shown")
         image.draft("RGB", (1, height))  # decoded at a smaller size, which is much faster
         image.load()

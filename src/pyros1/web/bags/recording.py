@@ -17,14 +17,14 @@ from pyros1.bag.record.recorder import Events, Recorder
 from pyros1.bag.record.topics import TopicSearch
 from pyros1.ground import names
 from pyros1.ground.errors import Error, NodeShutdownError
-from pyros1.ground.shown import foreign
+from pyros1.ground.terminal_text import untrusted
 from pyros1.node import Node
 from pyros1.web.server.wire import RequestError
 
 COMPRESSIONS = ("none", "lz4", "bz2")
-_LOOK = 1.0
+_POLL_PERIOD = 1.0
 """Seconds between two looks for new topics."""
-_MOST_SHOWN = 500
+_MAX_TOPICS = 500
 _PREFIX = re.compile(r"[\w+=-][\w.+=-]{0,99}\Z", re.ASCII)
 
 
@@ -60,20 +60,20 @@ class Recording:
         self._may_see = may_see
         self._warning = ""
         self._path = ""
-        self._began = monotonic()
+        self._started_at = monotonic()
         self._seconds = 0.0
         self._rates: dict[str, tuple[int, int]] = {}
-        self._looked = self._began
-        self._shown: list[dict[str, Any]] = []
+        self._measured_at = self._started_at
+        self._topic_rows: list[dict[str, Any]] = []
         self._lock = threading.Lock()
-        self._ending = threading.Event()
+        self._stop_event = threading.Event()
         self._search = TopicSearch(node, Selection(topics or (), everything=topics is None))
-        options = RecordOptions(names=_InFolder(prefix, folder=folder), compression=compression)
-        events = Events(opened=self._opened, warning=self._warn, ended=self._ending.set)
+        options = RecordOptions(names=_FileNamesInFolder(prefix, folder=folder), compression=compression)
+        events = Events(opened=self._opened, warning=self._warn, ended=self._stop_event.set)
         try:
             self._recorder = Recorder(node, options, events)
         except OSError as error:
-            raise RequestError(f"cannot write into {foreign(str(folder))}: {error.strerror}") from None
+            raise RequestError(f"cannot write into {untrusted(str(folder))}: {error.strerror}") from None
         except BagError as error:
             raise RequestError(str(error)) from None
         self._thread = threading.Thread(target=self._run, name="web: records", daemon=True)
@@ -81,58 +81,58 @@ class Recording:
 
     def stop(self) -> None:
         """End the recording, and wait until its file is closed."""
-        self._ending.set()
+        self._stop_event.set()
         self._thread.join()
 
     def status(self) -> dict[str, Any]:
         """Return how it goes: with the rates since the last look, of a second at least; null until then."""
         with self._lock:
             now = monotonic()
-            passed = now - self._looked
-            if passed >= _LOOK or not self.running:
-                self._looked, self._shown = now, self._topics(passed)
-            elif len(self._shown) < len(self._recorder.topics):
-                self._shown = self._topics(0.0)
+            elapsed = now - self._measured_at
+            if elapsed >= _POLL_PERIOD or not self.running:
+                self._measured_at, self._topic_rows = now, self._topics(elapsed)
+            elif len(self._topic_rows) < len(self._recorder.topics):
+                self._topic_rows = self._topics(0.0)
             error = self._recorder.error
             return {
                 "running": self.running,
-                "path": foreign(self._path),
-                "seconds": round(now - self._began if self.running else self._seconds, 1),
+                "path": untrusted(self._path),
+                "seconds": round(now - self._started_at if self.running else self._seconds, 1),
                 "bytes": self._recorder.size,
                 "messages": sum(topic.written for topic in list(self._recorder.topics.values())),
-                "topics": self._shown[:_MOST_SHOWN],
-                "more": max(0, len(self._shown) - _MOST_SHOWN),
+                "topics": self._topic_rows[:_MAX_TOPICS],
+                "more": max(0, len(self._topic_rows) - _MAX_TOPICS),
                 "warning": self._warning,
                 "error": "" if error is None else _reason(error),
             }
 
-    def _topics(self, passed: float) -> list[dict[str, Any]]:
-        shown = []
+    def _topics(self, elapsed: float) -> list[dict[str, Any]]:
+        rows = []
         for topic in sorted(self._recorder.topics.values(), key=lambda topic: topic.name):
-            before = self._rates.get(topic.name)
-            if passed:
+            previous = self._rates.get(topic.name)
+            if elapsed:
                 self._rates[topic.name] = (topic.messages, topic.bytes)
-            messages, size = before or (0, 0)
-            live = self.running and passed and before is not None
-            shown.append(
+            messages, size = previous or (0, 0)
+            live = self.running and elapsed and previous is not None
+            rows.append(
                 {
                     "name": topic.name,
                     "messages": topic.written,
                     "bytes": topic.bytes,
-                    "hz": (topic.messages - messages) / passed if live else None,
-                    "rate": (topic.bytes - size) / passed if live else None,
+                    "hz": (topic.messages - messages) / elapsed if live else None,
+                    "rate": (topic.bytes - size) / elapsed if live else None,
                     "dropped": topic.dropped,
                 }
             )
-        return shown
+        return rows
 
     def _run(self) -> None:
         try:
-            while not self._ending.is_set():
+            while not self._stop_event.is_set():
                 for name in self._search.new_topics():
                     if names.is_legal_name(name) and self._may_see(name):
                         self._recorder.subscribe(name)
-                self._ending.wait(_LOOK)
+                self._stop_event.wait(_POLL_PERIOD)
         except NodeShutdownError:
             pass  # the server ends
         except Error as error:
@@ -141,18 +141,18 @@ class Recording:
             if topic.subscriber is not None:
                 topic.subscriber.unregister()
         self._recorder.close()
-        self._seconds = monotonic() - self._began
+        self._seconds = monotonic() - self._started_at
         self.running = False
 
     def _opened(self, path: str) -> None:
         self._path = path
 
     def _warn(self, text: str) -> None:
-        self._warning = foreign(text)
+        self._warning = untrusted(text)
 
 
 @dataclass(frozen=True)
-class _InFolder(FileNames):
+class _FileNamesInFolder(FileNames):
     """Names of files in a folder."""
 
     folder: Path = Path()
@@ -162,4 +162,4 @@ class _InFolder(FileNames):
 
 
 def _reason(error: Exception) -> str:
-    return f"cannot write the bag: {error.strerror}" if isinstance(error, OSError) else foreign(str(error))
+    return f"cannot write the bag: {error.strerror}" if isinstance(error, OSError) else untrusted(str(error))

@@ -1,7 +1,7 @@
 """Calls: what a page asks for once. Each is a function in a file of this folder: takes the robot and the arguments.
 
 A function is found by its name, ``FILE.FUNCTION``: ``topics.publish``. Those in a file's ``CHANGES`` are refused by a
-server that is read-only. Those in `LONG` may take long: they get the page's `Exchanges`, too.
+server that is read-only. Those in `LONG` may take long: they get the page's `ServiceExchanges`, too.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from pyros1.web.exchanges import Exchanges
 from pyros1.web.server.wire import RequestError
+from pyros1.web.service_exchanges import ServiceExchanges
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
@@ -37,7 +37,7 @@ LONG = frozenset({"services.call", "guide.check"})
 """Calls that may take as long as a service, or a test."""
 
 
-def run(robot: Robot, name: str, args: Mapping[str, Any], exchanges: Exchanges | None = None) -> Any:
+def run(robot: Robot, name: str, args: Mapping[str, Any], exchanges: ServiceExchanges | None = None) -> Any:
     """Run a call and return its result, for JSON.
 
     Args:
@@ -60,4 +60,4 @@ def run(robot: Robot, name: str, args: Mapping[str, Any], exchanges: Exchanges |
         raise RequestError(f"there is no call {name[:100]!r}")
     if robot.access.read_only and word in module.CHANGES:
         raise RequestError("this server is read-only (--read-only)")
-    return function(robot, args, exchanges or Exchanges()) if name in LONG else function(robot, args)
+    return function(robot, args, exchanges or ServiceExchanges()) if name in LONG else function(robot, args)

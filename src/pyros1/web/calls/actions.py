@@ -6,16 +6,16 @@ from collections.abc import Callable, Mapping
 from itertools import count
 from typing import Any
 
+from pyros1.web.models.forms import form as form_of
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
-from pyros1.web.tables.forms import form as form_of
 from pyros1.web.views.view import text
 
 _numbers = count(1)
 
 
 def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the form of an action's goals; see `pyros1.web.tables.forms.form`. Args: action."""
+    """Return the form of an action's goals; see `pyros1.web.models.forms.form`. Args: action."""
     name = text(args, "action")
     robot.check_visible(f"{name}/goal")
     action_goal = robot.types.find_on(f"{name}/goal", _goal_type(robot, name))

@@ -9,13 +9,13 @@ from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
 from pyros1.web.views.view import number, text
 
-_MOST_TOPICS = 5_000
-_LONGEST = 4.29e9  # two of them, in nanoseconds, have 64 bits
+_MAX_TOPICS = 5_000
+_MAX_SECONDS = 4.29e9  # two of them, in nanoseconds, have 64 bits
 
 
 def files(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what is in a folder; see `pyros1.web.bags.shelf.Shelf.listing`. Args: folder."""
-    return robot.bags.shelf.listing(text(args, "folder", ""))
+    """Return what is in a folder; see `pyros1.web.bags.bag_folders.BagFolders.listing`. Args: folder."""
+    return robot.bags.bag_folders.listing(text(args, "folder", ""))
 
 
 def step(robot: Robot, args: Mapping[str, Any]) -> float | None:
@@ -24,8 +24,8 @@ def step(robot: Robot, args: Mapping[str, Any]) -> float | None:
 
     bag = robot.bags.borrow(text(args, "path"))
     try:
-        time = number(args, "time", -_LONGEST, _LONGEST, 0.0)
-        return bag.step(time, bag.names(topics(args, _MOST_TOPICS)), args.get("forward") is not False)
+        time = number(args, "time", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
+        return bag.step(time, bag.names(topics(args, _MAX_TOPICS)), args.get("forward") is not False)
     finally:
         robot.bags.release(bag)
 
@@ -35,15 +35,15 @@ def record(robot: Robot, args: Mapping[str, Any]) -> None:
     from pyros1.web.bags.recording import Recording  # noqa: PLC0415
     from pyros1.web.views.bag.file import topics  # noqa: PLC0415
 
-    chosen = None if args.get("topics") is None else topics(args, _MOST_TOPICS)
-    if chosen is not None and not chosen:
+    selected = None if args.get("topics") is None else topics(args, _MAX_TOPICS)
+    if selected is not None and not selected:
         raise RequestError("choose a topic to record")
-    for name in chosen or ():
+    for name in selected or ():
         robot.check_visible(name)
-    folder = robot.bags.shelf.folder(text(args, "folder"))
+    folder = robot.bags.bag_folders.folder(text(args, "folder"))
     prefix, compression = text(args, "prefix", ""), text(args, "compression", "none")
     node = robot.node
-    robot.bags.record(lambda: Recording(node, folder, prefix, chosen, compression, robot.access.may_see))
+    robot.bags.record(lambda: Recording(node, folder, prefix, selected, compression, robot.access.may_see))
 
 
 def stop(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from pyros1.doctor.finding import Finding
-from pyros1.doctor.here import collect_machine
+from pyros1.doctor.local_facts import collect_machine
 from pyros1.doctor.reach_checks import check_reach
 from pyros1.doctor.system import collect_system
 from pyros1.doctor.topic_checks import check_topics
@@ -17,10 +17,10 @@ from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
 from pyros1.web.views.view import text
 
-_MOST_ITEMS = 100
-_MOST_NODES = 200
+_MAX_ITEMS = 100
+_MAX_NODES = 200
 """Most nodes that are asked."""
-_FOR_ALL = frozenset({"no-clock", "unused-clock"})
+_GLOBAL_KINDS = frozenset({"no-clock", "unused-clock"})
 """Findings that name no topic, but may be why nothing comes."""
 _NAME = re.compile(r"/[A-Za-z0-9_/]*[A-Za-z0-9_]")
 
@@ -43,35 +43,35 @@ def node(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
     state = robot.graph.state()
     if name not in state.nodes():
         raise RequestError(f"the master knows no node {name}")
-    own = state.of_node(name)
-    topics = robot.access.visible([*own.publications, *own.subscriptions])
-    ends = [end for each in topics for end in (*state.publishers.get(each, ()), *state.subscribers.get(each, ()))]
-    return _examine(robot, name, [name, *ends])
+    node_state = state.of_node(name)
+    topics = robot.access.visible([*node_state.publications, *node_state.subscriptions])
+    peers = [peer for each in topics for peer in (*state.publishers.get(each, ()), *state.subscribers.get(each, ()))]
+    return _examine(robot, name, [name, *peers])
 
 
 def _examine(robot: Robot, name: str, nodes: Iterable[str]) -> list[dict[str, Any]]:
-    system = collect_system(robot.master, list(dict.fromkeys(nodes))[:_MOST_NODES])
+    system = collect_system(robot.master, list(dict.fromkeys(nodes))[:_MAX_NODES])
     machine = collect_machine({**os.environ, "ROS_MASTER_URI": robot.master_uri})
     known = {*system.state.publishers, *system.state.subscribers, *system.state.services}
     hidden = {each for each in known if not robot.access.may_see(each)}
-    found = [*check_reach(system, machine), *about(check_topics(system), name)]
-    return [finding.as_json() for finding in without(found, hidden)]
+    found = [*check_reach(system, machine), *findings_about(check_topics(system), name)]
+    return [finding.as_json() for finding in without_hidden(found, hidden)]
 
 
-def about(findings: Iterable[Finding], name: str) -> list[Finding]:
+def findings_about(findings: Iterable[Finding], name: str) -> list[Finding]:
     """Return those findings that name a topic or node, with those of their items that do."""
     found = []
     for finding in findings:
         items = finding.items
         if name not in _names(finding.text):
             items = tuple(item for item in items if name in _names(item))
-            if not items and finding.kind not in _FOR_ALL:
+            if not items and finding.kind not in _GLOBAL_KINDS:
                 continue
-        found.append(replace(finding, items=items[:_MOST_ITEMS]))
+        found.append(replace(finding, items=items[:_MAX_ITEMS]))
     return found
 
 
-def without(findings: Iterable[Finding], hidden: Collection[str]) -> list[Finding]:
+def without_hidden(findings: Iterable[Finding], hidden: Collection[str]) -> list[Finding]:
     """Return findings without those, and without those items, that name something that pages may not see."""
     found = []
     for finding in findings:

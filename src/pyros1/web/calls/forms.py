@@ -8,9 +8,9 @@ from typing import Any
 from pyros1.msgs import Message, load_service
 from pyros1.msgs.json_form import from_json
 from pyros1.values import load_yaml
+from pyros1.web.models.forms import for_page, from_yaml, to_yaml
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
-from pyros1.web.tables.forms import for_page, from_yaml, to_yaml
 from pyros1.web.views.view import text
 
 

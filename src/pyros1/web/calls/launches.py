@@ -13,9 +13,9 @@ from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
 from pyros1.web.views.view import text
 
-_PATIENCE = 3.0
+_TIMEOUT = 3.0
 _VERBS = ("stop", "start", "restart")
-_LONGEST = 20_000
+_MAX_LOG_LENGTH = 20_000
 
 
 def find(robot: Robot, args: Mapping[str, Any]) -> Launch:
@@ -28,7 +28,7 @@ def find(robot: Robot, args: Mapping[str, Any]) -> Launch:
     uri = launch_uris(robot.master).get(param)
     if uri is None:
         raise RequestError("this launch has ended")
-    return Launch(uri, _PATIENCE)
+    return Launch(uri, _TIMEOUT)
 
 
 def control(robot: Robot, args: Mapping[str, Any]) -> None:
@@ -38,7 +38,7 @@ def control(robot: Robot, args: Mapping[str, Any]) -> None:
         raise RequestError(f"a process can be told to {', '.join(_VERBS)}")
     launch = find(robot, args)
     try:
-        launch.tell(verb, text(args, "process"))
+        launch.request(verb, text(args, "process"))
     finally:
         launch.close()
 
@@ -52,7 +52,7 @@ def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, str]:
         launch.close()
     words = found.get("args")
     words = [word for word in words if isinstance(word, str)] if isinstance(words, list) else []
-    return {"command": shlex.join(words)[:_LONGEST], "cwd": str(found.get("cwd", ""))[:_LONGEST]}
+    return {"command": shlex.join(words)[:_MAX_LOG_LENGTH], "cwd": str(found.get("cwd", ""))[:_MAX_LOG_LENGTH]}
 
 
 def forget(robot: Robot, args: Mapping[str, Any]) -> None:

@@ -10,7 +10,7 @@ from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
 from pyros1.web.views.view import text
 
-_PATIENCE = 3.0
+_TIMEOUT = 3.0
 
 
 def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
@@ -25,7 +25,7 @@ def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
         "subscribes": robot.access.visible(registered.subscriptions),
         "services": robot.access.visible(registered.services),
     }
-    node = robot.graph.node(uri, _PATIENCE)
+    node = robot.graph.node(uri, _TIMEOUT)
     try:
         facts["pid"] = node.pid()
         facts["connections"] = [
@@ -45,7 +45,7 @@ def kill(robot: Robot, args: Mapping[str, Any]) -> None:
     name = text(args, "node")
     if name == robot.node.name:
         raise RequestError(f"{name} is the node of this page's server; stop pyros1 web where it was started")
-    node = robot.graph.node(_uri(robot, name), _PATIENCE)
+    node = robot.graph.node(_uri(robot, name), _TIMEOUT)
     try:
         node.shutdown("user request")
     finally:
@@ -78,7 +78,7 @@ def _call(robot: Robot, node: str, what: str, kind: str, request: dict[str, str]
     robot.check_visible(f"{node}/{what}")
     with robot.node.service(f"{node}/{what}", kind) as client:
         try:
-            return client.call(client.type._request_class(**request), _PATIENCE)
+            return client.call(client.type._request_class(**request), _TIMEOUT)
         except ServiceError as error:
             raise RequestError(f"the logger levels of {node} cannot be changed: {error}") from None
 

@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from pyros1.values import load_yaml
+from pyros1.web.models.params import flatten, pretty
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import MAX_REQUEST, RequestError
-from pyros1.web.tables.params import flatten, pretty
 from pyros1.web.views.view import text
 
 

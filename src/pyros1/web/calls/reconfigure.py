@@ -16,7 +16,7 @@ from pyros1.web.server.wire import RequestError
 from pyros1.web.views.reconfigure import values
 from pyros1.web.views.view import text
 
-_PATIENCE = 5.0
+_TIMEOUT = 5.0
 
 
 def update(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
@@ -51,7 +51,7 @@ def _send(robot: Robot, args: Mapping[str, Any], config: Any) -> dict[str, Any]:
     name = f"{text(args, 'node')}/set_parameters"
     robot.check_visible(name)
     with robot.node.service(name, Reconfigure) as client:
-        return values(client.call(Reconfigure._request_class(config=config), _PATIENCE).config)
+        return values(client.call(Reconfigure._request_class(config=config), _TIMEOUT).config)
 
 
 CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"update": update, "turn": turn}

@@ -7,20 +7,20 @@ from functools import partial
 from time import monotonic
 from typing import Any
 
-from pyros1.doctor.together import together
+from pyros1.doctor.concurrent import run_concurrently
 from pyros1.graph import probe_service
 from pyros1.msgs import load_service
 from pyros1.msgs.json_form import from_json
-from pyros1.web.exchanges import Exchanges
+from pyros1.web.models.forms import form as form_of
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
-from pyros1.web.tables.forms import form as form_of
+from pyros1.web.service_exchanges import ServiceExchanges
 from pyros1.web.views.message import tree
 from pyros1.web.views.view import number, text
 
-_PROBE = 2.0
-_LONGEST = 600.0
-_MOST_TYPES = 50
+_PROBE_TIMEOUT = 2.0
+_MAX_CALL_SECONDS = 600.0
+_MAX_TYPES = 50
 
 
 def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
@@ -37,20 +37,20 @@ def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 def types(robot: Robot, args: Mapping[str, Any]) -> dict[str, str]:
     """Return types of services; empty for those that do not tell. Args: services: a list of names."""
     names = args.get("services")
-    if not isinstance(names, list) or len(names) > _MOST_TYPES or not all(isinstance(name, str) for name in names):
-        raise RequestError(f"services is a list of at most {_MOST_TYPES} names")
-    answers = together({name: partial(_type, robot, name) for name in names}, _PROBE + 0.5)
+    if not isinstance(names, list) or len(names) > _MAX_TYPES or not all(isinstance(name, str) for name in names):
+        raise RequestError(f"services is a list of at most {_MAX_TYPES} names")
+    answers = run_concurrently({name: partial(_type, robot, name) for name in names}, _PROBE_TIMEOUT + 0.5)
     return {name: answer if isinstance(answer, str) else "" for name, answer in answers.items()}
 
 
-def call(robot: Robot, args: Mapping[str, Any], exchanges: Exchanges) -> dict[str, Any]:
+def call(robot: Robot, args: Mapping[str, Any], exchanges: ServiceExchanges) -> dict[str, Any]:
     """Call a service. Args: service, value, timeout (s). Returns the response as a tree, and the seconds it took."""
     name = text(args, "service")
     robot.check_visible(name)
     cls = load_service(_type(robot, name))
     request = from_json(cls._request_class, args.get("value"), robot.node.now())
     start = monotonic()
-    response = exchanges.call(robot.node, name, cls, request, number(args, "timeout", 0.1, _LONGEST, 10.0))
+    response = exchanges.call(robot.node, name, cls, request, number(args, "timeout", 0.1, _MAX_CALL_SECONDS, 10.0))
     return {"value": tree(response), "seconds": monotonic() - start}
 
 
@@ -59,7 +59,7 @@ def _type(robot: Robot, name: str) -> str:
     uri = robot.graph.service_uri(name)
     if uri is None:
         raise RequestError(f"no node provides the service {name}")
-    header = probe_service(name, uri, robot.node.name, _PROBE)
+    header = probe_service(name, uri, robot.node.name, _PROBE_TIMEOUT)
     if not header.get("type"):
         raise RequestError(f"the provider of {name} does not report its type")
     return header["type"]

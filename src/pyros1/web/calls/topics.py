@@ -8,17 +8,17 @@ from typing import Any
 from pyros1.ground import generated
 from pyros1.ground.errors import MessageError
 from pyros1.msgs import load_message
+from pyros1.web.models.forms import form as form_of
+from pyros1.web.models.forms import numbers
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
-from pyros1.web.tables.forms import form as form_of
-from pyros1.web.tables.forms import numbers
 from pyros1.web.views.view import text
 
-_MOST_FIELDS = 200
+_MAX_FIELDS = 200
 
 
 def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the form of a type; see `pyros1.web.tables.forms.form`. Args: type, or topic."""
+    """Return the form of a type; see `pyros1.web.models.forms.form`. Args: type, or topic."""
     name = args.get("type")
     if isinstance(name, str):
         return form_of(robot.types.find(name))
@@ -56,7 +56,7 @@ def types(robot: Robot, args: Mapping[str, Any]) -> list[str]:
         names = [f"{each}/" for each in robot.types.packages()]
     else:
         names = [f"{package}/{each.rpartition('/')[2]}" for each in generated.finder().library.messages(package)]
-    return sorted(name for name in names if name.startswith(begin))[:_MOST_FIELDS]
+    return sorted(name for name in names if name.startswith(begin))[:_MAX_FIELDS]
 
 
 def fields(robot: Robot, args: Mapping[str, Any]) -> list[str]:
@@ -70,9 +70,9 @@ def fields(robot: Robot, args: Mapping[str, Any]) -> list[str]:
             found += [path for path in numbers(load_message(kind), topic) if path.startswith(begin)]
         except MessageError:
             continue  # a type that is not installed here, or no type at all
-        if len(found) >= _MOST_FIELDS:
+        if len(found) >= _MAX_FIELDS:
             break
-    return found[:_MOST_FIELDS]
+    return found[:_MAX_FIELDS]
 
 
 CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {

@@ -14,24 +14,24 @@ from itertools import count, islice
 from time import monotonic
 from typing import NamedTuple
 
-from pyros1.doctor.asking import ask_publisher
-from pyros1.doctor.together import together
+from pyros1.doctor.concurrent import run_concurrently
+from pyros1.doctor.probe import ask_publisher
 from pyros1.graph import Graph, SystemState, probe_service
 from pyros1.ground.errors import Error, MessageError
-from pyros1.ground.shown import foreign
+from pyros1.ground.terminal_text import untrusted
 from pyros1.msgs import DefinitionCache, load_message, load_service
 from pyros1.web.foxglove.offers import ANY, Channel, Nodes, Offers, Service, Table
 from pyros1.web.server.wire import RequestError
 
-_PATIENCE = 1.0
+_NODE_TIMEOUT = 1.0
 """Seconds that a node has to answer a question."""
-_AT_ONCE = 64
+_MAX_QUESTIONS = 64
 """Most questions to nodes at the same time."""
-_ASK_AGAIN = 10.0
+_RETRY_DELAY = 10.0
 """Seconds until a question that was not answered is asked again."""
-_SPARE_IDS = 10_000
-_MOST_LESSONS = 1_000
-_MOST_TELLERS = 50
+_MAX_STALE_IDS = 10_000
+_MAX_NEW_HEADERS = 1_000
+_MAX_PUBLISHERS = 50
 """Most publishers of a topic whose definitions are kept."""
 
 
@@ -60,22 +60,22 @@ class Catalogue:
         self._may_see = may_see
         self._clock = clock
         self._lock = threading.Lock()
-        self._asking = threading.Lock()
-        self._made = float("-inf")
+        self._query_lock = threading.Lock()
+        self._refreshed_at = float("-inf")
         self._offers = Offers()
         self._ids: dict[Hashable, int] = {}
         self._numbers = count(1)
         # Definitions that publishers gave, where they are not ours. Of several, the first that is still there counts.
-        self._of_topics: dict[str, dict[str, _Definition]] = {}
+        self._topic_definitions: dict[str, dict[str, _Definition]] = {}
         self._unusable: dict[str, tuple[str, str]] = {}  # topic -> publisher, and what is wrong
-        self._of_services: dict[str, tuple[list[str], str]] = {}  # nodes and type
-        self._open: dict[str, Callable[[], _Answer | str]] = {}
+        self._service_types: dict[str, tuple[list[str], str]] = {}  # nodes and type
+        self._open_questions: dict[str, Callable[[], _Answer | str]] = {}
         self._unanswered: dict[str, float] = {}
         self._failure = ""  # of the last question to the master
-        self._lessons: deque[tuple[str, dict[str, str]]] = deque(maxlen=_MOST_LESSONS)
+        self._new_headers: deque[tuple[str, dict[str, str]]] = deque(maxlen=_MAX_NEW_HEADERS)
         self._problems: dict[str, str] = {}
 
-    def look(self, max_age: float) -> Offers:
+    def current_offers(self, max_age: float) -> Offers:
         """Return what there is.
 
         Args:
@@ -86,104 +86,110 @@ class Catalogue:
         """
         if self._lock.acquire(blocking=max_age <= 0):  # while one asks, others take what was found last
             try:
-                if self._lessons or self._clock() - self._made >= max_age:
-                    self._make()
+                if self._new_headers or self._clock() - self._refreshed_at >= max_age:
+                    self._refresh()
             finally:
                 self._lock.release()
         if self._failure:
             raise RequestError(self._failure)
         return self._offers
 
-    def ask(self) -> None:
+    def query_nodes(self) -> None:
         """Ask nodes for definitions that are missing; takes about a second if they do not answer."""
-        with self._asking:
+        with self._query_lock:
             with self._lock:
-                questions = dict(islice(self._open.items(), _AT_ONCE))
-            answers = together(questions, _PATIENCE)
+                questions = dict(islice(self._open_questions.items(), _MAX_QUESTIONS))
+            answers = run_concurrently(questions, _NODE_TIMEOUT)
             with self._lock:
                 for name, answer in answers.items():
                     if isinstance(answer, Exception):
-                        self._unanswered[name] = self._clock() + _ASK_AGAIN
+                        self._unanswered[name] = self._clock() + _RETRY_DELAY
                         self._problems[name] = f"{name}: {answer}"
                         continue
                     self._problems.pop(name, None)
                     if isinstance(answer, str):
-                        self._of_services[name] = (list(self._offers.nodes.services.get(name, ())), answer)
+                        self._service_types[name] = (list(self._offers.nodes.services.get(name, ())), answer)
                     else:
-                        self._keep(name, *answer)
-                self._make()
+                        self._store_definition(name, *answer)
+                self._refresh()
 
-    def learn(self, channel: Channel, header: Mapping[str, str]) -> None:
+    def add_header(self, channel: Channel, header: Mapping[str, str]) -> None:
         """Take a publisher's connection header that says another definition than a channel. Any thread may call it."""
-        self._lessons.append((channel.topic, dict(header)))
+        self._new_headers.append((channel.topic, dict(header)))
 
-    def _learn(self, topic: str, header: Mapping[str, str]) -> None:
-        who = header.get("callerid", "")
+    def _apply_header(self, topic: str, header: Mapping[str, str]) -> None:
+        publisher = header.get("callerid", "")
         try:
-            found = _checked(header.get("type", ""), header.get("md5sum", ANY), header.get("message_definition", ""))
+            found = _checked_definition(
+                header.get("type", ""), header.get("md5sum", ANY), header.get("message_definition", "")
+            )
         except MessageError as error:
-            told = f"{topic}: the definition of {foreign(who) or 'a publisher'} is unusable: {error}"
-            self._unusable[topic] = (who, told)
+            problem = f"{topic}: the definition of {untrusted(publisher) or 'a publisher'} is unusable: {error}"
+            self._unusable[topic] = (publisher, problem)
             return
-        self._keep(topic, who, found)
+        self._store_definition(topic, publisher, found)
 
-    def _keep(self, topic: str, publisher: str, definition: _Definition) -> None:
-        known = self._of_topics.setdefault(topic, {})
-        if len(known) < _MOST_TELLERS or publisher in known:
+    def _store_definition(self, topic: str, publisher: str, definition: _Definition) -> None:
+        known = self._topic_definitions.setdefault(topic, {})
+        if len(known) < _MAX_PUBLISHERS or publisher in known:
             known[publisher] = definition
 
-    def _forget_the_dead(self, nodes: Nodes) -> None:
+    def _forget_unregistered(self, nodes: Nodes) -> None:
         """Forget what publishers have told that have gone: those who took their places may say something else."""
-        for topic, told in list(self._of_topics.items()):
+        for topic, definitions in list(self._topic_definitions.items()):
             publishers = nodes.publishers.get(topic)
             if publishers:
-                self._of_topics[topic] = {who: each for who, each in told.items() if who in publishers}
-        self._of_topics = {topic: told for topic, told in self._of_topics.items() if told}
-        for topic, (who, _) in list(self._unusable.items()):
-            if who and who not in nodes.publishers.get(topic, ()):
+                self._topic_definitions[topic] = {
+                    publisher: each for publisher, each in definitions.items() if publisher in publishers
+                }
+        self._topic_definitions = {
+            topic: definitions for topic, definitions in self._topic_definitions.items() if definitions
+        }
+        for topic, (publisher, _) in list(self._unusable.items()):
+            if publisher and publisher not in nodes.publishers.get(topic, ()):
                 del self._unusable[topic]
 
-    def _of_several(self) -> dict[str, str]:
+    def _conflicting_topics(self) -> dict[str, str]:
         """Return what is wrong with topics whose publishers tell different definitions, or unusable ones."""
         found: dict[str, str] = {}
-        for topic, told in self._of_topics.items():
-            first = next(iter(told.values()))
-            for who, each in told.items():
+        for topic, definitions in self._topic_definitions.items():
+            first = next(iter(definitions.values()))
+            for publisher, each in definitions.items():
                 if each != first:
-                    others = f"{foreign(who)} publishes a different {foreign(each.type)} than other nodes"
-                    found[topic] = f"{topic}: {others}; its messages are left out"
+                    problem = f"{untrusted(publisher)} publishes a different {untrusted(each.type)} than other nodes"
+                    found[topic] = f"{topic}: {problem}; its messages are left out"
         return {**found, **{topic: text for topic, (_, text) in self._unusable.items()}}
 
-    def _make(self) -> None:
+    def _refresh(self) -> None:
         try:
             state, types = self._graph.state(), self._graph.topic_types()
         except Error as error:
-            self._failure, self._made = str(error), self._clock()
+            self._failure, self._refreshed_at = str(error), self._clock()
             return
         self._failure = ""
-        while self._lessons:
-            self._learn(*self._lessons.popleft())
-        self._take(state, {name: kind for name, kind in types.items() if self._may_see(name)})
+        while self._new_headers:
+            self._apply_header(*self._new_headers.popleft())
+        self._update(state, {name: kind for name, kind in types.items() if self._may_see(name)})
 
-    def _take(self, state: SystemState, types: Mapping[str, str]) -> None:
+    def _update(self, state: SystemState, types: Mapping[str, str]) -> None:
         tables = [self._visible(table) for table in state]
         nodes = Nodes(*tables)
-        for known in (self._of_topics, self._unanswered, self._problems, self._of_services, self._unusable):
+        for known in (self._topic_definitions, self._unanswered, self._problems, self._service_types, self._unusable):
             for name in [name for name in known if name not in types and name not in nodes.services]:
                 del known[name]
-        self._forget_the_dead(nodes)
-        for name, (providers, _) in list(self._of_services.items()):
+        self._forget_unregistered(nodes)
+        for name, (providers, _) in list(self._service_types.items()):
             if nodes.services.get(name) != providers:  # another node may have another type
-                del self._of_services[name]
+                del self._service_types[name]
         channels = {each.topic: each for name, kind in types.items() if (each := self._channel(name, kind, nodes))}
         services = {each.name: each for each in map(self._service, nodes.services) if each}
-        if len(self._ids) > 2 * (len(channels) + len(services)) + _SPARE_IDS:
+        if len(self._ids) > 2 * (len(channels) + len(services)) + _MAX_STALE_IDS:
             current = {*(each.id for each in channels.values()), *(each.id for each in services.values())}
             self._ids = {key: number for key, number in self._ids.items() if number in current}
-        self._open = self._missing(channels, nodes)
-        problems = {**self._problems, **self._of_several()}
-        self._offers = Offers(channels, services, nodes, problems, more=bool(self._open))
-        self._made = self._clock()
+        self._open_questions = self._new_questions(channels, nodes)
+        problems = {**self._problems, **self._conflicting_topics()}
+        self._offers = Offers(channels, services, nodes, problems, has_open_questions=bool(self._open_questions))
+        self._refreshed_at = self._clock()
 
     def _visible(self, table: Table) -> Table:
         return {name: nodes for name, nodes in table.items() if self._may_see(name)}
@@ -191,8 +197,8 @@ class Catalogue:
     def _channel(self, topic: str, kind: str, nodes: Nodes) -> Channel | None:
         if topic not in nodes.publishers and topic not in nodes.subscribers:
             return None
-        told = self._of_topics.get(topic)
-        definition = next(iter(told.values())) if told else None
+        definitions = self._topic_definitions.get(topic)
+        definition = next(iter(definitions.values())) if definitions else None
         if definition is None:
             try:
                 cls = load_message(kind)
@@ -204,7 +210,7 @@ class Catalogue:
         )
 
     def _service(self, name: str) -> Service | None:
-        known = self._of_services.get(name)
+        known = self._service_types.get(name)
         if known is None:
             return None
         kind = known[1]
@@ -222,17 +228,17 @@ class Catalogue:
             self._ids[key] = next(self._numbers)
         return self._ids[key]
 
-    def _missing(self, channels: Mapping[str, Channel], nodes: Nodes) -> dict[str, Callable[[], _Answer | str]]:
+    def _new_questions(self, channels: Mapping[str, Channel], nodes: Nodes) -> dict[str, Callable[[], _Answer | str]]:
         """Return the questions that are to be asked of nodes, by topic or service."""
         now = self._clock()
-        asked: dict[str, Callable[[], _Answer | str]] = {}
+        questions: dict[str, Callable[[], _Answer | str]] = {}
         for topic, publishers in nodes.publishers.items():
             if topic not in channels and self._unanswered.get(topic, now) <= now:
-                asked[topic] = partial(self._ask_topic, topic, publishers[0])
+                questions[topic] = partial(self._ask_topic, topic, publishers[0])
         for service in nodes.services:
-            if service not in self._of_services and self._unanswered.get(service, now) <= now:
-                asked[service] = partial(self._ask_service, service)
-        return asked
+            if service not in self._service_types and self._unanswered.get(service, now) <= now:
+                questions[service] = partial(self._ask_service, service)
+        return questions
 
     def _ask_topic(self, topic: str, publisher: str) -> _Answer:
         uri = self._graph.node_uri(publisher)
@@ -240,20 +246,20 @@ class Catalogue:
             raise MessageError(f"its publisher {publisher} is gone")
         offer = ask_publisher(self._graph.master.caller_id, uri, topic)
         if offer.failure is not None:
-            raise MessageError(f"its publisher {publisher} does not report its type: {foreign(offer.failure.text)}")
-        return _Answer(publisher, _checked(offer.type, offer.md5sum, offer.definition))
+            raise MessageError(f"its publisher {publisher} does not report its type: {untrusted(offer.failure.text)}")
+        return _Answer(publisher, _checked_definition(offer.type, offer.md5sum, offer.definition))
 
     def _ask_service(self, name: str) -> str:
         uri = self._graph.service_uri(name)
         if uri is None:
             raise MessageError("no node provides this service")
-        kind = probe_service(name, uri, self._graph.master.caller_id, _PATIENCE).get("type")
+        kind = probe_service(name, uri, self._graph.master.caller_id, _NODE_TIMEOUT).get("type")
         if not kind:
             raise MessageError("its provider does not report its type")
         return kind
 
 
-def _checked(kind: str, md5sum: str, text: str) -> _Definition:
+def _checked_definition(kind: str, md5sum: str, text: str) -> _Definition:
     """Return a publisher's definition.
 
     Raises:

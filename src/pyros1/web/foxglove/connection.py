@@ -16,15 +16,15 @@ from websockets.protocol import State
 
 from pyros1 import __version__
 from pyros1.ground.errors import Error
-from pyros1.web.exchanges import Exchanges
-from pyros1.web.foxglove import frames, machine, requests, work
+from pyros1.web.foxglove import frames, machine, requests, viewer_actions
 from pyros1.web.foxglove.frames import Frame, Level
 from pyros1.web.foxglove.machine import Action, Machine
 from pyros1.web.foxglove.offers import Channel
-from pyros1.web.foxglove.outbox import Outbox, Waiting
-from pyros1.web.foxglove.shared import Shared
+from pyros1.web.foxglove.outbox import Outbox, QueuedMessage
+from pyros1.web.foxglove.shared import ViewerContext
 from pyros1.web.hub import Arrival
-from pyros1.web.server.waiting import PATIENCE, Pending, wait_for_event, wait_until_over
+from pyros1.web.server.waiting import MAX_PENDING_SECONDS, Pending, wait_for_event, wait_until_done
+from pyros1.web.service_exchanges import ServiceExchanges
 
 _PERIOD = 1.0
 """Seconds between two looks at what there is."""
@@ -32,14 +32,14 @@ _TICK = 0.02
 """Seconds between two frames with simulated time."""
 _BATCH = 64 << 10
 """Bytes of messages that are taken from the outbox together."""
-_MOST_JOBS = 100
+_MAX_JOBS = 100
 """Most service calls and files that a viewer may wait for."""
-_AT_ONCE = 4
+_MAX_CONCURRENT_JOBS = 4
 """Most of them that are worked on at the same time."""
-_UNSENT = 1 << 20
+_MAX_UNSENT = 1 << 20
 """Bytes that the system keeps for a slow connection: what waits there grows old, and nothing newer can overtake it."""
-_MOST_STRANGERS = 1_000
-TELL_AGAIN = 2.0
+_MAX_MISMATCHED = 1_000
+REPORT_PERIOD = 2.0
 """Seconds after which a publisher that sends another definition than its channel's is told of again."""
 
 
@@ -55,7 +55,7 @@ class Viewer:
     """
 
     def __init__(
-        self, connection: ServerConnection, shared: Shared, pushes: Executor, calls: Executor, services: Executor
+        self, connection: ServerConnection, shared: ViewerContext, pushes: Executor, calls: Executor, services: Executor
     ) -> None:
         self._connection = connection
         self._shared = shared
@@ -63,35 +63,37 @@ class Viewer:
         self._pushes = pushes
         self._calls = calls
         self._services = services
-        self._exchanges = Exchanges()
+        self._exchanges = ServiceExchanges()
         self._loop = asyncio.get_running_loop()
         self._machine = Machine(self._robot.access.read_only)
-        self._turn = asyncio.Lock()  # of the machine and its actions
+        self._machine_lock = asyncio.Lock()  # of the machine and its actions
         self._outbox = Outbox()
         self._subscriptions: dict[int, int] = {}  # by ticket of the outbox
-        self._ends: dict[int, Callable[[], None]] = {}  # of subscriptions
-        self._publishers = work.Publishers(shared)
+        self._unsubscribers: dict[int, Callable[[], None]] = {}  # of subscriptions
+        self._publishers = viewer_actions.Publishers(shared)
         self._jobs: set[asyncio.Task[None]] = set()
-        self._room = asyncio.Semaphore(_AT_ONCE)
-        self._may_go_on = asyncio.Event()
-        self._subscribing = Pending(lambda: self._call_soon(self._may_go_on.set))
-        self._messages_wait = asyncio.Event()
-        self._waking = False
+        self._job_slots = asyncio.Semaphore(_MAX_CONCURRENT_JOBS)
+        self._may_resume = asyncio.Event()
+        self._subscribing = Pending(lambda: self._call_soon(self._may_resume.set))
+        self._messages_available = asyncio.Event()
+        self._wake_scheduled = False
         self._changed = asyncio.Event()
-        self._strangers: dict[tuple[int, str, str], float] = {}  # and when they were told of
-        self._told_simulated = False
+        self._mismatched_publishers: dict[tuple[int, str, str], float] = {}  # and when they were told of
+        self._announced_simulated = False
 
     async def run(self) -> None:
         """Serve the viewer until it goes."""
-        self._keep_little_unsent()
+        self._limit_send_buffer()
         tasks: list[asyncio.Task[None]] = []
         try:
             await self._call(self._robot.wait, _PERIOD)
-            await self._greet()
-            tasks = [asyncio.create_task(each) for each in (self._look(), self._send_messages(), self._send_time())]
+            await self._send_hello()
+            tasks = [
+                asyncio.create_task(each) for each in (self._push_offers(), self._send_messages(), self._send_time())
+            ]
             async for frame in self._connection:
-                async with self._turn:
-                    await self._do(*self._machine.handle(frame))
+                async with self._machine_lock:
+                    await self._perform_all(*self._machine.handle(frame))
         except ConnectionClosed:
             pass
         finally:
@@ -99,14 +101,14 @@ class Viewer:
             for task in (*tasks, *self._jobs):
                 task.cancel()
             await asyncio.gather(*tasks, *self._jobs, return_exceptions=True)
-            async with self._turn:
+            async with self._machine_lock:
                 await self._push(self._end)
 
-    def _keep_little_unsent(self) -> None:
+    def _limit_send_buffer(self) -> None:
         option = getattr(socket, "TCP_NOTSENT_LOWAT", None)
         if option is not None:
             with contextlib.suppress(OSError, AttributeError):
-                self._connection.transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, option, _UNSENT)
+                self._connection.transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, option, _MAX_UNSENT)
 
     def _simulated(self) -> bool:
         try:
@@ -114,14 +116,14 @@ class Viewer:
         except Error:
             return False
 
-    async def _greet(self) -> None:
-        self._told_simulated = self._simulated()
+    async def _send_hello(self) -> None:
+        self._announced_simulated = self._simulated()
         name = f"pyros1 {__version__}, {self._robot.master_uri}"
-        await self._send(self._machine.hello(name, self._shared.session, self._told_simulated))
+        await self._send(self._machine.hello(name, self._shared.session, self._announced_simulated))
 
     def _end(self) -> None:
-        for end in list(self._ends.values()):
-            end()
+        for unsubscribe in list(self._unsubscribers.values()):
+            unsubscribe()
         self._publishers.close()
 
     # What goes out ----------------------------------------------------------------------------------------------------
@@ -133,8 +135,8 @@ class Viewer:
     async def _send_messages(self) -> None:
         with contextlib.suppress(ConnectionClosed):
             while True:
-                self._messages_wait.clear()
-                self._waking = False
+                self._messages_available.clear()
+                self._wake_scheduled = False
                 while waiting := self._outbox.take(_BATCH):
                     found = [
                         frames.message(subscription, each.time, each.payload)
@@ -147,43 +149,43 @@ class Viewer:
                     for last in found[-1:]:
                         await self._connection.send(last)  # a slow viewer is waited for here
                     await asyncio.sleep(0)  # others of this loop come in between
-                await self._messages_wait.wait()
+                await self._messages_available.wait()
 
     async def _send_time(self) -> None:
-        told = -1
+        last_time = -1
         with contextlib.suppress(ConnectionClosed):
             while True:
-                if self._told_simulated:
+                if self._announced_simulated:
                     now = self._robot.node.now()
                     nanoseconds = now.secs * 1_000_000_000 + now.nsecs
-                    if nanoseconds != told:
-                        told = nanoseconds
+                    if nanoseconds != last_time:
+                        last_time = nanoseconds
                         await self._connection.send(frames.time(nanoseconds))
-                await asyncio.sleep(_TICK if self._told_simulated else _PERIOD)
+                await asyncio.sleep(_TICK if self._announced_simulated else _PERIOD)
 
-    async def _look(self) -> None:
+    async def _push_offers(self) -> None:
         """Tell the viewer what there is, again and again."""
         with contextlib.suppress(ConnectionClosed):
             while True:
                 self._changed.clear()
                 try:
-                    if await self._look_once():
+                    if await self._push_offers_once():
                         continue
                 except Error as error:
                     await self._send(self._machine.problems({"master": str(error)}))
                 await wait_for_event(self._changed, _PERIOD)
 
-    async def _look_once(self) -> bool:
+    async def _push_offers_once(self) -> bool:
         """Return whether to look again at once."""
         _ = self._robot.node
-        if self._simulated() != self._told_simulated:
-            await self._greet()  # the master came after the viewer
+        if self._simulated() != self._announced_simulated:
+            await self._send_hello()  # the master came after the viewer
         catalogue = self._shared.catalogue
-        offers = await self._call(catalogue.look, _PERIOD * 0.8)
-        async with self._turn:
-            await self._do(*self._machine.offer(offers))
-        if offers.more:
-            await self._call(catalogue.ask)
+        offers = await self._call(catalogue.current_offers, _PERIOD * 0.8)
+        async with self._machine_lock:
+            await self._perform_all(*self._machine.offer(offers))
+        if offers.has_open_questions:
+            await self._call(catalogue.query_nodes)
             return True
         if self._machine.watches_parameters:
             values = await self._call(self._shared.parameters, _PERIOD * 0.8)
@@ -192,96 +194,102 @@ class Viewer:
 
     # What comes in ----------------------------------------------------------------------------------------------------
 
-    async def _do(self, actions: list[Action], answer: list[Frame]) -> None:
+    async def _perform_all(self, actions: list[Action], answer: list[Frame]) -> None:
         for action in actions:
             if self._subscribing and not isinstance(action, machine.Listen):
-                await wait_until_over(self._subscribing, self._may_go_on, PATIENCE)
+                await wait_until_done(self._subscribing, self._may_resume, MAX_PENDING_SECONDS)
             try:
-                await self._send(await self._done(action))
+                await self._send(await self._perform(action))
             except Error as error:
                 await self._send([frames.status(Level.ERROR, str(error), _status_id(action))])
         await self._send(answer)
 
-    async def _done(self, action: Action) -> list[Frame]:
+    async def _perform(self, action: Action) -> list[Frame]:
         """Do what a machine wants; return frames of an answer."""
         match action:
             case machine.Listen(subscription, channel):
                 await self._listen(subscription, channel)
-            case machine.Leave(subscription):
-                await self._push(self._ends[subscription])
-                del self._ends[subscription]
-            case machine.Announce(channel):
-                await self._push(self._publishers.announce, channel)
+            case machine.StopListening(subscription):
+                await self._push(self._unsubscribers[subscription])
+                del self._unsubscribers[subscription]
+            case machine.Advertise(channel):
+                await self._push(self._publishers.advertise, channel)
             case machine.Publish(channel, payload):
                 await self._push(self._publishers.publish, channel, payload)
-            case machine.Retract(channel):
-                await self._push(self._publishers.retract, channel)
+            case machine.Unadvertise(channel):
+                await self._push(self._publishers.unadvertise, channel)
             case machine.Call():
-                if len(self._jobs) >= _MOST_JOBS:
+                if len(self._jobs) >= _MAX_JOBS:
                     return [frames.service_failure(action.service.id, action.call, "too many calls at once")]
-                self._begin(self._job(self._services, partial(work.call_service, self._exchanges), action))
+                self._start_job(
+                    self._job(self._services, partial(viewer_actions.call_service, self._exchanges), action)
+                )
             case requests.FetchAsset():
-                if len(self._jobs) >= _MOST_JOBS:
+                if len(self._jobs) >= _MAX_JOBS:
                     return [frames.asset_failure(action.id, "too many files at once")]
-                self._begin(self._job(self._calls, work.fetch, action))
+                self._start_job(self._job(self._calls, viewer_actions.fetch, action))
             case requests.GetParameters():
-                return list(await self._call(work.get_parameters, self._shared, action))
+                return list(await self._call(viewer_actions.get_parameters, self._shared, action))
             case requests.SetParameters():
-                return list(await self._call(work.set_parameters, self._shared, action))
+                return list(await self._call(viewer_actions.set_parameters, self._shared, action))
             case requests.WatchParameters(names):
                 return self._machine.watch(names, await self._call(self._shared.parameters, 0.0))
         return []
 
     async def _listen(self, subscription: int, channel: Channel) -> None:
         known: dict[str, str] | None = None  # the last header; each connection has one
-        keeper: str | None = None
+        latched_by: str | None = None
 
         def arrived(arrival: Arrival) -> None:
-            nonlocal known, keeper
+            nonlocal known, latched_by
             header = arrival.raw._connection_header or {}
             if header is not known:
                 if not channel.carries(header):
-                    self._learn(channel, header, arrival.at)
+                    self._report_mismatch(channel, header, arrival.at)
                     return
                 known = header
-                keeper = header.get("callerid", "") if header.get("latching") == "1" else None
-            self._outbox.put(Waiting(ticket, frames.nanoseconds(arrival.time), arrival.raw._buff, keeper, arrival.at))
+                latched_by = header.get("callerid", "") if header.get("latching") == "1" else None
+            self._outbox.put(
+                QueuedMessage(ticket, frames.nanoseconds(arrival.time), arrival.raw._buff, latched_by, arrival.at)
+            )
             self._wake()
 
-        def end() -> None:
+        def unsubscribe() -> None:
             self._subscriptions.pop(ticket, None)
             self._outbox.close(ticket)
-            leave()
+            stop_listening()
 
         ticket = self._outbox.open()
         self._subscriptions[ticket] = subscription
         done = self._subscribing.begin()
         try:
-            leave = await self._push(self._robot.listen, channel.topic, arrived, done)
+            stop_listening = await self._push(self._robot.listen, channel.topic, arrived, done)
         except Error:
             done()
             self._outbox.close(ticket)
             self._machine.refuse(subscription)
             raise
-        self._ends[subscription] = end
+        self._unsubscribers[subscription] = unsubscribe
 
-    def _learn(self, channel: Channel, header: dict[str, str], now: float) -> None:
+    def _report_mismatch(self, channel: Channel, header: dict[str, str], now: float) -> None:
         """Take a publisher's header that does not fit; called with each of its messages."""
-        stranger = (channel.id, header.get("callerid", ""), header.get("md5sum", ""))
-        told = self._strangers.get(stranger, now - TELL_AGAIN)
-        if now >= told + TELL_AGAIN and (stranger in self._strangers or len(self._strangers) < _MOST_STRANGERS):
-            self._strangers[stranger] = now
-            self._shared.catalogue.learn(channel, header)
+        mismatch = (channel.id, header.get("callerid", ""), header.get("md5sum", ""))
+        last_time = self._mismatched_publishers.get(mismatch, now - REPORT_PERIOD)
+        if now >= last_time + REPORT_PERIOD and (
+            mismatch in self._mismatched_publishers or len(self._mismatched_publishers) < _MAX_MISMATCHED
+        ):
+            self._mismatched_publishers[mismatch] = now
+            self._shared.catalogue.add_header(channel, header)
             self._call_soon(self._changed.set)
 
-    def _begin(self, job: Coroutine[Any, Any, None]) -> None:
+    def _start_job(self, job: Coroutine[Any, Any, None]) -> None:
         task = asyncio.create_task(job)
         self._jobs.add(task)
         task.add_done_callback(self._jobs.discard)
 
-    async def _job(self, threads: Executor, function: Callable[[Shared, Any], Frame], action: Any) -> None:
+    async def _job(self, threads: Executor, function: Callable[[ViewerContext, Any], Frame], action: Any) -> None:
         with contextlib.suppress(ConnectionClosed):
-            async with self._room:  # until the frame has gone: it may be large
+            async with self._job_slots:  # until the frame has gone: it may be large
                 frame = await self._loop.run_in_executor(threads, function, self._shared, action)
                 await self._connection.send(frame)
 
@@ -292,9 +300,9 @@ class Viewer:
         return await self._loop.run_in_executor(self._calls, function, *args)
 
     def _wake(self) -> None:
-        if not self._waking:
-            self._waking = True
-            self._call_soon(self._messages_wait.set)
+        if not self._wake_scheduled:
+            self._wake_scheduled = True
+            self._call_soon(self._messages_available.set)
 
     def _call_soon(self, function: Callable[[], object]) -> None:
         with contextlib.suppress(RuntimeError):  # the loop has ended
@@ -304,6 +312,6 @@ class Viewer:
 def _status_id(action: Action) -> str | None:
     """Return a name for what is wrong, so that a viewer that publishes often is not told as often."""
     match action:
-        case machine.Announce(channel) | machine.Publish(channel):
+        case machine.Advertise(channel) | machine.Publish(channel):
             return f"publish {channel.id}"
     return None

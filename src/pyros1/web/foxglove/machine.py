@@ -9,15 +9,15 @@ from typing import Any
 
 from pyros1.web.foxglove import frames, parameters, payloads, requests
 from pyros1.web.foxglove.frames import Frame, Level
-from pyros1.web.foxglove.offers import NOBODY, Channel, Nodes, Offers, Service
+from pyros1.web.foxglove.offers import NO_NODES, Channel, Nodes, Offers, Service
 from pyros1.web.foxglove.parameters import Values
 from pyros1.web.foxglove.requests import ClientChannel, FrameError
 
-MOST_SUBSCRIPTIONS = 2_000
-MOST_CLIENT_CHANNELS = 200
-MOST_WATCHED = 10_000
+MAX_SUBSCRIPTIONS = 2_000
+MAX_CLIENT_CHANNELS = 200
+MAX_WATCHED = 10_000
 """Most parameters whose changes a viewer is told."""
-_MOST_PROBLEMS = 100
+_MAX_PROBLEMS = 100
 _FRAME = 200
 """Most channels or services of one frame: their definitions make it long."""
 _READ_ONLY = "this server is read-only (--read-only)"
@@ -32,21 +32,21 @@ class Listen:
 
 
 @dataclass(frozen=True)
-class Leave:
+class StopListening:
     """End a subscription."""
 
     subscription: int
 
 
 @dataclass(frozen=True)
-class Announce:
+class Advertise:
     """Begin to publish."""
 
     channel: ClientChannel
 
 
 @dataclass(frozen=True)
-class Retract:
+class Unadvertise:
     """End publishing."""
 
     channel: ClientChannel
@@ -72,9 +72,9 @@ class Call:
 
 Action = (
     Listen
-    | Leave
-    | Announce
-    | Retract
+    | StopListening
+    | Advertise
+    | Unadvertise
     | Publish
     | Call
     | requests.GetParameters
@@ -129,42 +129,42 @@ class Machine:
         actions: list[Action] = []
         found: list[Frame] = []
         channels = {each.id: each for each in offers.channels.values()}
-        gone = [number for number in self._channels if number not in channels]
+        stale = [number for number in self._channels if number not in channels]
         for subscription in [each for each, number in self._subscriptions.items() if number not in channels]:
             del self._subscriptions[subscription]
-            actions.append(Leave(subscription))
-        if gone:
-            found.append(frames.unadvertise(gone))
+            actions.append(StopListening(subscription))
+        if stale:
+            found.append(frames.unadvertise(stale))
         new = [each for number, each in channels.items() if number not in self._channels]
         found += [frames.advertise(part) for part in _parts(new)]
         self._channels = channels
         if not self._read_only:
             found += self._offer_services({each.id: each for each in offers.services.values()})
         if self._graph is not None:
-            found += self._tell_graph()
+            found += self._graph_update()
         return actions, [*found, *self.problems(offers.problems)]
 
     def _offer_services(self, services: dict[int, Service]) -> list[Frame]:
-        gone = [number for number in self._services if number not in services]
+        stale = [number for number in self._services if number not in services]
         new = [each for number, each in services.items() if number not in self._services]
         self._services = services
-        taken_back = [frames.unadvertise_services(gone)] if gone else []
-        return [*taken_back, *(frames.advertise_services(part) for part in _parts(new))]
+        unadvertised = [frames.unadvertise_services(stale)] if stale else []
+        return [*unadvertised, *(frames.advertise_services(part) for part in _parts(new))]
 
-    def _tell_graph(self) -> list[Frame]:
-        frame = frames.graph_update(self._graph or NOBODY, self._offers.nodes)
+    def _graph_update(self) -> list[Frame]:
+        frame = frames.graph_update(self._graph or NO_NODES, self._offers.nodes)
         self._graph = self._offers.nodes
         return [] if frame is None else [frame]
 
     def problems(self, problems: Mapping[str, str]) -> list[Frame]:
         """Take what is wrong now, as texts by any names; return frames that say what is new, and what is over."""
-        now = dict(islice(problems.items(), _MOST_PROBLEMS))
-        over = [name for name in self._problems if name not in now]
+        now = dict(islice(problems.items(), _MAX_PROBLEMS))
+        resolved = [name for name in self._problems if name not in now]
         found = [
             frames.status(Level.WARNING, text, name) for name, text in now.items() if self._problems.get(name) != text
         ]
         self._problems = now
-        return [frames.remove_status(over), *found] if over else found
+        return [frames.remove_status(resolved), *found] if resolved else found
 
     @property
     def watches_parameters(self) -> bool:
@@ -193,15 +193,15 @@ class Machine:
         Returns:
             Frames with the present values of parameters that were not watched yet.
         """
-        wanted = [name for name in (tuple(names) or values.flat) if name not in self._watched]
-        room = MOST_WATCHED - len(self._watched)
-        new = {name: values.get(name) for name in wanted[:room]}
+        unwatched = [name for name in (tuple(names) or values.flat) if name not in self._watched]
+        capacity = MAX_WATCHED - len(self._watched)
+        new = {name: values.get(name) for name in unwatched[:capacity]}
         self._watched.update(new)
         found: list[Frame] = []
         if new:
             found.append(frames.parameter_values([parameters.entry(*each) for each in new.items()]))
-        if len(wanted) > room:
-            found.append(frames.status(Level.WARNING, f"at most {MOST_WATCHED} parameters can be watched"))
+        if len(unwatched) > capacity:
+            found.append(frames.status(Level.WARNING, f"at most {MAX_WATCHED} parameters can be watched"))
         return found
 
     def refuse(self, subscription: int) -> None:
@@ -225,7 +225,7 @@ class Machine:
                 known = [
                     number for number in dict.fromkeys(numbers) if self._subscriptions.pop(number, None) is not None
                 ]
-                return [Leave(number) for number in known], []
+                return [StopListening(number) for number in known], []
             case requests.ClientMessage(number, payload):
                 channel = self._client_channels.get(number)
                 if channel is None:
@@ -236,19 +236,19 @@ class Machine:
             case requests.ClientAdvertise(channels):
                 return self._advertise(channels)
             case requests.ClientUnadvertise(numbers):
-                taken = [self._client_channels.pop(number, None) for number in dict.fromkeys(numbers)]
-                return [Retract(channel) for channel in taken if channel is not None], []
+                removed = [self._client_channels.pop(number, None) for number in dict.fromkeys(numbers)]
+                return [Unadvertise(channel) for channel in removed if channel is not None], []
             case requests.SetParameters() if self._read_only:
                 names = tuple(each.name for each in request.parameters)
-                again: list[Action] = [requests.GetParameters(names, request.id)] if names else []
-                return again, [frames.status(Level.ERROR, _READ_ONLY)]
+                reread: list[Action] = [requests.GetParameters(names, request.id)] if names else []
+                return reread, [frames.status(Level.ERROR, _READ_ONLY)]
             case requests.UnwatchParameters(watched):
                 for name in watched or tuple(self._watched):
                     self._watched.pop(name, None)
                 return [], []
             case requests.WatchGraph():
-                self._graph = self._graph or NOBODY
-                return [], self._tell_graph()
+                self._graph = self._graph or NO_NODES
+                return [], self._graph_update()
             case requests.UnwatchGraph():
                 self._graph = None
                 return [], []
@@ -257,20 +257,20 @@ class Machine:
     def _subscribe(self, pairs: Iterable[tuple[int, int]]) -> Result:
         actions: list[Action] = []
         problems: list[str] = []
-        taken = {*self._subscriptions.values()}
+        subscribed = {*self._subscriptions.values()}
         for subscription, number in pairs:
             channel = self._channels.get(number)
             if subscription in self._subscriptions:
                 problems.append(f"you already have a subscription {subscription}")
             elif channel is None:
                 problems.append(f"there is no channel {number}")
-            elif number in taken:
+            elif number in subscribed:
                 problems.append(f"you already have a subscription of {channel.topic}")
-            elif len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
-                problems.append(f"a viewer has at most {MOST_SUBSCRIPTIONS} subscriptions")
+            elif len(self._subscriptions) >= MAX_SUBSCRIPTIONS:
+                problems.append(f"a viewer has at most {MAX_SUBSCRIPTIONS} subscriptions")
             else:
                 self._subscriptions[subscription] = number
-                taken.add(number)
+                subscribed.add(number)
                 actions.append(Listen(subscription, channel))
         return actions, _warnings(problems)
 
@@ -287,8 +287,8 @@ class Machine:
                 continue
             if channel.id in self._client_channels:
                 problems.append(f"you already have a channel {channel.id}")
-            elif len(self._client_channels) >= MOST_CLIENT_CHANNELS:
-                problems.append(f"a viewer has at most {MOST_CLIENT_CHANNELS} channels")
+            elif len(self._client_channels) >= MAX_CLIENT_CHANNELS:
+                problems.append(f"a viewer has at most {MAX_CLIENT_CHANNELS} channels")
             else:
                 known = self._offers.channels.get(channel.topic)
                 if known is not None and known.type != payloads.type_name(channel):
@@ -296,7 +296,7 @@ class Machine:
                         f"{channel.topic} carries {known.type}, so no subscriber would accept {channel.type}"
                     )
                 self._client_channels[channel.id] = channel
-                actions.append(Announce(channel))
+                actions.append(Advertise(channel))
         return actions, _warnings(problems)
 
     def _call(self, request: requests.CallService) -> Result:

@@ -59,7 +59,7 @@ class Nodes(NamedTuple):
     services: Table
 
 
-NOBODY = Nodes({}, {}, {})
+NO_NODES = Nodes({}, {}, {})
 
 
 @dataclass(frozen=True)
@@ -71,11 +71,11 @@ class Offers:
         services: by name.
         nodes: the graph.
         problems: what is wrong with topics and services: text for a person, by a name for the problem.
-        more: whether definitions are still to be asked for.
+        has_open_questions: whether definitions are still to be asked for.
     """
 
     channels: Mapping[str, Channel] = field(default_factory=dict)
     services: Mapping[str, Service] = field(default_factory=dict)
-    nodes: Nodes = NOBODY
+    nodes: Nodes = NO_NODES
     problems: Mapping[str, str] = field(default_factory=dict)
-    more: bool = False
+    has_open_questions: bool = False

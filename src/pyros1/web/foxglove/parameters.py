@@ -10,7 +10,7 @@ from typing import Any
 
 from pyros1.web.foxglove.requests import FrameError, SetParameter
 
-MOST_VALUES = 100_000
+MAX_VALUES = 100_000
 """Most parameters that viewers are told of."""
 
 
@@ -29,7 +29,7 @@ class Values:
         self.flat: dict[str, Any] = {}
         self._tree: dict[str, Any] = {}
         waiting: list[tuple[str, Any]] = [("", tree)]
-        while waiting and len(self.flat) < MOST_VALUES:
+        while waiting and len(self.flat) < MAX_VALUES:
             name, value = waiting.pop()
             if isinstance(value, Mapping) and (value or not name):
                 waiting += [(f"{name}/{key}", inner) for key, inner in value.items()]
@@ -79,10 +79,10 @@ def entry(name: str, value: Any) -> dict[str, Any]:
 
 def entries(values: Values, names: Iterable[str]) -> list[dict[str, Any]]:
     """Return some parameters, or with no names all, as frames have them."""
-    wanted = list(dict.fromkeys(names))
-    if not wanted:
+    requested = list(dict.fromkeys(names))
+    if not requested:
         return [entry(name, value) for name, value in values.flat.items()]
-    return [entry(name, values.get(name)) for name in wanted]
+    return [entry(name, values.get(name)) for name in requested]
 
 
 def value_to_set(parameter: SetParameter) -> Any:

@@ -13,7 +13,7 @@ from pyros1.web.json_texts import loads
 MAX_TEXT = 1 << 20
 """Most characters of a text frame."""
 _MAX_ID = 1 << 32
-_SHOWN = 100
+_QUOTED_LENGTH = 100
 
 
 class FrameError(Error):
@@ -202,7 +202,7 @@ def _parse_text(text: str) -> Request:
         raise FrameError("a text frame is a JSON object with the text op")
     parser = _PARSERS.get(value["op"])
     if parser is None:
-        raise FrameError(f"there is no op {value['op'][:_SHOWN]!r}")
+        raise FrameError(f"there is no op {value['op'][:_QUOTED_LENGTH]!r}")
     return parser(value)
 
 

@@ -12,7 +12,7 @@ from pyros1.web.foxglove.parameters import Values
 from pyros1.web.robot import Robot
 
 
-class Shared:
+class ViewerContext:
     """What all viewers share.
 
     Attributes:
@@ -29,7 +29,7 @@ class Shared:
         self.session = secrets.token_hex(8)
         self._lock = threading.Lock()
         self._values = Values({})
-        self._made = float("-inf")
+        self._fetched_at = float("-inf")
 
     def parameters(self, max_age: float) -> Values:
         """Return the parameters.
@@ -44,13 +44,13 @@ class Shared:
         if not self._lock.acquire(blocking=max_age <= 0):
             return self._values
         try:
-            if monotonic() - self._made >= max_age:
+            if monotonic() - self._fetched_at >= max_age:
                 try:
                     tree = self.robot.master.get_param("/")
                 except ParameterNotSetError:
                     tree = {}
                 self._values = Values(tree if isinstance(tree, dict) else {}, self.robot.access.may_see)
-                self._made = monotonic()
+                self._fetched_at = monotonic()
             return self._values
         finally:
             self._lock.release()

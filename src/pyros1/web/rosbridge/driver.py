@@ -17,21 +17,21 @@ from websockets.exceptions import ConnectionClosed
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.client import Client
 from pyros1.web.rosbridge.outbox import Frame
-from pyros1.web.server.threads import Threads
-from pyros1.web.server.waiting import PATIENCE, wait_for_event, wait_until_over
+from pyros1.web.server.threads import ThreadPool
+from pyros1.web.server.waiting import MAX_PENDING_SECONDS, wait_for_event, wait_until_done
 
-_MOST_READ = 1 << 20
+_MAX_READ_AHEAD = 1 << 20
 """Bytes of frames that are read ahead; but one is, however large."""
-_OF_A_FRAME = 1_000
+_FRAME_OVERHEAD = 1_000
 """Bytes that a frame costs besides its own."""
-_LARGE = 1 << 20
+_LARGE_BYTES = 1 << 20
 """Bytes of frames that take many times as much when they are unpacked: those of few clients are, at a time."""
-_MOST_LARGE = 1
-_AT_ONCE = 64
+_MAX_LARGE = 1
+_BATCH_FRAMES = 64
 """Frames that are made at a time."""
-_PAUSE = 0.02
+_POLL_PERIOD = 0.02
 """Seconds between looks whether the client has read what it was told."""
-_START = 10.0
+_START_TIMEOUT = 10.0
 """Seconds for which a client waits for the server's node, then it is told why there is none."""
 _THREADS = 32
 """Threads for operations and messages of all clients."""
@@ -45,15 +45,15 @@ class Bridge:
         calls: runs their calls of services, which may take long.
     """
 
-    def __init__(self, robot: Robot, calls: Threads) -> None:
+    def __init__(self, robot: Robot, calls: ThreadPool) -> None:
         self._robot = robot
-        self._threads = Threads(_THREADS, "web: clients")
+        self._threads = ThreadPool(_THREADS, "web: clients")
         self._calls = calls
-        self._large = asyncio.Semaphore(_MOST_LARGE)
+        self._large = asyncio.Semaphore(_MAX_LARGE)
 
     async def serve(self, socket: ServerConnection) -> None:
         """Serve a client until it goes."""
-        await _Driver(socket, self._robot, self._threads.lane(), self._calls.lane(), self._large).run()
+        await _Driver(socket, self._robot, self._threads.queue(), self._calls.queue(), self._large).run()
 
     def close(self) -> None:
         """Begin nothing more."""
@@ -69,22 +69,22 @@ class _Driver:
         self._threads = threads
         self._large = large
         self._loop = asyncio.get_running_loop()
-        self._awake = asyncio.Event()
-        self._waking = False
-        self._gone = False
+        self._wake_event = asyncio.Event()
+        self._wake_scheduled = False
+        self._disconnected = False
         self._read: deque[str | bytes] = deque()
         self._read_size = 0
-        self._came = asyncio.Event()  # frames, or the client's end
-        self._room = asyncio.Event()
-        self._may_go_on = asyncio.Event()
-        self._client = Client(robot, calls.submit, self._wake, self._go_on)
+        self._input_ready = asyncio.Event()  # frames, or the client's end
+        self._input_drained = asyncio.Event()
+        self._may_resume = asyncio.Event()
+        self._client = Client(robot, calls.submit, self._wake, self._resume)
 
     async def run(self) -> None:
         """Serve the client until it goes."""
         tasks = [asyncio.create_task(part()) for part in (self._receive, self._work, self._send)]
         try:
-            ended, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_EXCEPTION)
-            for task in ended:
+            finished, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_EXCEPTION)
+            for task in finished:
                 task.result()  # raises if it failed; the connection ends in any case
         finally:
             for task in tasks:
@@ -96,65 +96,67 @@ class _Driver:
         with contextlib.suppress(ConnectionClosed):
             async for frame in self._socket:
                 self._read.append(frame)
-                self._read_size += len(frame) + _OF_A_FRAME
-                self._came.set()
-                while self._read_size > _MOST_READ:
-                    self._room.clear()
-                    await self._room.wait()
-        self._gone = True
-        self._came.set()
+                self._read_size += len(frame) + _FRAME_OVERHEAD
+                self._input_ready.set()
+                while self._read_size > _MAX_READ_AHEAD:
+                    self._input_drained.clear()
+                    await self._input_drained.wait()
+        self._disconnected = True
+        self._input_ready.set()
         self._wake()
 
     async def _work(self) -> None:
-        deadline = monotonic() + _START
-        while not (self._robot.wait(0.0) or self._gone) and monotonic() < deadline:
-            await asyncio.sleep(_PAUSE)  # the first words of a client are not lost because the server's node begins
-        while self._read or not self._gone:  # programs publish as the last thing they do
-            self._came.clear()
+        deadline = monotonic() + _START_TIMEOUT
+        while not (self._robot.wait(0.0) or self._disconnected) and monotonic() < deadline:
+            await asyncio.sleep(
+                _POLL_PERIOD
+            )  # the first words of a client are not lost because the server's node begins
+        while self._read or not self._disconnected:  # programs publish as the last thing they do
+            self._input_ready.clear()
             if not self._read:
-                await self._came.wait()
+                await self._input_ready.wait()
             frames, self._read = self._read, deque()
             size, self._read_size = self._read_size, 0
-            self._room.set()
-            async with self._large if size > _LARGE else contextlib.nullcontext():
+            self._input_drained.set()
+            async with self._large if size > _LARGE_BYTES else contextlib.nullcontext():
                 done = await self._in_thread(self._client.handle, frames)
                 del frames
             while not done:
-                await wait_until_over(self._client.subscribing, self._may_go_on, PATIENCE)
+                await wait_until_done(self._client.subscribing, self._may_resume, MAX_PENDING_SECONDS)
                 done = await self._in_thread(self._client.handle, ())
-            while self._client.outbox.is_full() and not self._gone:  # it asks faster than it reads
-                await asyncio.sleep(_PAUSE)
+            while self._client.outbox.is_full() and not self._disconnected:  # it asks faster than it reads
+                await asyncio.sleep(_POLL_PERIOD)
 
-    def _go_on(self) -> None:
+    def _resume(self) -> None:
         with contextlib.suppress(RuntimeError):  # the loop has ended
-            self._loop.call_soon_threadsafe(self._may_go_on.set)
+            self._loop.call_soon_threadsafe(self._may_resume.set)
 
     async def _send(self) -> None:
         with contextlib.suppress(ConnectionClosed):
-            while not self._gone:
-                self._awake.clear()
-                self._waking = False
-                frames, made, again = await self._in_thread(self._take)
+            while not self._disconnected:
+                self._wake_event.clear()
+                self._wake_scheduled = False
+                frames, frame_iterator, next_time = await self._in_thread(self._next_frames)
                 while frames:
                     for frame in frames:
                         await self._socket.send(frame)  # a slow client is waited for here, and only here
-                    frames = await self._in_thread(_some, made) if len(frames) == _AT_ONCE else []
-                wait = None if again is None else max(0.0, again - monotonic())
-                await wait_for_event(self._awake, wait)
+                    frames = await self._in_thread(_next_batch, frame_iterator) if len(frames) == _BATCH_FRAMES else []
+                wait = None if next_time is None else max(0.0, next_time - monotonic())
+                await wait_for_event(self._wake_event, wait)
 
-    def _take(self) -> tuple[list[Frame], Iterator[Frame], float | None]:
-        made, again = self._client.take(monotonic())
-        return _some(made), made, again
+    def _next_frames(self) -> tuple[list[Frame], Iterator[Frame], float | None]:
+        frame_iterator, next_time = self._client.take(monotonic())
+        return _next_batch(frame_iterator), frame_iterator, next_time
 
     async def _in_thread(self, function: Callable[..., Any], *args: Any) -> Any:
         return await self._loop.run_in_executor(self._threads, function, *args)
 
     def _wake(self) -> None:
-        if not self._waking:  # most messages come while a look is due already
-            self._waking = True
+        if not self._wake_scheduled:  # most messages come while a look is due already
+            self._wake_scheduled = True
             with contextlib.suppress(RuntimeError):  # the loop has ended
-                self._loop.call_soon_threadsafe(self._awake.set)
+                self._loop.call_soon_threadsafe(self._wake_event.set)
 
 
-def _some(made: Iterator[Frame]) -> list[Frame]:
-    return list(islice(made, _AT_ONCE))
+def _next_batch(frame_iterator: Iterator[Frame]) -> list[Frame]:
+    return list(islice(frame_iterator, _BATCH_FRAMES))

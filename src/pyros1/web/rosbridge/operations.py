@@ -14,11 +14,11 @@ from pyros1.ground.errors import Error
 Id = str | int | None
 COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
 LEVELS = ("none", "error", "warning", "info")
-LONGEST_CALL = 600.0
+MAX_CALL_SECONDS = 600.0
 """Seconds after which a call ends that has no shorter limit."""
-_LONGEST_NAME = 1000
-_LEAST_FRAGMENT = 16
-_MOST = 1 << 31
+_MAX_NAME_LENGTH = 1000
+_MIN_FRAGMENT_SIZE = 16
+_MAX_NUMBER = 1 << 31
 
 
 class BridgeError(Error):
@@ -189,25 +189,27 @@ def _text(frame: Mapping[str, Any], name: str, default: str | None = None) -> st
 
 def _name(frame: Mapping[str, Any], name: str, default: str | None = None) -> str:
     value = _text(frame, name, default)
-    if len(value) > _LONGEST_NAME or not value.isascii() or not (value or default is not None):
+    if len(value) > _MAX_NAME_LENGTH or not value.isascii() or not (value or default is not None):
         raise BridgeError(f"{name} is not a valid name")
     return value
 
 
-def _number(frame: Mapping[str, Any], name: str, default: float, least: float = 0, most: float = _MOST) -> float:
+def _number(
+    frame: Mapping[str, Any], name: str, default: float, minimum: float = 0, maximum: float = _MAX_NUMBER
+) -> float:
     value = frame.get(name)
     if value is None:
         return default
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not least <= value <= most:
-        raise BridgeError(f"{name} must be a number of at least {least:g}")
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not minimum <= value <= maximum:
+        raise BridgeError(f"{name} must be a number of at least {minimum:g}")
     return value
 
 
-def _count(frame: Mapping[str, Any], name: str, default: int, least: int = 0) -> int:
-    return int(_number(frame, name, default, least))
+def _count(frame: Mapping[str, Any], name: str, default: int, minimum: int = 0) -> int:
+    return int(_number(frame, name, default, minimum))
 
 
-def _flag(frame: Mapping[str, Any], name: str, default: bool) -> bool:
+def _boolean(frame: Mapping[str, Any], name: str, default: bool) -> bool:
     value = frame.get(name)
     if value is None:
         return default
@@ -216,7 +218,7 @@ def _flag(frame: Mapping[str, Any], name: str, default: bool) -> bool:
     return value
 
 
-def _word(frame: Mapping[str, Any], name: str, words: tuple[str, ...]) -> str:
+def _choice(frame: Mapping[str, Any], name: str, words: tuple[str, ...]) -> str:
     value = _text(frame, name, "none")
     if value not in words:
         raise BridgeError(f"{name} must be one of {', '.join(words)}")
@@ -226,14 +228,14 @@ def _word(frame: Mapping[str, Any], name: str, words: tuple[str, ...]) -> str:
 def _fragment_size(frame: Mapping[str, Any]) -> int | None:
     if not frame.get("fragment_size"):
         return None
-    return max(_LEAST_FRAGMENT, _count(frame, "fragment_size", 0))
+    return max(_MIN_FRAGMENT_SIZE, _count(frame, "fragment_size", 0))
 
 
 def _call(frame: Mapping[str, Any], _: Id) -> CallService:
-    timeout = _number(frame, "timeout", 0.0) or LONGEST_CALL
-    compression = _word(frame, "compression", COMPRESSIONS)
+    timeout = _number(frame, "timeout", 0.0) or MAX_CALL_SECONDS
+    compression = _choice(frame, "compression", COMPRESSIONS)
     return CallService(
-        _name(frame, "service"), frame.get("args"), min(timeout, LONGEST_CALL), _fragment_size(frame), compression
+        _name(frame, "service"), frame.get("args"), min(timeout, MAX_CALL_SECONDS), _fragment_size(frame), compression
     )
 
 
@@ -244,7 +246,7 @@ def _subscribe(frame: Mapping[str, Any], id: Id) -> Subscribe:
         _number(frame, "throttle_rate", 0) / 1000,
         _count(frame, "queue_length", 0),
         _fragment_size(frame),
-        _word(frame, "compression", COMPRESSIONS),
+        _choice(frame, "compression", COMPRESSIONS),
         id,
     )
 
@@ -268,19 +270,19 @@ def _part(frame: Mapping[str, Any], id: Id) -> Part:
 
 _MAKERS: dict[str, Callable[[Mapping[str, Any], Id], Action | Part]] = {
     "advertise": lambda frame, _: Advertise(
-        _name(frame, "topic"), _name(frame, "type"), _flag(frame, "latch", False), _count(frame, "queue_size", 100)
+        _name(frame, "topic"), _name(frame, "type"), _boolean(frame, "latch", False), _count(frame, "queue_size", 100)
     ),
     "unadvertise": lambda frame, _: Unadvertise(_name(frame, "topic")),
-    "publish": lambda frame, _: Publish(_name(frame, "topic"), frame.get("msg"), _flag(frame, "latch", False)),
+    "publish": lambda frame, _: Publish(_name(frame, "topic"), frame.get("msg"), _boolean(frame, "latch", False)),
     "subscribe": _subscribe,
     "unsubscribe": lambda frame, id: Unsubscribe(_name(frame, "topic"), id),
     "call_service": _call,
     "advertise_service": lambda frame, _: AdvertiseService(_name(frame, "service"), _name(frame, "type")),
     "unadvertise_service": lambda frame, _: UnadvertiseService(_name(frame, "service")),
     "service_response": lambda frame, _: ServiceResponse(
-        _name(frame, "service"), frame.get("values"), _flag(frame, "result", True)
+        _name(frame, "service"), frame.get("values"), _boolean(frame, "result", True)
     ),
-    "set_level": lambda frame, _: SetLevel(_word(frame, "level", LEVELS)),
+    "set_level": lambda frame, _: SetLevel(_choice(frame, "level", LEVELS)),
     "auth": _auth,
     "fragment": _part,
     "png": _part,

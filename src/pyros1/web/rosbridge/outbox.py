@@ -13,66 +13,66 @@ if TYPE_CHECKING:
     from pyros1.web.hub import Arrival
 
 Frame = str | bytes
-MOST_MESSAGES = 1000
+MAX_MESSAGES = 1000
 """Most messages of a topic that wait."""
-MOST_BYTES = 4 << 20
+MAX_BYTES = 4 << 20
 """Most bytes of a topic's messages that wait; but one may wait, however large."""
-MOST_OF_ALL = 32 << 20
-"""As `MOST_BYTES`, of all topics."""
-MOST_TOLD = 1 << 20
+MAX_TOTAL_BYTES = 32 << 20
+"""As `MAX_BYTES`, of all topics."""
+MAX_FRAME_BYTES = 1 << 20
 """Bytes of answers beyond which no more is read from the client."""
-_AT_ONCE = 1 << 20
+_BATCH_BYTES = 1 << 20
 """Bytes of messages that are taken at a time."""
 
 
-class Flow:
+class TopicQueue:
     """A topic that the client subscribes to.
 
     Attributes:
         name: the topic, as the client calls it.
         compression, fragment_size: as the client wants its frames.
-        end: ends the flow of messages.
+        unsubscribe: ends the flow of messages.
         problem: what was wrong with the last message.
     """
 
     def __init__(self, name: str) -> None:
         self.name = name
-        self.wishes: dict[Id, Subscribe] = {}
-        self.end: Callable[[], object] = lambda: None
+        self.requests: dict[Id, Subscribe] = {}
+        self.unsubscribe: Callable[[], object] = lambda: None
         self.problem = ""
         self.compression = "none"
         self.fragment_size: int | None = None
         self.waiting: deque[Arrival] = deque()
         self.size = 0
-        self.most = MOST_MESSAGES
+        self.max_length = MAX_MESSAGES
         self.throttle = 0.0
         self.last: Arrival | None = None
         self.next_time = float("-inf")
 
-    def wish(self, wish: Subscribe) -> None:
+    def add_subscription(self, request: Subscribe) -> None:
         """Add a subscription. The fastest, the longest queue, the smallest frames and the last compression count."""
-        self.wishes.pop(wish.key, None)
-        self.wishes[wish.key] = wish
-        self._weigh()
+        self.requests.pop(request.key, None)
+        self.requests[request.key] = request
+        self._merge_settings()
 
-    def unwish(self, key: Id) -> None:
+    def remove_subscription(self, key: Id) -> None:
         """Remove a subscription, or all."""
         if key is None:
-            self.wishes.clear()
+            self.requests.clear()
         else:
-            self.wishes.pop(key, None)
-        if self.wishes:
-            self._weigh()
+            self.requests.pop(key, None)
+        if self.requests:
+            self._merge_settings()
 
-    def _weigh(self) -> None:
-        wishes = list(self.wishes.values())
-        throttle = min(wish.throttle for wish in wishes)
+    def _merge_settings(self) -> None:
+        requests = list(self.requests.values())
+        throttle = min(request.throttle for request in requests)
         self.next_time += throttle - self.throttle
         self.throttle = throttle
-        length = max(wish.queue_length for wish in wishes)
-        self.most = min(length, MOST_MESSAGES) or (1 if throttle else MOST_MESSAGES)
-        self.fragment_size = min((wish.fragment_size for wish in wishes if wish.fragment_size), default=None)
-        self.compression = wishes[-1].compression
+        length = max(request.queue_length for request in requests)
+        self.max_length = min(length, MAX_MESSAGES) or (1 if throttle else MAX_MESSAGES)
+        self.fragment_size = min((request.fragment_size for request in requests if request.fragment_size), default=None)
+        self.compression = requests[-1].compression
 
     def due(self) -> float | None:
         """Return when the next message may be sent; None: none waits."""
@@ -95,53 +95,53 @@ class Outbox:
     def __init__(self, wake: Callable[[], object]) -> None:
         self._wake = wake
         self._lock = threading.Lock()
-        self._told: deque[Frame] = deque()
-        self._told_size = 0
-        self._flows: list[Flow] = []
+        self._frames: deque[Frame] = deque()
+        self._frames_size = 0
+        self._queues: list[TopicQueue] = []
 
-    def tell(self, frame: Frame) -> None:
+    def enqueue(self, frame: Frame) -> None:
         """Add an answer. These are never dropped; `is_full` says when to ask for no more."""
         with self._lock:
-            self._told.append(frame)
-            self._told_size += len(frame)
+            self._frames.append(frame)
+            self._frames_size += len(frame)
         self._wake()
 
     def is_full(self) -> bool:
         """Return whether the client should first read what it has been told."""
-        return self._told_size > MOST_TOLD
+        return self._frames_size > MAX_FRAME_BYTES
 
     def is_overfull(self) -> bool:
         """Return whether others should ask the client for nothing either."""
-        return self._told_size > MOST_OF_ALL
+        return self._frames_size > MAX_TOTAL_BYTES
 
-    def add(self, flow: Flow) -> None:
+    def add(self, queue: TopicQueue) -> None:
         """Add a topic."""
         with self._lock:
-            self._flows.append(flow)
+            self._queues.append(queue)
 
-    def remove(self, flow: Flow) -> None:
+    def remove(self, queue: TopicQueue) -> None:
         """Remove a topic, and what waits of it."""
         with self._lock:
-            self._flows = [each for each in self._flows if each is not flow]
+            self._queues = [each for each in self._queues if each is not queue]
 
-    def put(self, flow: Flow, arrival: Arrival) -> None:
+    def put(self, queue: TopicQueue, arrival: Arrival) -> None:
         """Add a message; the oldest ones make room for it."""
         with self._lock:
-            if arrival is flow.last:
+            if arrival is queue.last:
                 return  # while the client subscribes once more, it comes twice
-            flow.last = arrival
-            flow.waiting.append(arrival)
-            flow.size += len(arrival.raw._buff)
-            while len(flow.waiting) > 1 and (
-                len(flow.waiting) > flow.most or flow.size > MOST_BYTES or self._size() > MOST_OF_ALL
+            queue.last = arrival
+            queue.waiting.append(arrival)
+            queue.size += len(arrival.raw._buff)
+            while len(queue.waiting) > 1 and (
+                len(queue.waiting) > queue.max_length or queue.size > MAX_BYTES or self._size() > MAX_TOTAL_BYTES
             ):
-                flow.pop()
+                queue.pop()
         self._wake()
 
     def _size(self) -> int:
-        return sum(each.size for each in self._flows)
+        return sum(each.size for each in self._queues)
 
-    def take(self, now: float) -> tuple[list[Frame], list[tuple[Flow, Arrival]], float | None]:
+    def take(self, now: float) -> tuple[list[Frame], list[tuple[TopicQueue, Arrival]], float | None]:
         """Take what is due.
 
         Args:
@@ -151,21 +151,21 @@ class Outbox:
             Answers; messages, in the order in which they came; and when to call again, None: when it wakes.
         """
         with self._lock:
-            told, self._told, self._told_size = list(self._told), deque(), 0
-            due = [flow for flow in self._flows if (time := flow.due()) is not None and time <= now]
-            found: list[tuple[Flow, Arrival]] = []
+            ready_frames, self._frames, self._frames_size = list(self._frames), deque(), 0
+            due = [queue for queue in self._queues if (time := queue.due()) is not None and time <= now]
+            found: list[tuple[TopicQueue, Arrival]] = []
             size = 0
-            while due and size < _AT_ONCE:
-                for flow in due:
-                    arrival = flow.pop()
+            while due and size < _BATCH_BYTES:
+                for queue in due:
+                    arrival = queue.pop()
                     size += len(arrival.raw._buff)
-                    found.append((flow, arrival))
-                    flow.next_time = now + flow.throttle
-                    if size >= _AT_ONCE:
+                    found.append((queue, arrival))
+                    queue.next_time = now + queue.throttle
+                    if size >= _BATCH_BYTES:
                         break
-                due = [flow for flow in due if flow.waiting and not flow.throttle]
+                due = [queue for queue in due if queue.waiting and not queue.throttle]
             if found:  # who came last is the first next time
-                self._flows.sort(key=lambda flow: flow.next_time)
-            again = min((time for flow in self._flows if (time := flow.due()) is not None), default=None)
+                self._queues.sort(key=lambda queue: queue.next_time)
+            next_time = min((time for queue in self._queues if (time := queue.due()) is not None), default=None)
         found.sort(key=lambda each: each[1].at)
-        return told, found, again
+        return ready_frames, found, next_time

@@ -7,7 +7,7 @@ from typing import Any
 
 from pyros1.web.scene.shape import ShapeError
 
-_LEAST, _GREATEST = 1e-6, 1e12
+_MIN_FOCAL_LENGTH, _MAX_FOCAL_LENGTH = 1e-6, 1e12
 """Pixels: a camera whose numbers are outside of these is not calibrated."""
 
 
@@ -50,7 +50,7 @@ def pinhole(info: Any) -> Camera:
     """
     rows = [*info.P] if info.P[0] else [*info.K[:3], 0.0, *info.K[3:6], 0.0]
     fx, cx, fy, cy = rows[0], rows[2], rows[5], rows[6]
-    if not all(abs(each) < _GREATEST for each in rows) or fx < _LEAST or fy < _LEAST:
+    if not all(abs(each) < _MAX_FOCAL_LENGTH for each in rows) or fx < _MIN_FOCAL_LENGTH or fy < _MIN_FOCAL_LENGTH:
         raise ShapeError("the CameraInfo has no focal lengths (P and K): the camera is not calibrated")
     eye = (-rows[3] / fx, -rows[7] / fy)
     part = info.roi

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from pyros1.web.scene.shape import Shape, ShapeError
 
-MOST_POINTS = 1_500_000
+MAX_POINTS = 1_500_000
 """Most points of a cloud that are sent."""
-_KINDS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+_DATATYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 """numpy's names of the types of sensor_msgs/PointField."""
 _PACKED = ("rgb", "rgba")
-_PLACE = ("x", "y", "z")
+_XYZ = ("x", "y", "z")
 RED_GREEN_BLUE = "r, g, b"
 """What colours points by their three fields of these names, from 0 to 1: rviz's RGBF32."""
 MONO = "rgb as grey"
@@ -28,7 +28,7 @@ _Floats = NDArray[np.float32]
 
 
 def point_cloud2(
-    cloud: Any, by: str = "", most: int = MOST_POINTS, numbers: bool = False, bounds: Bounds | None = None
+    cloud: Any, by: str = "", max_points: int = MAX_POINTS, numbers: bool = False, bounds: Bounds | None = None
 ) -> Shape:
     """Return a sensor_msgs/PointCloud2.
 
@@ -36,7 +36,7 @@ def point_cloud2(
         cloud: the message.
         by: the field that colours the points, `RED_GREEN_BLUE` or `MONO`; empty for "rgb", "intensity" or "z", the
             first that there is.
-        most: the number of points that are sent at most; of larger clouds every second, third ... point.
+        max_points: the number of points that are sent at most; of larger clouds every second, third ... point.
         numbers: whether to send the points' places in the message and their values, too.
         bounds: of the values; None for the least and the greatest that there are.
 
@@ -55,50 +55,50 @@ def point_cloud2(
     """
     points = _points(cloud)
     fields = _offered(list(points.dtype.names or ()))
-    every = -(-len(points) // most) or 1
-    points = points[::every]
-    places = np.empty((len(points), 3), np.float32)
+    stride = -(-len(points) // max_points) or 1
+    points = points[::stride]
+    positions = np.empty((len(points), 3), np.float32)
     with np.errstate(all="ignore"):
         for index, name in enumerate("xyz"):
-            places[:, index] = points[name]
+            positions[:, index] = points[name]
     if by not in fields:
         by = next((name for name in _BEST if name in fields), "z")
     colours = _colours(by, points.dtype.names or (), lambda name: points[name]).copy()
-    indices = np.arange(len(points), dtype=np.uint32) * np.uint32(every) if numbers else None
+    indices = np.arange(len(points), dtype=np.uint32) * np.uint32(stride) if numbers else None
     with np.errstate(all="ignore"):
-        whole = np.isfinite(places.sum())  # most clouds; to look at each point takes five times as long
-    if not whole:
-        there = np.isfinite(places).all(axis=1)
-        places, colours = places[there], colours[there]
-        indices = None if indices is None else indices[there]
-    facts = {"kind": "cloud", "count": len(places), "every": every, "fields": fields}
-    return _coloured(facts, places, colours, by, indices, bounds)
+        all_finite = np.isfinite(positions.sum())  # most clouds; to look at each point takes five times as long
+    if not all_finite:
+        valid = np.isfinite(positions).all(axis=1)
+        positions, colours = positions[valid], colours[valid]
+        indices = None if indices is None else indices[valid]
+    facts = {"kind": "cloud", "count": len(positions), "every": stride, "fields": fields}
+    return _coloured(facts, positions, colours, by, indices, bounds)
 
 
 def point_cloud(
-    cloud: Any, by: str = "", most: int = MOST_POINTS, numbers: bool = False, bounds: Bounds | None = None
+    cloud: Any, by: str = "", max_points: int = MAX_POINTS, numbers: bool = False, bounds: Bounds | None = None
 ) -> Shape:
     """Return a sensor_msgs/PointCloud; as `point_cloud2`. Its channels are fields."""
-    every = -(-len(cloud.points) // most) or 1
+    stride = -(-len(cloud.points) // max_points) or 1
     channels = {
         "intensity" if each.name == "intensities" else each.name: each.values  # as in rviz
         for each in cloud.channels
-        if len(each.values) == len(cloud.points) and each.name not in _PLACE
+        if len(each.values) == len(cloud.points) and each.name not in _XYZ
     }
-    fields = _offered([*_PLACE, *channels])
+    fields = _offered([*_XYZ, *channels])
     if by not in fields:
         by = next((name for name in _BEST if name in fields), "z")
 
     def channel(name: str) -> NDArray[Any]:
-        return np.asarray(channels[name], np.float32)[::every]
+        return np.asarray(channels[name], np.float32)[::stride]
 
     with np.errstate(all="ignore"):
-        places = np.array([(each.x, each.y, each.z) for each in cloud.points[::every]], np.float32).reshape(-1, 3)
-        values = places[:, "xyz".index(by)] if by in _PLACE else _colours(by, [*channels], channel)
-    there = np.isfinite(places).all(axis=1)
-    facts = {"kind": "cloud", "count": int(there.sum()), "every": every, "fields": fields}
-    indices = (np.flatnonzero(there) * every).astype(np.uint32) if numbers else None
-    return _coloured(facts, places[there], values[there], by, indices, bounds)
+        positions = np.array([(each.x, each.y, each.z) for each in cloud.points[::stride]], np.float32).reshape(-1, 3)
+        values = positions[:, "xyz".index(by)] if by in _XYZ else _colours(by, [*channels], channel)
+    valid = np.isfinite(positions).all(axis=1)
+    facts = {"kind": "cloud", "count": int(valid.sum()), "every": stride, "fields": fields}
+    indices = (np.flatnonzero(valid) * stride).astype(np.uint32) if numbers else None
+    return _coloured(facts, positions[valid], values[valid], by, indices, bounds)
 
 
 def _points(cloud: Any) -> NDArray[Any]:
@@ -111,7 +111,9 @@ def _points(cloud: Any) -> NDArray[Any]:
     if step < 1 or row < width * step or len(cloud.data) < (row * (height - 1) + width * step if height else 0):
         raise ShapeError(f"{width} x {height} points of {step} bytes do not fit into {len(cloud.data)} bytes")
     order = ">" if cloud.is_bigendian else "<"
-    known = {field.name: (order + _KINDS[field.datatype], field.offset) for field in cloud.fields if _good(field)}
+    known = {
+        field.name: (order + _DATATYPES[field.datatype], field.offset) for field in cloud.fields if _is_usable(field)
+    }
     if any(offset + np.dtype(kind).itemsize > step for kind, offset in known.values()):
         raise ShapeError(f"a field ends behind its point, which has {step} bytes")
     if not {"x", "y", "z"} <= known.keys():
@@ -159,33 +161,33 @@ def _numbers(values: NDArray[Any]) -> NDArray[np.uint32]:
     return np.ascontiguousarray(values).view(f"{order}u4").astype("<u4", copy=False)
 
 
-def _good(field: Any) -> bool:
-    return field.datatype in _KINDS and bool(field.name)
+def _is_usable(field: Any) -> bool:
+    return field.datatype in _DATATYPES and bool(field.name)
 
 
 def _coloured(
     facts: dict[str, Any],
-    places: _Floats,
+    positions: _Floats,
     values: NDArray[Any],
     by: str,
     indices: NDArray[np.uint32] | None,
     bounds: Bounds | None,
 ) -> Shape:
     facts["by"] = by
-    blob = places.tobytes()
+    blob = positions.tobytes()
     if indices is not None:
         facts["numbers"] = True
         blob += indices.tobytes()
     if by in (*_PACKED, *_MADE) and values.dtype.itemsize == 4:
         return {**facts, "colour": "rgba" if by == "rgba" else "rgb"}, blob + _numbers(values).tobytes()
-    if by in _PLACE:
+    if by in _XYZ:
         return {**facts, "colour": by}, blob
     with np.errstate(all="ignore"):
         floats = values.astype(np.float32)
         finite = floats[np.isfinite(floats)]
-        least, most = bounds or ((float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0))
-        facts |= {"least": least, "most": most}
-        share = (floats - least) * np.float32(255 / (most - least) if most != least else 0)
+        low, high = bounds or ((float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0))
+        facts |= {"least": low, "most": high}
+        share = (floats - low) * np.float32(255 / (high - low) if high != low else 0)
         if len(finite) < len(floats):
             share = np.nan_to_num(share, nan=0.0, posinf=255.0, neginf=0.0)
         levels = share.clip(0, 255).astype(np.uint8)

@@ -14,7 +14,7 @@ from pyros1.observe.compressed_depth import decode_depth
 from pyros1.observe.image_files import decode
 from pyros1.web.scene.camera import Camera
 from pyros1.web.scene.shape import Shape, ShapeError
-from pyros1.web.shown.picture_size import MOST_PIXELS
+from pyros1.web.transforms.picture_size import MAX_PIXELS
 
 _COMPRESSED = "sensor_msgs/CompressedImage"
 
@@ -31,7 +31,7 @@ def depths(message: Any) -> NDArray[np.float32]:
     """
     try:
         if message._type == _COMPRESSED:
-            found = decode_depth(message.format, bytes(message.data), MOST_PIXELS)
+            found = decode_depth(message.format, bytes(message.data), MAX_PIXELS)
         else:
             found = pixels(message)
     except MessageError as error:
@@ -52,7 +52,7 @@ def colours(message: Any) -> NDArray[np.uint8]:
     """
     try:
         if message._type == _COMPRESSED:
-            found = to_8_bits(decode(bytes(message.data), MOST_PIXELS))
+            found = to_8_bits(decode(bytes(message.data), MAX_PIXELS))
         else:
             found = to_8_bits(pixels(message))
     except MessageError as error:
@@ -65,7 +65,11 @@ def colours(message: Any) -> NDArray[np.uint8]:
 
 
 def depth_cloud(
-    depth: NDArray[np.float32], camera: Camera, picture: NDArray[np.uint8] | None, most: int, numbers: bool = False
+    depth: NDArray[np.float32],
+    camera: Camera,
+    picture: NDArray[np.uint8] | None,
+    max_points: int,
+    numbers: bool = False,
 ) -> Shape:
     """Return a cloud in the camera's frame, as `pyros1.web.scene.clouds.point_cloud2` does.
 
@@ -73,37 +77,37 @@ def depth_cloud(
         depth: see `depths`.
         camera: what saw them.
         picture: colours from where the depths were seen; see `colours`. None colours by depth.
-        most: about the number of points; if there are more, only every second, third ... row and column counts.
+        max_points: about the number of points; if there are more, only every second, third ... row and column counts.
         numbers: whether to send the points' places in the picture, too, counted row by row.
     """
     height, width = depth.shape
     camera = camera.resized(width, height)
     with np.errstate(all="ignore"):
-        known = (depth > 0) & (depth < np.inf)
-        step = max(1, math.ceil(math.sqrt(np.count_nonzero(known) / most)))
-        z, known = depth[::step, ::step], known[::step, ::step]
+        measured = (depth > 0) & (depth < np.inf)
+        step = max(1, math.ceil(math.sqrt(np.count_nonzero(measured) / max_points)))
+        z, measured = depth[::step, ::step], measured[::step, ::step]
         across, down = np.arange(0, width, step), np.arange(0, height, step)
-        far = z[known]
-        places = np.empty((len(far), 3), np.float32)
-        places[:, 0] = (z * ((across - camera.cx) / camera.fx).astype(np.float32))[known] + camera.tx
-        places[:, 1] = (z * ((down - camera.cy) / camera.fy).astype(np.float32)[:, None])[known] + camera.ty
-        places[:, 2] = far
-        there = np.isfinite(places).all(axis=1)
-    if not there.all():  # absurd depths, or an absurd camera
-        known[known] = there
-        far, places = far[there], places[there]
-    facts: dict[str, Any] = {"kind": "cloud", "count": len(far), "every": step * step, "fields": ["z"]}
-    blob = places.tobytes()
+        distances = z[measured]
+        positions = np.empty((len(distances), 3), np.float32)
+        positions[:, 0] = (z * ((across - camera.cx) / camera.fx).astype(np.float32))[measured] + camera.tx
+        positions[:, 1] = (z * ((down - camera.cy) / camera.fy).astype(np.float32)[:, None])[measured] + camera.ty
+        positions[:, 2] = distances
+        valid = np.isfinite(positions).all(axis=1)
+    if not valid.all():  # absurd depths, or an absurd camera
+        measured[measured] = valid
+        distances, positions = distances[valid], positions[valid]
+    facts: dict[str, Any] = {"kind": "cloud", "count": len(distances), "every": step * step, "fields": ["z"]}
+    blob = positions.tobytes()
     if numbers:
         facts["numbers"] = True
-        blob += (down[:, None] * width + across)[known].astype(np.uint32).tobytes()
+        blob += (down[:, None] * width + across)[measured].astype(np.uint32).tobytes()
     if picture is not None:
         high, wide = picture.shape[:2]
-        whole = picture.view(np.uint32)[:, :, 0]  # a pixel is one number
-        seen = whole[np.ix_(down * high // height, across * wide // width)][known]
-        return {**facts, "by": "rgb", "colour": "rgb", "least": 0.0, "most": 1.0}, blob + seen.tobytes()
-    least, greatest = (float(far.min()), float(far.max())) if len(far) else (0.0, 1.0)
-    return {**facts, "by": "z", "colour": "z", "least": least, "most": greatest}, blob
+        packed_pixels = picture.view(np.uint32)[:, :, 0]  # a pixel is one number
+        sampled = packed_pixels[np.ix_(down * high // height, across * wide // width)][measured]
+        return {**facts, "by": "rgb", "colour": "rgb", "least": 0.0, "most": 1.0}, blob + sampled.tobytes()
+    nearest, farthest = (float(distances.min()), float(distances.max())) if len(distances) else (0.0, 1.0)
+    return {**facts, "by": "z", "colour": "z", "least": nearest, "most": farthest}, blob
 
 
 def _metres(millimetres: NDArray[Any]) -> NDArray[np.float32]:

@@ -21,7 +21,7 @@ class Grid:
         self._facts: dict[str, Any] = {}
         self._cells: NDArray[np.int8] | None = None
         self._changed: tuple[int, int, int, int] | None = None  # left, low, right, high
-        self._whole = True
+        self._send_whole = True
         self.message: Any = None
 
     def put(self, message: Any) -> None:
@@ -52,21 +52,26 @@ class Grid:
             raise ShapeError(f"an update of {message.width} x {message.height} cells has {len(message.data)} values")
         self._cells[low:high, left:right] = np.asarray(message.data, np.int8).reshape(message.height, message.width)
         if self._changed is not None:
-            one = self._changed
-            left, low, right, high = min(left, one[0]), min(low, one[1]), max(right, one[2]), max(high, one[3])
+            previous = self._changed
+            left, low, right, high = (
+                min(left, previous[0]),
+                min(low, previous[1]),
+                max(right, previous[2]),
+                max(high, previous[3]),
+            )
         self._changed = (left, low, right, high)
 
     def forget(self) -> None:
         """Show the whole grid next."""
-        self._whole, self._changed = True, None
+        self._send_whole, self._changed = True, None
 
     def take(self) -> Shape | None:
         """Return the grid if it is new, or the part that has changed, with its place "x" and "y" in cells; or None."""
         if self._cells is None:
             return None
-        changed, whole = self._changed, self._whole
-        self._changed, self._whole = None, False
-        if whole:
+        changed, send_whole = self._changed, self._send_whole
+        self._changed, self._send_whole = None, False
+        if send_whole:
             return {**self._facts}, self._cells.tobytes()
         if changed is None:
             return None

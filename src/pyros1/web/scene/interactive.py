@@ -9,19 +9,19 @@ from __future__ import annotations
 from typing import Any
 
 from pyros1.web.scene.markers import as_json
-from pyros1.web.scene.shape import GREATEST
+from pyros1.web.scene.shape import MAX_MAGNITUDE
 
-MOST_MARKERS = 1_000
+MAX_MARKERS = 1_000
 """Most interactive markers of a topic; others are left out."""
-MOST_POINTS = 500_000
+MAX_POINTS = 500_000
 """Most points and colours in all of them; markers beyond that are left out, too."""
-MOST_CONTROLS = 200
-MOST_ENTRIES = 500
-_MOST_SERVERS = 20
-_SILENT = 10.0
+MAX_CONTROLS = 200
+MAX_ENTRIES = 500
+_MAX_SERVERS = 20
+_SERVER_TIMEOUT = 10.0
 """Seconds without a sign of life (they come twice a second), after which a server is believed to have gone."""
 _UPDATE = 1
-_PLACE = ("pose", "frame")
+_POSE_FIELDS = ("pose", "frame")
 
 Key = tuple[str, str]
 """Server and name."""
@@ -34,18 +34,18 @@ class InteractiveMarkers:
         self._markers: dict[Key, tuple[int, dict[str, Any]]] = {}  # version in which it came, marker
         self._points: dict[Key, int] = {}
         self._moved: dict[Key, int] = {}
-        self._gone: dict[Key, int] = {}
+        self._removed: dict[Key, int] = {}
         self._servers: dict[str, tuple[int, float]] = {}  # number of the newest message, when there was a sign of life
         self._version = 0
 
     def init(self, message: Any, now: float) -> None:
         """Take a visualization_msgs/InteractiveMarkerInit at a time in seconds."""
         server = message.server_id
-        if server not in self._servers and len(self._servers) >= _MOST_SERVERS:
+        if server not in self._servers and len(self._servers) >= _MAX_SERVERS:
             return
-        known = self._servers.get(server)
-        if known is not None and known[0] == message.seq_num and any(key[0] == server for key in self._markers):
-            self._servers[server] = (known[0], now)
+        previous = self._servers.get(server)
+        if previous is not None and previous[0] == message.seq_num and any(key[0] == server for key in self._markers):
+            self._servers[server] = (previous[0], now)
             return  # told again, as nothing has changed
         self._version += 1
         self._servers[server] = (message.seq_num, now)
@@ -57,10 +57,10 @@ class InteractiveMarkers:
 
     def update(self, message: Any, now: float) -> bool:
         """Take a visualization_msgs/InteractiveMarkerUpdate; return whether none is missing before it."""
-        known = self._servers.get(message.server_id)
-        if known is None:
+        previous = self._servers.get(message.server_id)
+        if previous is None:
             return False
-        number, _ = known
+        number, _ = previous
         if message.type != _UPDATE:
             self._servers[message.server_id] = (number, now)
             return bool(message.seq_num <= number)
@@ -76,16 +76,16 @@ class InteractiveMarkers:
             key = (message.server_id, pose.name)
             if key in self._markers:
                 version, marker = self._markers[key]
-                place = {"pose": pose_of(pose.pose), "frame": pose.header.frame_id.lstrip("/")}
-                self._markers[key] = (version, marker | place)
+                position = {"pose": pose_of(pose.pose), "frame": pose.header.frame_id.lstrip("/")}
+                self._markers[key] = (version, marker | position)
                 self._moved[key] = self._version
         for name in message.erases:
             self._remove((message.server_id, name))
         return True
 
-    def sweep(self, now: float) -> None:
+    def remove_expired(self, now: float) -> None:
         """Forget servers that have gone."""
-        for server in [server for server, (_, seen) in self._servers.items() if now > seen + _SILENT]:
+        for server in [server for server, (_, seen) in self._servers.items() if now > seen + _SERVER_TIMEOUT]:
             del self._servers[server]
             self._version += 1
             for key in [key for key in self._markers if key[0] == server]:
@@ -103,30 +103,32 @@ class InteractiveMarkers:
         """
         new = [marker for version, marker in self._markers.values() if version > seen]
         moved = [
-            {name: marker[name] for name in ("server", "name", *_PLACE)}
+            {name: marker[name] for name in ("server", "name", *_POSE_FIELDS)}
             for key, (version, marker) in self._markers.items()
             if version <= seen < self._moved.get(key, 0)
         ]
-        gone = [list(key) for key, version in self._gone.items() if version > seen]
-        return self._version, new, moved, gone
+        removed = [list(key) for key, version in self._removed.items() if version > seen]
+        return self._version, new, moved, removed
 
     def _put(self, server: str, marker: Any) -> None:
         key = (server, marker.name)
-        if key not in self._markers and len(self._markers) >= MOST_MARKERS:
+        if key not in self._markers and len(self._markers) >= MAX_MARKERS:
             return
         points = sum(len(each.points) + len(each.colors) for control in marker.controls for each in control.markers)
-        if sum(self._points.values()) - self._points.get(key, 0) + points > MOST_POINTS:
+        if sum(self._points.values()) - self._points.get(key, 0) + points > MAX_POINTS:
             return
         self._points[key] = points
         facts = {"server": server, **_facts(marker)}
         if key in self._markers:
-            version, known = self._markers[key]
-            if known == facts:
+            version, previous = self._markers[key]
+            if previous == facts:
                 return
-            if known | {name: facts[name] for name in _PLACE} == facts:  # servers tell all again when one moves
+            if (
+                previous | {name: facts[name] for name in _POSE_FIELDS} == facts
+            ):  # servers tell all again when one moves
                 self._markers[key], self._moved[key] = (version, facts), self._version
                 return
-        self._gone.pop(key, None)
+        self._removed.pop(key, None)
         self._moved.pop(key, None)
         self._markers[key] = (self._version, facts)
 
@@ -134,20 +136,20 @@ class InteractiveMarkers:
         if self._markers.pop(key, None) is not None:
             self._points.pop(key, None)
             self._moved.pop(key, None)
-            self._gone.pop(key, None)
-            if len(self._gone) >= MOST_MARKERS:
-                del self._gone[next(iter(self._gone))]
-            self._gone[key] = self._version
+            self._removed.pop(key, None)
+            if len(self._removed) >= MAX_MARKERS:
+                del self._removed[next(iter(self._removed))]
+            self._removed[key] = self._version
 
 
 def pose_of(pose: Any) -> list[float]:
     """Return x, y, z in metres and a quaternion x, y, z, w; 0 for what is not finite."""
-    place, turn = pose.position, pose.orientation
-    return _finite(place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w)
+    position, orientation = pose.position, pose.orientation
+    return _finite(position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w)
 
 
 def _finite(*numbers: float) -> list[float]:
-    return [number if abs(number) < GREATEST else 0.0 for number in numbers]
+    return [number if abs(number) < MAX_MAGNITUDE else 0.0 for number in numbers]
 
 
 def _facts(marker: Any) -> dict[str, Any]:
@@ -157,10 +159,10 @@ def _facts(marker: Any) -> dict[str, Any]:
         "frame": marker.header.frame_id.lstrip("/"),
         "locked": not marker.header.stamp,  # a stamp of 0 says that it moves with its frame
         "pose": pose_of(marker.pose),
-        "scale": marker.scale if 0 < marker.scale < GREATEST else 1.0,
+        "scale": marker.scale if 0 < marker.scale < MAX_MAGNITUDE else 1.0,
         "menu": [
             {"id": entry.id, "parent": entry.parent_id, "title": entry.title[:300]}
-            for entry in marker.menu_entries[:MOST_ENTRIES]
+            for entry in marker.menu_entries[:MAX_ENTRIES]
         ],
         "controls": [
             {
@@ -173,8 +175,8 @@ def _facts(marker: Any) -> dict[str, Any]:
                 "always": bool(control.always_visible),
                 "independent": bool(control.independent_marker_orientation),
                 "description": control.description[:300],
-                "markers": [as_json(each) for each in control.markers[:MOST_CONTROLS]],
+                "markers": [as_json(each) for each in control.markers[:MAX_CONTROLS]],
             }
-            for control in marker.controls[:MOST_CONTROLS]
+            for control in marker.controls[:MAX_CONTROLS]
         ],
     }

@@ -9,21 +9,21 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pyros1.web.scene.shape import GREATEST
+from pyros1.web.scene.shape import MAX_MAGNITUDE
 
-MOST_MARKERS = 20_000
+MAX_MARKERS = 20_000
 """Most markers of a topic; the oldest leave first."""
-MOST_POINTS = 200_000
-MOST_BYTES = 256 << 20
+MAX_POINTS = 200_000
+MAX_BYTES = 256 << 20
 """Most bytes that the markers of a topic take, about; beyond that, the oldest leave, but one always stays."""
-_POINT = 112
+_POINT_SIZE = 112
 """Bytes of a point, or of a colour."""
-_REST = 2_000
+_MARKER_OVERHEAD = 2_000
 """Bytes of a marker without its points and texts."""
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
 _SHORTEST = 1e-4
 """Seconds; as in rviz, a marker with a shorter lifetime stays."""
-_BACK = 0.5
+_MAX_BACKWARD_STEP = 0.5
 """Seconds by which the time goes back when a bag or a simulation begins again."""
 
 Key = tuple[str, int]
@@ -37,7 +37,7 @@ class Markers:
         self._markers: dict[Key, tuple[int, Any, int, float, float]] = {}
         self._bytes = 0
         self._version = 0
-        self._gone: dict[Key, int] = {}
+        self._removed: dict[Key, int] = {}
 
     def add(self, markers: Any, now: float) -> None:
         """Take visualization_msgs/Marker messages at a time in seconds."""
@@ -61,12 +61,14 @@ class Markers:
         Returns:
             The version now, the markers that are new or different, and the namespaces and numbers of those that left.
         """
-        for key in [key for key, (*_, came, ends) in self._markers.items() if _has_ended(came, ends, now)]:
+        for key in [
+            key for key, (*_, added_at, expires_at) in self._markers.items() if _has_expired(added_at, expires_at, now)
+        ]:
             self._version += 1
             self._remove(key)
         new = [as_json(marker) for version, marker, *_ in self._markers.values() if version > seen]
-        gone = [list(key) for key, version in self._gone.items() if version > seen]
-        return self._version, new, gone
+        removed = [list(key) for key, version in self._removed.items() if version > seen]
+        return self._version, new, removed
 
     def frames(self) -> set[str]:
         """Return the frames of all markers."""
@@ -75,22 +77,22 @@ class Markers:
     def _put(self, marker: Any, now: float) -> None:
         key = (marker.ns, marker.id)
         lifetime = marker.lifetime.to_sec()
-        self._take_out(key)
-        self._gone.pop(key, None)
+        self._discard(key)
+        self._removed.pop(key, None)
         size = _size(marker)
-        while self._markers and (len(self._markers) >= MOST_MARKERS or self._bytes + size > MOST_BYTES):
+        while self._markers and (len(self._markers) >= MAX_MARKERS or self._bytes + size > MAX_BYTES):
             self._remove(next(iter(self._markers)))
         self._markers[key] = (self._version, marker, size, now, now + lifetime if lifetime > _SHORTEST else math.inf)
         self._bytes += size
 
     def _remove(self, key: Key) -> None:
-        if self._take_out(key):
-            self._gone.pop(key, None)
-            if len(self._gone) >= MOST_MARKERS:
-                del self._gone[next(iter(self._gone))]
-            self._gone[key] = self._version
+        if self._discard(key):
+            self._removed.pop(key, None)
+            if len(self._removed) >= MAX_MARKERS:
+                del self._removed[next(iter(self._removed))]
+            self._removed[key] = self._version
 
-    def _take_out(self, key: Key) -> bool:
+    def _discard(self, key: Key) -> bool:
         """Remove a marker without a word; return whether it was there."""
         known = self._markers.pop(key, None)
         if known is not None:
@@ -100,28 +102,30 @@ class Markers:
 
 def _size(marker: Any) -> int:
     texts = (marker.ns, marker.text, marker.mesh_resource, marker.header.frame_id)
-    return _REST + _POINT * (len(marker.points) + len(marker.colors)) + sum(map(len, texts))
+    return _MARKER_OVERHEAD + _POINT_SIZE * (len(marker.points) + len(marker.colors)) + sum(map(len, texts))
 
 
-def _has_ended(came: float, ends: float, now: float) -> bool:
+def _has_expired(added_at: float, expires_at: float, now: float) -> bool:
     """Return whether a marker's lifetime is over; it is, too, if the time has gone back to before it came."""
-    return ends < math.inf and not came - _BACK < now < ends
+    return expires_at < math.inf and not added_at - _MAX_BACKWARD_STEP < now < expires_at
 
 
 def as_json(marker: Any) -> dict[str, Any]:
     """Return a marker for JSON."""
-    place, turn, size = marker.pose.position, marker.pose.orientation, marker.scale
+    position, orientation, size = marker.pose.position, marker.pose.orientation, marker.scale
     return {
         "ns": marker.ns,
         "id": marker.id,
         "type": marker.type,
         "frame": _frame(marker),
         "locked": bool(marker.frame_locked),
-        "pose": _numbers(place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w),
+        "pose": _numbers(
+            position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w
+        ),
         "scale": _numbers(size.x, size.y, size.z),
         "color": _colour(marker.color),
-        "points": [_numbers(point.x, point.y, point.z) for point in marker.points[:MOST_POINTS]],
-        "colors": [_colour(colour) for colour in marker.colors[:MOST_POINTS]],
+        "points": [_numbers(point.x, point.y, point.z) for point in marker.points[:MAX_POINTS]],
+        "colors": [_colour(colour) for colour in marker.colors[:MAX_POINTS]],
         "text": marker.text[:1000],
         "mesh": marker.mesh_resource[:1000],
         "finite": _is_finite(marker),
@@ -131,12 +135,12 @@ def as_json(marker: Any) -> dict[str, Any]:
 
 def _is_finite(marker: Any) -> bool:
     """Return whether all numbers are finite, which rviz asks for, and places and sizes such that one can draw them."""
-    places = [marker.pose.position, marker.scale, *marker.points[:MOST_POINTS]]
-    if not all(abs(place.x) + abs(place.y) + abs(place.z) < GREATEST for place in places):
+    positions = [marker.pose.position, marker.scale, *marker.points[:MAX_POINTS]]
+    if not all(abs(position.x) + abs(position.y) + abs(position.z) < MAX_MAGNITUDE for position in positions):
         return False
-    turn = marker.pose.orientation
-    colours = [marker.color, *marker.colors[:MOST_POINTS]]
-    return math.isfinite(turn.x + turn.y + turn.z + turn.w) and all(
+    orientation = marker.pose.orientation
+    colours = [marker.color, *marker.colors[:MAX_POINTS]]
+    return math.isfinite(orientation.x + orientation.y + orientation.z + orientation.w) and all(
         math.isfinite(each.r + each.g + each.b + each.a) for each in colours
     )
 
@@ -147,7 +151,7 @@ def _frame(marker: Any) -> str:
 
 
 def _numbers(*values: float) -> list[float]:
-    return [value if abs(value) < GREATEST else 0.0 for value in values]
+    return [value if abs(value) < MAX_MAGNITUDE else 0.0 for value in values]
 
 
 def _colour(colour: Any) -> list[float]:

@@ -9,7 +9,7 @@ from pyros1.ground.errors import Error
 Shape = tuple[dict[str, Any], bytes]
 """Facts for JSON, and a block of numbers that goes with them."""
 
-GREATEST = 1e30
+MAX_MAGNITUDE = 1e30
 """Numbers must be smaller: graphics cards calculate with what 32 bits can hold, which is up to 3e38."""
 
 

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pyros1.web.scene.clouds import Bounds, point_cloud, point_cloud2
-from pyros1.web.scene.shape import GREATEST, Shape, ShapeError
+from pyros1.web.scene.shape import MAX_MAGNITUDE, Shape, ShapeError
 
-MOST_POSES = 20_000
-MOST_CELLS = 64 << 20
-MOST_JOINTS = 1_000
+MAX_POSES = 20_000
+MAX_CELLS = 64 << 20
+MAX_JOINTS = 1_000
 _UNKNOWN = -1
 """What a cell of a map is of which nothing is known."""
 
@@ -56,7 +56,7 @@ def occupancy_grid(grid: Any) -> Shape:
     """
     info = grid.info
     count = info.width * info.height
-    if count > MOST_CELLS:
+    if count > MAX_CELLS:
         raise ShapeError(f"a map of {info.width} x {info.height} cells is too large to be drawn")
     if not math.isfinite(info.resolution) or (count and not info.resolution):
         raise ShapeError(f"the map's resolution is {info.resolution}")
@@ -78,12 +78,12 @@ def occupancy_grid(grid: Any) -> Shape:
 
 def path(message: Any) -> Shape:
     """Return the poses as float32: x, y, z, and a quaternion x, y, z, w."""
-    return _poses("path", [each.pose for each in message.poses[:MOST_POSES]])
+    return _poses("path", [each.pose for each in message.poses[:MAX_POSES]])
 
 
 def pose_array(message: Any) -> Shape:
     """Return the poses as for `path`, but none that has no direction; "odd" is how many were left out."""
-    return _poses("poses", message.poses[:MOST_POSES], whole=True)
+    return _poses("poses", message.poses[:MAX_POSES], whole=True)
 
 
 def pose_stamped(message: Any) -> Shape:
@@ -120,10 +120,10 @@ def range_(message: Any) -> Shape:
 
 def imu(message: Any) -> Shape:
     """Return orientation and linear acceleration."""
-    turn, push = message.orientation, message.linear_acceleration
+    orientation, push = message.orientation, message.linear_acceleration
     facts = {
         "kind": "imu",
-        "orientation": [_finite(value) for value in (turn.x, turn.y, turn.z, turn.w)],
+        "orientation": [_finite(value) for value in (orientation.x, orientation.y, orientation.z, orientation.w)],
         "acceleration": [_finite(value) for value in (push.x, push.y, push.z)],
     }
     return facts, b""
@@ -131,13 +131,13 @@ def imu(message: Any) -> Shape:
 
 def polygon(message: Any) -> Shape:
     """Return the corners as float32: x, y, z."""
-    corners = _rows([(each.x, each.y, each.z) for each in message.polygon.points[:MOST_POSES]], 3)
+    corners = _rows([(each.x, each.y, each.z) for each in message.polygon.points[:MAX_POSES]], 3)
     return {"kind": "polygon", "count": len(corners)}, corners.tobytes()
 
 
 def grid_cells(message: Any) -> Shape:
     """Return width and height of the cells, and their middles as float32: x, y, z."""
-    middles = _rows([(each.x, each.y, each.z) for each in message.cells[:MOST_POSES]], 3)
+    middles = _rows([(each.x, each.y, each.z) for each in message.cells[:MAX_POSES]], 3)
     facts = {"kind": "cells", "count": len(middles), "more": len(message.cells) - len(middles)}
     return {**facts, "size": [_finite(message.cell_width), _finite(message.cell_height)]}, middles.tobytes()
 
@@ -159,7 +159,7 @@ def accel(message: Any) -> Shape:
 
 def joint_efforts(message: Any) -> Shape:
     """Return "names" of joints and their "efforts" in newtons or newton metres; only of joints with an effort."""
-    pairs = [(name, _finite(value)) for name, value in zip(message.name, message.effort, strict=False)][:MOST_JOINTS]
+    pairs = [(name, _finite(value)) for name, value in zip(message.name, message.effort, strict=False)][:MAX_JOINTS]
     known = [(name[:200], value) for name, value in pairs if value is not None]
     facts = {"kind": "efforts", "names": [name for name, _ in known], "efforts": [value for _, value in known]}
     return facts, b""
@@ -175,7 +175,7 @@ def _screw(straight: Any, around: Any, unit: str, unit_around: str) -> Shape:
     return facts, b""
 
 
-def _measured(field: str, unit: str, least: float, most: float, warm: bool = False) -> Callable[[Any], Shape]:
+def _measured(field: str, unit: str, min_value: float, max_value: float, warm: bool = False) -> Callable[[Any], Shape]:
     """Return a function for messages with one number, which colours a point between rviz's bounds.
 
     In rviz the least is red; if the number is of warmth, the greatest.
@@ -183,7 +183,14 @@ def _measured(field: str, unit: str, least: float, most: float, warm: bool = Fal
 
     def shape(message: Any) -> Shape:
         value = _finite(getattr(message, field))
-        return {"kind": "measured", "value": value, "unit": unit, "least": least, "most": most, "warm": warm}, b""
+        return {
+            "kind": "measured",
+            "value": value,
+            "unit": unit,
+            "least": min_value,
+            "most": max_value,
+            "warm": warm,
+        }, b""
 
     return shape
 
@@ -228,12 +235,12 @@ def _ellipsoid(covariance: Any) -> dict[str, Any]:
     Empty if the covariance is not known, or is none. "turn" is the standard deviation of yaw in radians.
     """
     matrix = np.asarray(covariance, float).reshape(6, 6)
-    if not (np.abs(matrix) < GREATEST).all() or not matrix[:3, :3].any():
+    if not (np.abs(matrix) < MAX_MAGNITUDE).all() or not matrix[:3, :3].any():
         return {}
     with np.errstate(all="ignore"):
         squares, axes = np.linalg.eigh((matrix[:3, :3] + matrix[:3, :3].T) / 2)
     half = axes * np.sqrt(np.maximum(squares, 0))
-    if not (np.abs(half) < GREATEST).all():
+    if not (np.abs(half) < MAX_MAGNITUDE).all():
         return {}
     return {"spread": half.T.tolist(), "turn": math.sqrt(max(0.0, float(matrix[5, 5])))}
 
@@ -241,20 +248,23 @@ def _ellipsoid(covariance: Any) -> dict[str, Any]:
 def _rows(rows: Sequence[tuple[float, ...]], size: int, needed: int = 3) -> NDArray[np.float32]:
     """Return rows of so many numbers, the first three of them a place; those without the needed ones are left out."""
     found = np.array(rows, float).reshape(-1, size)
-    good = np.abs(found) < GREATEST
-    numbers: NDArray[np.float32] = np.where(good, found, 0)[good[:, :needed].all(axis=1)].astype(np.float32)
+    valid = np.abs(found) < MAX_MAGNITUDE
+    numbers: NDArray[np.float32] = np.where(valid, found, 0)[valid[:, :needed].all(axis=1)].astype(np.float32)
     return numbers
 
 
 def _pose(pose: Any) -> list[float | None]:
-    place, turn = pose.position, pose.orientation
-    return [_finite(value) for value in (place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w)]
+    position, orientation = pose.position, pose.orientation
+    return [
+        _finite(value)
+        for value in (position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w)
+    ]
 
 
 def _poses(kind: str, poses: list[Any], whole: bool = False) -> Shape:
     rows = [
-        (place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w)
-        for place, turn in ((pose.position, pose.orientation) for pose in poses)
+        (position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w)
+        for position, orientation in ((pose.position, pose.orientation) for pose in poses)
     ]
     found = _rows(rows, 7, 7 if whole else 3)
     facts = {"kind": kind, "count": len(found)}
@@ -263,4 +273,4 @@ def _poses(kind: str, poses: list[Any], whole: bool = False) -> Shape:
 
 
 def _finite(value: float) -> float | None:
-    return value if abs(value) < GREATEST else None
+    return value if abs(value) < MAX_MAGNITUDE else None

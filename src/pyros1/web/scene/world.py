@@ -11,16 +11,16 @@ from pyros1.ground.timing import Time
 from pyros1.tf.buffer import Buffer
 from pyros1.tf.errors import TransformException
 from pyros1.web.hub import Arrival
-from pyros1.web.scene.shape import GREATEST
+from pyros1.web.scene.shape import MAX_MAGNITUDE
 
 Listen = Callable[[str, Callable[[Arrival], object]], Callable[[], None]]
 Pose = list[float]
 """Position x, y, z in metres, and a quaternion x, y, z, w."""
-MOST_FRAMES = 5_000
+MAX_FRAMES = 5_000
 """Most frames that are kept; new ones beyond that are ignored."""
-_JUMP = 5.0
+_MAX_STAMP_STEP_BACK = 5.0
 """Seconds by which the stamps of a publisher go back when a bag or a simulation begins again."""
-_BACK = 0.1
+_MAX_CLOCK_STEP_BACK = 0.1
 """The same of the node's clock, which is that of the bag or simulation if it tells the time."""
 IDENTITY: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 
@@ -35,14 +35,14 @@ class World:
     def __init__(self, listen: Listen) -> None:
         self._listen = listen
         self._lock = threading.Lock()
-        self._looking = 0
-        self._ends: list[Callable[[], None]] = []
+        self._watchers = 0
+        self._unsubscribers: list[Callable[[], None]] = []
         self._changed: tuple[Callable[[], object], ...] = ()
         self._newest: dict[str, float] = {}
         self._now = float("-inf")
         self.buffer = Buffer(warn=lambda text: None)
 
-    def look(self, changed: Callable[[], object]) -> Callable[[], None]:
+    def watch(self, changed: Callable[[], object]) -> Callable[[], None]:
         """Fill the buffer as long as somebody looks.
 
         Args:
@@ -52,32 +52,34 @@ class World:
             A function that ends the look.
         """
         with self._lock:
-            if not self._looking:
+            if not self._watchers:
                 self.buffer = Buffer(warn=lambda text: None)
                 self._newest, self._now = {}, float("-inf")
-                self._ends.append(self._listen("/tf", self._moving))
+                self._unsubscribers.append(self._listen("/tf", self._tf_arrived))
                 try:
-                    self._ends.append(self._listen("/tf_static", self._static))
+                    self._unsubscribers.append(self._listen("/tf_static", self._tf_static_arrived))
                 except BaseException:
-                    self._ends.pop()()
+                    self._unsubscribers.pop()()
                     raise
-            self._looking += 1
+            self._watchers += 1
             self._changed = (*self._changed, changed)
-        ended = False
+        is_unwatched = False
 
-        def end() -> None:
-            nonlocal ended
+        def unwatch() -> None:
+            nonlocal is_unwatched
             with self._lock:
-                if ended:
+                if is_unwatched:
                     return
-                ended = True
+                is_unwatched = True
                 self._changed = tuple(each for each in self._changed if each is not changed)
-                self._looking -= 1
-                ends, self._ends = (self._ends, []) if not self._looking else ([], self._ends)
-            for each in ends:
+                self._watchers -= 1
+                unsubscribers, self._unsubscribers = (
+                    (self._unsubscribers, []) if not self._watchers else ([], self._unsubscribers)
+                )
+            for each in unsubscribers:
                 each()
 
-        return end
+        return unwatch
 
     def pose(self, fixed: str, frame: str, stamp: Time | None = None) -> Pose | None:
         """Return the place of a frame.
@@ -98,27 +100,27 @@ class World:
                 found = self.buffer.lookup_transform(fixed, frame, time)
             except TransformException:
                 continue
-            move, turn = found.transform.translation, found.transform.rotation
-            pose = [move.x, move.y, move.z, turn.x, turn.y, turn.z, turn.w]
-            return pose if all(abs(each) < GREATEST for each in pose) else None
+            translation, rotation = found.transform.translation, found.transform.rotation
+            pose = [translation.x, translation.y, translation.z, rotation.x, rotation.y, rotation.z, rotation.w]
+            return pose if all(abs(each) < MAX_MAGNITUDE for each in pose) else None
         return None
 
-    def _start_anew_if_time_went_back(self, transforms: Any, publisher: str, now: float) -> None:
+    def _reset_if_time_jumped_back(self, transforms: Any, publisher: str, now: float) -> None:
         stamps = [each.header.stamp.to_sec() for each in transforms]
         if not stamps:
             return
         newest = self._newest.get(publisher, 0.0)
-        before, self._now = self._now, now
-        if max(stamps) < newest - _JUMP or now < before - _BACK:
+        previous, self._now = self._now, now
+        if max(stamps) < newest - _MAX_STAMP_STEP_BACK or now < previous - _MAX_CLOCK_STEP_BACK:
             self.buffer.clear()  # static ones stay
             self._newest.clear()
-        if len(self._newest) < MOST_FRAMES or publisher in self._newest:
+        if len(self._newest) < MAX_FRAMES or publisher in self._newest:
             self._newest[publisher] = max(*stamps, self._newest.get(publisher, 0.0))
 
-    def _moving(self, arrival: Arrival) -> None:
+    def _tf_arrived(self, arrival: Arrival) -> None:
         self._add(arrival, False)
 
-    def _static(self, arrival: Arrival) -> None:
+    def _tf_static_arrived(self, arrival: Arrival) -> None:
         self._add(arrival, True)
 
     def _add(self, arrival: Arrival, static: bool) -> None:
@@ -133,7 +135,7 @@ class World:
     def _put(self, transforms: Any, arrival: Arrival, static: bool) -> None:
         publisher = (arrival.raw._connection_header or {}).get("callerid", "")
         if not static:
-            self._start_anew_if_time_went_back(transforms, publisher, arrival.time)
-        if len(self.buffer.frames()) > MOST_FRAMES:
+            self._reset_if_time_jumped_back(transforms, publisher, arrival.time)
+        if len(self.buffer.frames()) > MAX_FRAMES:
             transforms = [each for each in transforms if self.buffer.has_frame(each.child_frame_id.lstrip("/"))]
         self.buffer.set_transforms(transforms, publisher, static=static)

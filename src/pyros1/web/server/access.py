@@ -18,16 +18,16 @@ from typing import TYPE_CHECKING
 from urllib.parse import parse_qs, urlsplit
 
 if TYPE_CHECKING:
-    from pyros1.net.guests import Guests
+    from pyros1.net.allowlist import Allowlist
 
-MOST_PAGES = 64
+MAX_PAGES = 64
 LOOPBACK = frozenset({"localhost", "127.0.0.1", "::1"})
 _HOST = re.compile(r"(?:\[(?P<six>[0-9A-Fa-f:.]+)\]|(?P<name>[A-Za-z0-9._-]+))(?::(?P<port>\d{1,5}))?\Z", re.ASCII)
 
 
-_OLD = "This link is of an earlier start of the server: pyros1 web makes a new token each time."
-_WITHOUT = "This link lacks its token."
-_WHAT_TO_DO = (
+_STALE_TOKEN = "This link is of an earlier start of the server: pyros1 web makes a new token each time."
+_MISSING_TOKEN = "This link lacks its token."
+_TOKEN_HINT = (
     "Use the link that the server printed, or type pyros1 web graph, which opens it. "
     "Links stay valid if the server is started with --token and a secret of your own."
 )
@@ -44,10 +44,10 @@ class Access:
         read_only: whether pages may not change anything.
         origins: other sites whose pages may come in, such as ``http://localhost:8000``, with the token if there is one.
         topics: patterns such as ``/camera/*`` of topics, services and parameters that pages may see; empty for all.
-        guests: decides from which machines one may connect at all; None: from all that reach the interface.
+        allowlist: decides from which machines one may connect at all; None: from all that reach the interface.
         most_pages: how many pages, programs and viewers may be connected at the same time.
         bags: folders whose bags pages may see, and into which they may record; and single bags.
-        granted: bags that are added later; see `pyros1.web.bags.granted`.
+        granted: bags that are added later; see `pyros1.web.bags.granted_files`.
     """
 
     token: str = field(default_factory=lambda: secrets.token_urlsafe(16), repr=False)
@@ -56,8 +56,8 @@ class Access:
     read_only: bool = False
     topics: tuple[str, ...] = ()
     origins: Collection[str] = ()
-    guests: Guests | None = None
-    most_pages: int = MOST_PAGES
+    allowlist: Allowlist | None = None
+    most_pages: int = MAX_PAGES
     bags: tuple[str, ...] = ()
     granted: Container[Path] = ()
 
@@ -80,7 +80,7 @@ class Access:
         return parts.scheme in ("http", "https") and parts.netloc.lower() == (host or "").lower()
 
     @property
-    def lets_programs_in_from_anywhere(self) -> bool:
+    def allows_programs_from_anywhere(self) -> bool:
         """Whether programs of other sites may come in: those of rosbridge, and viewers such as Foxglove.
 
         They are web applications of their own (https://app.foxglove.dev, a Lichtblick on another port, ``file://`` in
@@ -90,15 +90,15 @@ class Access:
         """
         return bool(self.token)
 
-    def token_trouble(self, path: str) -> str:
+    def token_problem(self, path: str) -> str:
         """Return what is wrong with the token in the query of a path, and what to do; empty if it is right."""
         try:
-            given = parse_qs(urlsplit(path).query, max_num_fields=20).get("token", [""])[0]
+            given_token = parse_qs(urlsplit(path).query, max_num_fields=20).get("token", [""])[0]
         except ValueError:
-            given = ""
-        if not self.token or hmac.compare_digest(given.encode(), self.token.encode()):
+            given_token = ""
+        if not self.token or hmac.compare_digest(given_token.encode(), self.token.encode()):
             return ""
-        return f"{_OLD if given else _WITHOUT} {_WHAT_TO_DO}"
+        return f"{_STALE_TOKEN if given_token else _MISSING_TOKEN} {_TOKEN_HINT}"
 
     def may_see(self, name: str) -> bool:
         """Return whether pages may see a topic, service or parameter."""

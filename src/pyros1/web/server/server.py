@@ -28,29 +28,29 @@ from websockets.protocol import State
 from websockets.typing import Subprotocol
 
 from pyros1.web import calls
-from pyros1.web.exchanges import AT_ONCE
 from pyros1.web.foxglove import PROTOCOLS as FOXGLOVE
 from pyros1.web.foxglove.connection import Viewer
-from pyros1.web.foxglove.shared import Shared
+from pyros1.web.foxglove.shared import ViewerContext
 from pyros1.web.package_files import FileError
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.driver import Bridge
-from pyros1.web.rosbridge.intake import MAX_FRAME
+from pyros1.web.rosbridge.frame_decoder import MAX_FRAME
 from pyros1.web.server import wire
-from pyros1.web.server.access import MOST_PAGES, Access
+from pyros1.web.server.access import MAX_PAGES, Access
 from pyros1.web.server.assets import SECURITY, Assets
-from pyros1.web.server.entrance import Entrance
+from pyros1.web.server.pending_connections import PendingConnections
 from pyros1.web.server.session import Session
-from pyros1.web.server.threads import Threads
+from pyros1.web.server.threads import ThreadPool
 from pyros1.web.server.waiting import wait_for_event
 from pyros1.web.server.wire import RequestError
+from pyros1.web.service_exchanges import MAX_CONCURRENT_CALLS
 
 PROTOCOL = Subprotocol("pyros1.v1")
 SOCKET = "/ws"
 """Path of the page's WebSocket."""
 PACKAGE_FILE = "/package_file"
 """Path of meshes and textures: ``/package_file?token=...&uri=package://NAME/PATH``."""
-_KINDS = {
+_CONTENT_TYPES = {
     "bmp": "image/bmp",
     "dae": "application/octet-stream",
     "gif": "image/gif",
@@ -64,20 +64,20 @@ _KINDS = {
     "webp": "image/webp",
 }
 """Files of packages that pages get, by the ends of their names: none that a browser would show as a page or run."""
-_OTHERS = ("/", "/rosbridge")
+_ROSBRIDGE_PATHS = ("/", "/rosbridge")
 """Paths of the WebSockets of other programs."""
-_MOST_CALLS = 16
+_MAX_CALLS = 16
 """Most calls of a page that run at the same time; more wait."""
-_MOST_LAST = 64
+_MAX_FINAL_REQUESTS = 64
 """Most requests that are done of a page that has gone: the last word counts, but not thousands."""
 _THREADS = 32
 """Threads for pushes; as many for calls, which may take long and must not delay pushes."""
-_MOST_COMPLAINTS = 100
-_TIDY = 10.0
+_MAX_LOGGED_ERRORS = 100
+_CLEANUP_PERIOD = 10.0
 """Seconds between two looks for what is not used any more."""
 _ATTEMPTS = 20
 """To find a port that is free at all addresses of a host."""
-_TOGETHER = 0.003
+_COALESCE_DELAY = 0.003
 """Seconds: what becomes due so soon after something else is looked at together with it."""
 
 
@@ -93,12 +93,12 @@ class WebServer:
         self._robot = robot
         self._access = access
         self._assets = Assets()
-        self._pushes = Threads(_THREADS, "web: pushes")
-        self._calls = Threads(_THREADS, "web: calls")
-        self._services = Threads(MOST_PAGES * AT_ONCE, "web: services")
+        self._pushes = ThreadPool(_THREADS, "web: pushes")
+        self._calls = ThreadPool(_THREADS, "web: calls")
+        self._services = ThreadPool(MAX_PAGES * MAX_CONCURRENT_CALLS, "web: services")
         self._bridge = Bridge(robot, self._services)
-        self._viewers = Shared(robot)
-        self._entrance = Entrance(access.guests)
+        self._viewers = ViewerContext(robot)
+        self._pending_connections = PendingConnections(access.allowlist)
         self._pages = 0
 
     @contextlib.asynccontextmanager
@@ -112,18 +112,18 @@ class WebServer:
         Raises:
             OSError: the port cannot be had.
         """
-        quiet = logging.getLogger("pyros1.web")
-        quiet.addHandler(logging.NullHandler())
-        quiet.propagate = False
+        logger = logging.getLogger("pyros1.web")
+        logger.addHandler(logging.NullHandler())
+        logger.propagate = False
         logging.getLogger("asyncio").setLevel(logging.ERROR)  # it warns of each frame to one that has just gone
-        asyncio.get_running_loop().set_exception_handler(_Complaints())
+        asyncio.get_running_loop().set_exception_handler(_LoopErrorLog())
         try:
             async with await self._serve(host, port) as server:
-                tidying = asyncio.create_task(self._tidy())
+                cleanup_task = asyncio.create_task(self._clean_up_periodically())
                 try:
                     yield server
                 finally:
-                    tidying.cancel()
+                    cleanup_task.cancel()
         finally:
             for threads in (self._pushes, self._calls, self._services):
                 threads.shutdown(wait=False, cancel_futures=True)
@@ -131,13 +131,13 @@ class WebServer:
 
     async def _serve(self, host: str, port: int) -> Server:
         """Listen; with port 0, on one free port for all addresses of the host."""
-        for left in range(_ATTEMPTS - 1, -1, -1):
+        for remaining in range(_ATTEMPTS - 1, -1, -1):
             try:
                 server: Server = await serve(
                     self._page,
                     host,
                     port or await _free_port(host),
-                    create_connection=self._entrance.connection,  # type: ignore[arg-type]  # it makes one
+                    create_connection=self._pending_connections.connection,  # type: ignore[arg-type]  # it makes one
                     process_request=self._answer,
                     select_subprotocol=_choose_protocol,
                     max_size=MAX_FRAME,
@@ -151,59 +151,61 @@ class WebServer:
                 )
                 return server
             except OSError as error:
-                if port or not left or error.errno != errno.EADDRINUSE:
+                if port or not remaining or error.errno != errno.EADDRINUSE:
                     raise
         raise AssertionError  # the last attempt returns or raises
 
-    async def _tidy(self) -> None:
+    async def _clean_up_periodically(self) -> None:
         while True:
-            await asyncio.sleep(_TIDY)
-            await asyncio.get_running_loop().run_in_executor(self._calls, self._robot.tidy)
+            await asyncio.sleep(_CLEANUP_PERIOD)
+            await asyncio.get_running_loop().run_in_executor(self._calls, self._robot.clean_up)
 
     async def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """Answer an HTTP request; None lets a WebSocket begin."""
         try:
-            return await self._checked(request)
+            return await self._respond(request)
         except (ValueError, MultipleValuesError):  # of urlsplit; Host or Origin twice
-            return _plain(HTTPStatus.BAD_REQUEST, "This is not a valid request.\n")
+            return _text_response(HTTPStatus.BAD_REQUEST, "This is not a valid request.\n")
 
-    async def _checked(self, request: Request) -> Response | None:
+    async def _respond(self, request: Request) -> Response | None:
         host = request.headers.get("Host")
         if not self._access.is_our_name(host):
-            return _plain(HTTPStatus.FORBIDDEN, "This server has a different name. Use the link that it printed.\n")
+            return _text_response(
+                HTTPStatus.FORBIDDEN, "This server has a different name. Use the link that it printed.\n"
+            )
         path = urlsplit(request.path).path
-        if path == SOCKET or (path in _OTHERS and _wants_socket(request)):
+        if path == SOCKET or (path in _ROSBRIDGE_PATHS and _is_websocket_request(request)):
             return self._admit(request)
         if path == PACKAGE_FILE:
-            if trouble := self._access.token_trouble(request.path):
-                return _plain(HTTPStatus.UNAUTHORIZED, f"{trouble}\n")
+            if problem := self._access.token_problem(request.path):
+                return _text_response(HTTPStatus.UNAUTHORIZED, f"{problem}\n")
             loop = asyncio.get_running_loop()
             return await loop.run_in_executor(self._calls, self._package_file, request.path)
         return self._file(path, request.headers.get("If-None-Match"))
 
     def _admit(self, request: Request) -> Response | None:
-        """Let a WebSocket begin, or say why not. See `Access.lets_programs_in_from_anywhere`."""
+        """Let a WebSocket begin, or say why not. See `Access.allows_programs_from_anywhere`."""
         origin, host = request.headers.get("Origin"), request.headers.get("Host")
-        from_anywhere = _is_of_a_program(request) and self._access.lets_programs_in_from_anywhere
+        from_anywhere = _is_from_program(request) and self._access.allows_programs_from_anywhere
         if not from_anywhere and not self._access.is_our_page(origin, host):
-            return _plain(HTTPStatus.FORBIDDEN, "Pages of other sites may not connect.\n")
-        if trouble := self._access.token_trouble(request.path):
-            return _plain(HTTPStatus.UNAUTHORIZED, f"{trouble}\n")
+            return _text_response(HTTPStatus.FORBIDDEN, "Pages of other sites may not connect.\n")
+        if problem := self._access.token_problem(request.path):
+            return _text_response(HTTPStatus.UNAUTHORIZED, f"{problem}\n")
         if self._pages >= self._access.most_pages:
             text = f"At most {self._access.most_pages} pages and programs may be connected (option --most-pages).\n"
-            return _plain(HTTPStatus.SERVICE_UNAVAILABLE, text)
+            return _text_response(HTTPStatus.SERVICE_UNAVAILABLE, text)
         return None
 
-    def _file(self, path: str, known: str | None) -> Response:
+    def _file(self, path: str, etag: str | None) -> Response:
         if path == "/panels.json":
             return _response(
                 HTTPStatus.OK, json.dumps(self._assets.panels).encode(), {"Content-Type": "application/json"}
             )
         asset = self._assets.get(path)
         if asset is None:
-            return _plain(HTTPStatus.NOT_FOUND, "There is nothing here.\n")
+            return _text_response(HTTPStatus.NOT_FOUND, "There is nothing here.\n")
         headers = {"Content-Type": asset.content_type, "ETag": asset.tag}
-        if known == asset.tag:
+        if etag == asset.tag:
             return _response(HTTPStatus.NOT_MODIFIED, b"", headers)
         return _response(HTTPStatus.OK, asset.body, headers)
 
@@ -212,23 +214,23 @@ class WebServer:
             uri = parse_qs(urlsplit(path).query, max_num_fields=20).get("uri", [""])[0]
         except ValueError:
             uri = ""
-        kind = _KINDS.get(uri.rpartition(".")[2].lower())
+        kind = _CONTENT_TYPES.get(uri.rpartition(".")[2].lower())
         if kind is None:
-            return _plain(HTTPStatus.FORBIDDEN, f"only {', '.join(_KINDS)} files are served\n")
+            return _text_response(HTTPStatus.FORBIDDEN, f"only {', '.join(_CONTENT_TYPES)} files are served\n")
         try:
             return _response(HTTPStatus.OK, self._robot.files.read(uri), {"Content-Type": kind})
         except FileError as error:
-            return _plain(HTTPStatus.NOT_FOUND, f"{error}\n")
+            return _text_response(HTTPStatus.NOT_FOUND, f"{error}\n")
 
     async def _page(self, socket: ServerConnection) -> None:
-        self._entrance.remove(socket)
+        self._pending_connections.remove(socket)
         self._pages += 1
         try:
             # Each takes turns with the others.
-            pushes, calls, services = (each.lane() for each in (self._pushes, self._calls, self._services))
+            pushes, calls, services = (each.queue() for each in (self._pushes, self._calls, self._services))
             if socket.subprotocol in FOXGLOVE:
                 await Viewer(socket, self._viewers, pushes, calls, services).run()
-            elif socket.request is not None and urlsplit(socket.request.path).path in _OTHERS:
+            elif socket.request is not None and urlsplit(socket.request.path).path in _ROSBRIDGE_PATHS:
                 await self._bridge.serve(socket)
             else:
                 await _Page(socket, self._robot, pushes, calls, services).run()
@@ -247,21 +249,21 @@ class _Page:
         self._calls = calls
         self._services = services
         self._loop = asyncio.get_running_loop()
-        self._awake = asyncio.Event()
-        self._waking = False
+        self._wake_event = asyncio.Event()
+        self._wake_scheduled = False
         self._session = Session(robot, self._wake)
         self._tasks: set[asyncio.Task[None]] = set()
-        self._room = asyncio.Semaphore(_MOST_CALLS)
-        self._long = 0  # calls of services: nothing waits for their end
+        self._call_slots = asyncio.Semaphore(_MAX_CALLS)
+        self._running_service_calls = 0  # calls of services: nothing waits for their end
 
     async def run(self) -> None:
-        self._begin(self._look)
-        left = _MOST_LAST
+        self._start_task(self._push_due_streams)
+        remaining = _MAX_FINAL_REQUESTS
         try:
             async for text in self._socket:
-                await self._take(text)
-                left -= self._socket.state is not State.OPEN
-                if left <= 0:
+                await self._handle_request(text)
+                remaining -= self._socket.state is not State.OPEN
+                if remaining <= 0:
                     break
         except ConnectionClosed:
             pass
@@ -271,7 +273,7 @@ class _Page:
             await asyncio.gather(*self._tasks, return_exceptions=True)
             await self._loop.run_in_executor(self._pushes, self._session.close)
 
-    async def _take(self, text: str | bytes) -> None:
+    async def _handle_request(self, text: str | bytes) -> None:
         try:
             request = wire.parse(text)
         except RequestError as error:
@@ -279,15 +281,15 @@ class _Page:
             return
         if isinstance(request, wire.Call):
             if request.name in calls.LONG:
-                if self._long < AT_ONCE:
-                    self._long += 1
-                    self._begin(self._call_service, request)
+                if self._running_service_calls < MAX_CONCURRENT_CALLS:
+                    self._running_service_calls += 1
+                    self._start_task(self._call_service, request)
                 else:
-                    problem = f"{AT_ONCE} calls of services are already waiting for their answers"
+                    problem = f"{MAX_CONCURRENT_CALLS} calls of services are already waiting for their answers"
                     await self._socket.send(wire.failure(request.id, problem))
                 return
-            await self._room.acquire()
-            self._begin(self._call, request)
+            await self._call_slots.acquire()
+            self._start_task(self._call, request)
             return
         for frame in await self._loop.run_in_executor(self._pushes, self._session.handle, request):
             await self._socket.send(frame)
@@ -297,32 +299,32 @@ class _Page:
             frame = await self._loop.run_in_executor(self._calls, self._session.answer, call)
             await self._socket.send(frame)
         finally:
-            self._room.release()
+            self._call_slots.release()
 
     async def _call_service(self, call: wire.Call) -> None:
         try:
             frame = await self._loop.run_in_executor(self._services, self._session.answer, call)
             await self._socket.send(frame)
         finally:
-            self._long -= 1
+            self._running_service_calls -= 1
 
-    async def _look(self) -> None:
+    async def _push_due_streams(self) -> None:
         while True:
-            self._awake.clear()
-            self._waking = False
-            numbers, again = self._session.due(monotonic())
+            self._wake_event.clear()
+            self._wake_scheduled = False
+            numbers, next_time = self._session.due(monotonic())
             for number in numbers:
-                self._begin(self._push, number)
-            wait = None if again is None else max(0.0, again - monotonic())
-            await wait_for_event(self._awake, wait)
-            await asyncio.sleep(_TOGETHER)
+                self._start_task(self._push, number)
+            wait = None if next_time is None else max(0.0, next_time - monotonic())
+            await wait_for_event(self._wake_event, wait)
+            await asyncio.sleep(_COALESCE_DELAY)
 
     async def _push(self, number: int) -> None:
         frame = await self._loop.run_in_executor(self._pushes, self._session.push, number)
         if frame is not None:
             await self._socket.send(frame)  # a slow page is waited for here
 
-    def _begin(self, work: Callable[..., Coroutine[Any, Any, None]], *args: Any) -> None:
+    def _start_task(self, work: Callable[..., Coroutine[Any, Any, None]], *args: Any) -> None:
         async def guarded() -> None:
             with contextlib.suppress(ConnectionClosed):
                 await work(*args)
@@ -332,29 +334,29 @@ class _Page:
         task.add_done_callback(self._tasks.discard)
 
     def _wake(self) -> None:
-        if not self._waking:  # most messages come while a look is due already
-            self._waking = True
+        if not self._wake_scheduled:  # most messages come while a look is due already
+            self._wake_scheduled = True
             with contextlib.suppress(RuntimeError):  # the loop has ended
-                self._loop.call_soon_threadsafe(self._awake.set)
+                self._loop.call_soon_threadsafe(self._wake_event.set)
 
 
-class _Complaints:
+class _LoopErrorLog:
     """Says what goes wrong in the loop, such as too many open files: in a line, and not again and again."""
 
     def __init__(self) -> None:
-        self._said: set[str] = set()
+        self._logged: set[str] = set()
 
     def __call__(self, _: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         text = f"{context.get('message', 'a fault')}: {context.get('exception')!r}"[:500]
-        if text not in self._said and len(self._said) < _MOST_COMPLAINTS:
-            self._said.add(text)
+        if text not in self._logged and len(self._logged) < _MAX_LOGGED_ERRORS:
+            self._logged.add(text)
             logging.getLogger("asyncio").error("pyros1 web: %s", text)
 
 
 async def _free_port(host: str) -> int:
     """Return a port that is free at one address of a host, so most likely at the others, too; 0 if there is none."""
-    look_up = asyncio.get_running_loop().getaddrinfo
-    for family, kind, protocol, _, address in await look_up(host or None, None, type=socket.SOCK_STREAM):
+    getaddrinfo = asyncio.get_running_loop().getaddrinfo
+    for family, kind, protocol, _, address in await getaddrinfo(host or None, None, type=socket.SOCK_STREAM):
         with contextlib.suppress(OSError), closing(socket.socket(family, kind, protocol)) as probe:
             probe.bind((address[0], 0, *address[2:]))
             port: int = probe.getsockname()[1]
@@ -362,24 +364,24 @@ async def _free_port(host: str) -> int:
     return 0
 
 
-def _wants_socket(request: Request) -> bool:
+def _is_websocket_request(request: Request) -> bool:
     return "websocket" in request.headers.get("Upgrade", "").lower()
 
 
-def _is_of_a_program(request: Request) -> bool:
+def _is_from_program(request: Request) -> bool:
     """Return whether it is of a client of rosbridge or a viewer, neither of which speaks our page's protocol."""
     offered = [
         name.strip() for header in request.headers.get_all("Sec-WebSocket-Protocol") for name in header.split(",")
     ]
     is_viewer = not {*FOXGLOVE}.isdisjoint(offered)
-    return PROTOCOL not in offered and (is_viewer or urlsplit(request.path).path in _OTHERS)
+    return PROTOCOL not in offered and (is_viewer or urlsplit(request.path).path in _ROSBRIDGE_PATHS)
 
 
 def _choose_protocol(_: ServerConnection, offered: Sequence[Subprotocol]) -> Subprotocol | None:
     return next((Subprotocol(name) for name in (PROTOCOL, *FOXGLOVE) if name in offered), None)
 
 
-def _plain(status: HTTPStatus, text: str) -> Response:
+def _text_response(status: HTTPStatus, text: str) -> Response:
     return _response(status, text.encode(), {"Content-Type": "text/plain; charset=utf-8"})
 
 

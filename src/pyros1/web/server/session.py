@@ -8,14 +8,14 @@ from typing import Any
 
 from pyros1.ground.errors import Error
 from pyros1.web import calls, views
-from pyros1.web.exchanges import Exchanges
 from pyros1.web.robot import Robot
 from pyros1.web.server import wire
 from pyros1.web.server.wire import RequestError
+from pyros1.web.service_exchanges import ServiceExchanges
 from pyros1.web.views.view import View
 
-MOST_STREAMS = 200
-_TRY_AGAIN = 1.0
+MAX_STREAMS = 200
+_RETRY_DELAY = 1.0
 """Seconds until a view that could not be made is tried again."""
 
 
@@ -23,20 +23,20 @@ class _Stream:
     """A stream.
 
     Args:
-        make: makes its view from arguments. If that fails, for lack of a master for example, it is tried again.
+        make_view: makes its view from arguments. If that fails, for lack of a master for example, it is tried again.
         args: the arguments.
     """
 
-    def __init__(self, make: Callable[[Mapping[str, Any]], View], args: Mapping[str, Any]) -> None:
-        self.make = make
+    def __init__(self, make_view: Callable[[Mapping[str, Any]], View], args: Mapping[str, Any]) -> None:
+        self.make_view = make_view
         self.args = args
-        self.turn = threading.Lock()  # of the view: it may be slow, and others shall not wait for it
+        self.lock = threading.Lock()  # of the view: it may be slow, and others shall not wait for it
         self.view: View | None = None
         self.busy = False
         self.closed = False
-        self.awaited = True  # the page has shown the last push
-        self.woken = True
-        self.at = float("-inf")
+        self.acknowledged = True  # the page has shown the last push
+        self.updated = True
+        self.pushed_at = float("-inf")
         self.problem = ""
 
     def due(self) -> float | None:
@@ -44,10 +44,10 @@ class _Stream:
         if self.busy or self.closed:
             return None
         if self.view is None:
-            return self.at + _TRY_AGAIN
-        if not self.awaited or not (self.woken or self.view.polled):
+            return self.pushed_at + _RETRY_DELAY
+        if not self.acknowledged or not (self.updated or self.view.polled):
             return None
-        return self.at + self.view.period
+        return self.pushed_at + self.view.period
 
 
 class Session:
@@ -65,7 +65,7 @@ class Session:
         self._robot = robot
         self._wake = wake
         self._streams: dict[int, _Stream] = {}
-        self._exchanges = Exchanges()
+        self._exchanges = ServiceExchanges()
 
     def due(self, now: float) -> tuple[list[int], float | None]:
         """Return the streams for which `push` is to be called now, and when to ask again.
@@ -83,7 +83,7 @@ class Session:
             if due is None:
                 continue
             if due <= now:
-                stream.busy, stream.at, stream.woken = True, now, False
+                stream.busy, stream.pushed_at, stream.updated = True, now, False
                 numbers.append(number)
             else:
                 next_time = due if next_time is None else min(due, next_time)
@@ -94,7 +94,7 @@ class Session:
         stream = self._streams.get(number)
         if stream is None:
             return None
-        with stream.turn:
+        with stream.lock:
             try:
                 return self._frame(number, stream)
             finally:
@@ -111,7 +111,7 @@ class Session:
                     self._change(number, args)
                 case wire.Next(number):
                     if (stream := self._streams.get(number)) is not None:
-                        stream.awaited = True
+                        stream.acknowledged = True
                         self._wake()
                 case wire.Close(number):
                     self._close(number)
@@ -137,28 +137,28 @@ class Session:
     def _open(self, number: int, name: str, args: Mapping[str, Any]) -> None:
         if number in self._streams:
             raise RequestError(f"stream {number} is open")
-        if len(self._streams) >= MOST_STREAMS:
-            raise RequestError(f"a page has at most {MOST_STREAMS} streams")
+        if len(self._streams) >= MAX_STREAMS:
+            raise RequestError(f"a page has at most {MAX_STREAMS} streams")
         if name not in views.NAMES:
             raise RequestError(f"there is no view {name[:100]!r}")
         view_class = views.view_class(name)
 
-        def woken() -> None:
-            stream.woken = True
+        def updated() -> None:
+            stream.updated = True
             self._wake()
 
-        stream = self._streams[number] = _Stream(lambda args: view_class(self._robot, args, woken), args)
+        stream = self._streams[number] = _Stream(lambda args: view_class(self._robot, args, updated), args)
         self._wake()
 
     def _change(self, number: int, args: Mapping[str, Any]) -> None:
         stream = self._streams.get(number)
         if stream is None:
             return
-        with stream.turn:
+        with stream.lock:
             stream.args = args
             if stream.view is not None:
                 stream.view.change(args)
-            stream.woken, stream.at, stream.problem = True, float("-inf"), ""
+            stream.updated, stream.pushed_at, stream.problem = True, float("-inf"), ""
         self._wake()
 
     def _frame(self, number: int, stream: _Stream) -> str | bytes | None:
@@ -166,8 +166,8 @@ class Session:
             return None
         try:
             if stream.view is None:
-                stream.view = stream.make(stream.args)
-            push = stream.view.take()
+                stream.view = stream.make_view(stream.args)
+            push = stream.view.poll()
             frame = None if push is None else wire.push(number, push)
         except Error as error:
             problem = str(error)
@@ -175,7 +175,7 @@ class Session:
             problem = f"an internal error of this server: {error!r:.500}"
         else:
             stream.problem = ""
-            stream.awaited = frame is None
+            stream.acknowledged = frame is None
             return frame
         if problem == stream.problem:
             return None
@@ -187,6 +187,6 @@ class Session:
         if stream is None:
             return
         stream.closed = True
-        with stream.turn:
+        with stream.lock:
             if stream.view is not None:
                 stream.view.close()

@@ -9,59 +9,59 @@ from concurrent.futures import Executor, Future
 from typing import Any, NamedTuple, TypeVar
 
 _T = TypeVar("_T")
-_IDLE = 10.0
+_IDLE_SECONDS = 10.0
 
 
 class _Job(NamedTuple):
     future: Future[Any]
     function: Callable[..., Any]
     args: tuple[Any, ...]
-    named: dict[str, Any]
+    kwargs: dict[str, Any]
 
 
-class Threads(Executor):
+class ThreadPool(Executor):
     """Threads, made when they are needed. Those that had nothing to do for a while end.
 
     Args:
-        most: number of threads; more work waits.
+        max_threads: number of threads; more work waits.
         name: of the threads.
         idle: seconds without work after which a thread ends.
     """
 
-    def __init__(self, most: int, name: str, idle: float = _IDLE) -> None:
-        self._most = most
+    def __init__(self, max_threads: int, name: str, idle: float = _IDLE_SECONDS) -> None:
+        self._max_threads = max_threads
         self._name = name
         self._idle_time = idle
         self._changed = threading.Condition()
-        self._lanes: dict[object, deque[_Job]] = {}  # those in which something waits, in the order of their turns
+        self._queues: dict[object, deque[_Job]] = {}  # those in which something waits, in the order of their turns
         self._waiting = 0  # work
         self._idle = 0
         self._threads: set[threading.Thread] = set()
-        self._made = 0
+        self._started_count = 0
         self._ended = False
 
-    def lane(self) -> Executor:
+    def queue(self) -> Executor:
         """Return an executor on the same threads whose work takes turns with that of other lanes.
 
         So one that has much to do delays others by one piece of work at a time.
         """
-        return _Lane(self)
+        return _QueueExecutor(self)
 
     def submit(self, fn: Callable[..., _T], /, *args: Any, **kwargs: Any) -> Future[_T]:
         """See `concurrent.futures.Executor.submit`."""
-        return self.submit_in(self, fn, *args, **kwargs)
+        return self.submit_to(self, fn, *args, **kwargs)
 
-    def submit_in(self, lane: object, fn: Callable[..., _T], /, *args: Any, **kwargs: Any) -> Future[_T]:
+    def submit_to(self, queue: object, fn: Callable[..., _T], /, *args: Any, **kwargs: Any) -> Future[_T]:
         """Submit work of a lane."""
         future: Future[_T] = Future()
         with self._changed:
             if self._ended:
                 raise RuntimeError("the server is shutting down")
-            self._lanes.setdefault(lane, deque()).append(_Job(future, fn, args, kwargs))
+            self._queues.setdefault(queue, deque()).append(_Job(future, fn, args, kwargs))
             self._waiting += 1
-            if self._waiting > self._idle and len(self._threads) < self._most:
-                self._made += 1
-                thread = threading.Thread(target=self._work, name=f"{self._name} {self._made}", daemon=True)
+            if self._waiting > self._idle and len(self._threads) < self._max_threads:
+                self._started_count += 1
+                thread = threading.Thread(target=self._worker, name=f"{self._name} {self._started_count}", daemon=True)
                 self._threads.add(thread)
                 thread.start()
             else:
@@ -78,10 +78,10 @@ class Threads(Executor):
         with self._changed:
             self._ended = True
             if cancel_futures:
-                for jobs in self._lanes.values():
+                for jobs in self._queues.values():
                     for job in jobs:
                         job.future.cancel()
-                self._lanes.clear()
+                self._queues.clear()
                 self._waiting = 0
             threads = list(self._threads)
             self._changed.notify_all()
@@ -89,11 +89,11 @@ class Threads(Executor):
             for thread in threads:
                 thread.join()
 
-    def _work(self) -> None:
+    def _worker(self) -> None:
         while (job := self._next()) is not None:
             if job.future.set_running_or_notify_cancel():
                 try:
-                    job.future.set_result(job.function(*job.args, **job.named))
+                    job.future.set_result(job.function(*job.args, **job.kwargs))
                 except BaseException as error:  # noqa: BLE001 - who asked gets it
                     job.future.set_exception(error)
             del job  # nothing is kept while the thread waits
@@ -101,25 +101,25 @@ class Threads(Executor):
     def _next(self) -> _Job | None:
         """Wait for work; None: the thread is to end."""
         with self._changed:
-            while not self._lanes:
+            while not self._queues:
                 self._idle += 1
-                came = not self._ended and self._changed.wait(self._idle_time)
+                has_work = not self._ended and self._changed.wait(self._idle_time)
                 self._idle -= 1
-                if not came and not self._lanes:
+                if not has_work and not self._queues:
                     self._threads.discard(threading.current_thread())
                     return None
-            lane = next(iter(self._lanes))
-            jobs = self._lanes.pop(lane)
+            queue = next(iter(self._queues))
+            jobs = self._queues.pop(queue)
             job = jobs.popleft()
             if jobs:
-                self._lanes[lane] = jobs  # behind the others
+                self._queues[queue] = jobs  # behind the others
             self._waiting -= 1
             return job
 
 
-class _Lane(Executor):
-    def __init__(self, threads: Threads) -> None:
+class _QueueExecutor(Executor):
+    def __init__(self, threads: ThreadPool) -> None:
         self._threads = threads
 
     def submit(self, fn: Callable[..., _T], /, *args: Any, **kwargs: Any) -> Future[_T]:
-        return self._threads.submit_in(self, fn, *args, **kwargs)
+        return self._threads.submit_to(self, fn, *args, **kwargs)

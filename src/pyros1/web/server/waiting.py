@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 from time import monotonic
 
-PATIENCE = 3.0
+MAX_PENDING_SECONDS = 3.0
 """Seconds for which a client's next operation waits for its subscriptions: the master may be away."""
 
 
@@ -21,31 +21,31 @@ class Pending:
     def __init__(self, wake: Callable[[], object]) -> None:
         self._wake = wake
         self._lock = threading.Lock()
-        self._under_way: set[object] = set()
+        self._pending: set[object] = set()
 
     def __bool__(self) -> bool:
         """Whether something is under way."""
-        return bool(self._under_way)
+        return bool(self._pending)
 
     def begin(self) -> Callable[[], None]:
         """Note that something is under way; return what is to be called when it is done."""
-        what = object()
+        token = object()
         with self._lock:
-            self._under_way.add(what)
+            self._pending.add(token)
 
         def done() -> None:
             with self._lock:
-                self._under_way.discard(what)
-                over = not self._under_way
-            if over:
+                self._pending.discard(token)
+                is_done = not self._pending
+            if is_done:
                 self._wake()
 
         return done
 
-    def give_up(self) -> None:
+    def abandon(self) -> None:
         """Wait no longer for what is under way now."""
         with self._lock:
-            self._under_way.clear()
+            self._pending.clear()
 
 
 async def wait_for_event(event: asyncio.Event, seconds: float | None) -> None:
@@ -54,14 +54,14 @@ async def wait_for_event(event: asyncio.Event, seconds: float | None) -> None:
     Before Python 3.12, `asyncio.wait_for` may swallow a cancellation that comes together with the event, and a loop
     around it then never ends (https://github.com/python/cpython/issues/86296).
     """
-    waiting = asyncio.ensure_future(event.wait())
+    event_task = asyncio.ensure_future(event.wait())
     try:
-        await asyncio.wait({waiting}, timeout=seconds)
+        await asyncio.wait({event_task}, timeout=seconds)
     finally:
-        waiting.cancel()
+        event_task.cancel()
 
 
-async def wait_until_over(pending: Pending, woken: asyncio.Event, seconds: float) -> None:
+async def wait_until_done(pending: Pending, woken: asyncio.Event, seconds: float) -> None:
     """Wait until nothing is pending, or so many seconds; then give up what is.
 
     Args:
@@ -69,11 +69,11 @@ async def wait_until_over(pending: Pending, woken: asyncio.Event, seconds: float
         woken: set when it is over.
         seconds: most that this takes.
     """
-    until = monotonic() + seconds
+    deadline = monotonic() + seconds
     while True:
         woken.clear()
-        left = until - monotonic()
-        if not pending or left <= 0:
+        remaining = deadline - monotonic()
+        if not pending or remaining <= 0:
             break
-        await wait_for_event(woken, left)
-    pending.give_up()
+        await wait_for_event(woken, remaining)
+    pending.abandon()

@@ -6,7 +6,7 @@ from importlib import import_module
 
 from pyros1.web.views.view import View
 
-_HOMES = {
+_EXPORTS = {
     "system": "system.SystemView",
     "console": "console.ConsoleView",
     "plot": "plot.PlotView",
@@ -36,12 +36,12 @@ _HOMES = {
     "launch_log": "launch_log.LaunchLogView",
     "turtles": "turtles.TurtlesView",
 }
-NAMES = frozenset(_HOMES)
+NAMES = frozenset(_EXPORTS)
 """Names of the views."""
 
 
 def view_class(name: str) -> type[View]:
     """Return the class of a view; its name is one of `NAMES`."""
-    module, _, kind = _HOMES[name].rpartition(".")
+    module, _, kind = _EXPORTS[name].rpartition(".")
     found: type[View] = getattr(import_module(f"pyros1.web.views.{module}"), kind)
     return found

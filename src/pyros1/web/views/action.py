@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import Error, MessageError
 from pyros1.web.hub import Arrival
+from pyros1.web.models.goals import Goals
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.tables.goals import Goals
 from pyros1.web.views.message import tree
 from pyros1.web.views.view import View, text
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_MOST_TREES = 10
+_MAX_TREES = 10
 """Of how many goals feedback and result are shown."""
 
 
@@ -38,20 +38,20 @@ class ActionView(View):
         self._lock = threading.Lock()
         self._goals = Goals()
         self._problem = ""
-        self._ends: list[Callable[[], None]] = []
-        takers = {
-            "status": self._goals.take_statuses,
-            "feedback": self._goals.take_feedback,
-            "result": self._goals.take_result,
+        self._unsubscribers: list[Callable[[], None]] = []
+        handlers = {
+            "status": self._goals.add_statuses,
+            "feedback": self._goals.add_feedback,
+            "result": self._goals.add_result,
         }
         try:
-            for word, taker in takers.items():
-                self._ends.append(robot.listen(f"{name}/{word}", self._listener(taker)))
+            for suffix, handler in handlers.items():
+                self._unsubscribers.append(robot.listen(f"{name}/{suffix}", self._listener(handler)))
         except Error:
             self.close()
             raise
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         with self._lock:
             if self._problem:
                 raise RequestError(self._problem)
@@ -63,23 +63,23 @@ class ActionView(View):
                     "status": goal.status,
                     "text": goal.text,
                     "feedbacks": goal.feedbacks,
-                    "feedback": tree(goal.feedback) if goal.feedback is not None and number < _MOST_TREES else None,
-                    "result": tree(goal.result) if goal.result is not None and number < _MOST_TREES else None,
+                    "feedback": tree(goal.feedback) if goal.feedback is not None and number < _MAX_TREES else None,
+                    "result": tree(goal.result) if goal.result is not None and number < _MAX_TREES else None,
                 }
                 for number, goal in enumerate(goals)
             ]
         return Push({"goals": shown})
 
     def close(self) -> None:
-        for end in self._ends:
-            end()
+        for unsubscribe in self._unsubscribers:
+            unsubscribe()
 
-    def _listener(self, taker: Callable[[Any], None]) -> Callable[[Arrival], None]:
+    def _listener(self, handler: Callable[[Any], None]) -> Callable[[Arrival], None]:
         def arrived(arrival: Arrival) -> None:
             try:
                 message = arrival.message
                 with self._lock:
-                    taker(message)
+                    handler(message)
                     self._problem = ""
             except MessageError as error:
                 self._problem = str(error)

@@ -11,7 +11,7 @@ from pyros1.web.views.view import View, number, text
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_MOST, _MOST_CHARACTERS = 2_000, 1_000_000
+_MAX_ENTRIES, _MAX_CHARACTERS = 2_000, 1_000_000
 """Most messages of one push, and most characters of their texts."""
 
 
@@ -33,11 +33,11 @@ class ConsoleView(View):
         robot.check_visible("/rosout")
         known = text(args, "run", robot.console.run) == robot.console.run
         self._last = int(number(args, "after", 0, 1 << 53, 0)) if known else 0
-        self._end = robot.console.listen(wake)
+        self._unsubscribe = robot.console.listen(wake)
         wake()
 
-    def take(self) -> Push | None:
-        entries, dropped = self.robot.console.after(self._last, _MOST, _MOST_CHARACTERS)
+    def poll(self) -> Push | None:
+        entries, dropped = self.robot.console.after(self._last, _MAX_ENTRIES, _MAX_CHARACTERS)
         if not entries:
             return None
         self._last = entries[-1].number
@@ -48,4 +48,4 @@ class ConsoleView(View):
         return Push({"run": self.robot.console.run, "dropped": dropped, "entries": entries})
 
     def close(self) -> None:
-        self._end()
+        self._unsubscribe()

@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING, Any
 from pyros1.ground.errors import MessageError
 from pyros1.web.hub import Arrival
 from pyros1.web.server.wire import Push
-from pyros1.web.shown.frames import Frames
+from pyros1.web.transforms.frames import Frames
 from pyros1.web.views.view import View
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 
-_LASTS = 10.0
+_PROBLEM_AGE = 10.0
 """Seconds for which it is said that a publisher sends something else than transforms."""
-_MOST_PROBLEMS = 20
+_MAX_PROBLEMS = 20
 
 
 class FramesView(View):
-    """What `pyros1.web.shown.frames.Frames.describe` returns, twice a second, and "problem", of /tf itself."""
+    """What `pyros1.web.transforms.frames.Frames.describe` returns, twice a second, and "problem", of /tf itself."""
 
     period = 0.5
     polled = True
@@ -34,27 +34,27 @@ class FramesView(View):
         self._lock = threading.Lock()
         self._frames = Frames()
         self._problems: dict[str, tuple[str, float]] = {}  # by publisher, with when it was seen
-        self._ends = [robot.listen("/tf", self._moving)]
+        self._unsubscribers = [robot.listen("/tf", self._tf_arrived)]
         try:
-            self._ends.append(robot.listen("/tf_static", self._static))
+            self._unsubscribers.append(robot.listen("/tf_static", self._tf_static_arrived))
         except BaseException:
             self.close()
             raise
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         now = self.robot.node.now().to_sec()
         with self._lock:
-            problem = next((text for text, seen in self._problems.values() if seen > monotonic() - _LASTS), "")
+            problem = next((text for text, seen in self._problems.values() if seen > monotonic() - _PROBLEM_AGE), "")
             return Push({**plain(self._frames.describe(now)), "problem": problem})
 
     def close(self) -> None:
-        for end in self._ends:
-            end()
+        for unsubscribe in self._unsubscribers:
+            unsubscribe()
 
-    def _moving(self, arrival: Arrival) -> None:
+    def _tf_arrived(self, arrival: Arrival) -> None:
         self._add(arrival, False)
 
-    def _static(self, arrival: Arrival) -> None:
+    def _tf_static_arrived(self, arrival: Arrival) -> None:
         self._add(arrival, True)
 
     def _add(self, arrival: Arrival, static: bool) -> None:
@@ -68,7 +68,7 @@ class FramesView(View):
             text = f"{publisher} publishes something other than transforms: {error}"
             with self._lock:
                 self._problems.pop(publisher, None)
-                self._problems = {publisher: (text, monotonic()), **dict([*self._problems.items()][:_MOST_PROBLEMS])}
+                self._problems = {publisher: (text, monotonic()), **dict([*self._problems.items()][:_MAX_PROBLEMS])}
 
 
 def plain(facts: dict[str, Any]) -> dict[str, Any]:

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.web.hub import Arrival
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.shown.picture_size import MOST_PIXELS, picture_size
-from pyros1.web.shown.rates import Meter
+from pyros1.web.transforms.picture_size import MAX_PIXELS, picture_size
+from pyros1.web.transforms.rates import Meter
 from pyros1.web.views.view import View, text
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-MOST_BYTES = 64 << 20
+MAX_BYTES = 64 << 20
 """Largest picture that is sent to a page."""
 COMPRESSED = "sensor_msgs/CompressedImage"
 _DEPTH_HEAD = 12
@@ -32,8 +32,8 @@ def check_picture(arrival: Arrival) -> str:
     kind: str = (arrival.raw._connection_header or {}).get("type", "")
     if kind not in ("sensor_msgs/Image", COMPRESSED):
         raise RequestError(f"not an image topic, but of type {kind}")
-    if len(arrival.raw._buff) > MOST_BYTES:
-        raise RequestError(f"an image of {len(arrival.raw._buff) >> 20} MB; {MOST_BYTES >> 20} MB can be shown")
+    if len(arrival.raw._buff) > MAX_BYTES:
+        raise RequestError(f"an image of {len(arrival.raw._buff) >> 20} MB; {MAX_BYTES >> 20} MB can be shown")
     return kind
 
 
@@ -46,16 +46,16 @@ def picture(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
 
     Raises:
         RequestError: see `check_picture`; or it would unpack to more than a page can hold.
-        MessageError: see `Arrival.usual`.
+        MessageError: see `Arrival.checked_message`.
     """
     kind = check_picture(arrival)
-    message: Any = arrival.usual
+    message: Any = arrival.checked_message
     data = bytes(message.data)
     facts = {"type": kind, "frame": message.header.frame_id, "stamp": message.header.stamp.to_sec()}
     if kind == COMPRESSED:
         facts["format"] = message.format
         width, height = picture_size(data) or picture_size(data[_DEPTH_HEAD:]) or (0, 0)
-        if width * height > MOST_PIXELS:
+        if width * height > MAX_PIXELS:
             raise RequestError(f"an image of {width} x {height} pixels is too large to be shown")
     else:
         facts |= {
@@ -83,23 +83,23 @@ class ImageView(View):
         super().__init__(robot, args, wake)
         self._lock = threading.Lock()
         self._newest: Arrival | None = None
-        self._shown: Arrival | None = None
+        self._last_shown: Arrival | None = None
         self._count = 0
         self._meter = Meter(monotonic())
-        self._end = robot.listen(text(args, "topic"), self._arrived)
+        self._unsubscribe = robot.listen(text(args, "topic"), self._arrived)
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         with self._lock:
             arrival, count = self._newest, self._count
-        if arrival is None or arrival is self._shown:
+        if arrival is None or arrival is self._last_shown:
             return None
-        self._shown = arrival
+        self._last_shown = arrival
         facts, data = picture(arrival)
         rate = self._meter.rate(monotonic())
         return Push({**facts, "count": count, "hz": rate and rate.hz}, data)
 
     def close(self) -> None:
-        self._end()
+        self._unsubscribe()
 
     def _arrived(self, arrival: Arrival) -> None:
         with self._lock:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from pyros1.launch.running.logs import log_folder
 from pyros1.net.hosts import is_local, parse_uri
 from pyros1.web.calls.launches import find
+from pyros1.web.models.launches import log_files, tail
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.tables.launches import log_files, tail
 from pyros1.web.views.view import View, text
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class LaunchLogView(View):
         super().__init__(robot, args, wake)
         self._folder = log_folder(os.environ)
         self._base = self._find(args)
-        self._shown: object = None
+        self._last_shown: object = None
 
     def _find(self, args: Mapping[str, Any]) -> str:
         launch = find(self.robot, args)
@@ -52,14 +52,14 @@ class LaunchLogView(View):
             raise RequestError(f"its log files are on another machine: {entry.log}*.log")
         return entry.log
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         try:
             files = log_files(self._base, self._folder)
             stamps = [(path, path.stat().st_size, path.stat().st_mtime_ns) for path in files]
-            if stamps == self._shown:
+            if stamps == self._last_shown:
                 return None
             shown = [{"path": str(path), "size": size, "text": tail(path)} for path, size, _ in stamps]
         except (OSError, ValueError) as error:  # a null character, for example
             raise RequestError(f"the log files cannot be read: {error}") from None
-        self._shown = stamps
+        self._last_shown = stamps
         return Push({"files": shown, "base": self._base, "folder": str(self._folder)})

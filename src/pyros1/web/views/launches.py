@@ -7,30 +7,30 @@ from functools import partial
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from pyros1.doctor.together import together
+from pyros1.doctor.concurrent import run_concurrently
 from pyros1.ground.errors import Error
 from pyros1.launch.running.control import Launch, Report, launch_uris
 from pyros1.net.hosts import parse_uri
+from pyros1.web.models.launches import CpuTime, cpu_times, describe
 from pyros1.web.server.wire import Push
-from pyros1.web.tables.launches import Used, describe, used
 from pyros1.web.views.view import View
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _PERIOD = 1.0
-_PATIENCE = 2.0
-_MOST = 50
-_PAUSE = 10.0
+_TIMEOUT = 2.0
+_MAX_LAUNCHES = 50
+_RETRY_DELAY = 10.0
 """Seconds until a launch that did not answer is asked again, so that the others are not held back."""
-_SHARE = 0.1
+_MAX_BUSY_SHARE = 0.1
 """Most of the time that asking takes: launches of many processes are asked less often."""
 
 
 class LaunchesView(View):
     """Pushes ``{"launches": [{"param", "uri", "host", "problem", ...}], "more": N}``.
 
-    Each has what `pyros1.web.tables.launches.describe` returns; or a problem, if it does not answer.
+    Each has what `pyros1.web.models.launches.describe` returns; or a problem, if it does not answer.
     """
 
     period = _PERIOD
@@ -39,52 +39,52 @@ class LaunchesView(View):
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
         self._launches: dict[str, Launch] = {}
-        self._silent: dict[str, tuple[float, str]] = {}
-        self._used: dict[str, dict[tuple[str, int], Used]] = {}
+        self._unreachable: dict[str, tuple[float, str]] = {}
+        self._cpu_times: dict[str, dict[tuple[str, int], CpuTime]] = {}
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         start = monotonic()
         params = launch_uris(self.robot.master)
-        shown = dict(sorted(params.items())[:_MOST])
+        shown = dict(sorted(params.items())[:_MAX_LAUNCHES])
         self._forget({*shown.values()})
-        entries = [self._entry(param, uri, answer) for (param, uri), answer in self._ask(shown).items()]
-        self.period = max(_PERIOD, (monotonic() - start) / _SHARE) if not self._silent else _PERIOD
+        entries = [self._entry(param, uri, answer) for (param, uri), answer in self._query(shown).items()]
+        self.period = max(_PERIOD, (monotonic() - start) / _MAX_BUSY_SHARE) if not self._unreachable else _PERIOD
         return Push({"launches": entries, "more": len(params) - len(shown)})
 
     def change(self, args: Mapping[str, Any]) -> None:
         """Look at once, also for those that did not answer: the page has changed something."""
-        self._silent.clear()
+        self._unreachable.clear()
 
     def close(self) -> None:
         self._forget(set())
 
-    def _forget(self, kept: set[str]) -> None:
-        for uri in self._launches.keys() - kept:
+    def _forget(self, current: set[str]) -> None:
+        for uri in self._launches.keys() - current:
             self._launches.pop(uri).close()
-            self._used.pop(uri, None)
-        self._silent = {uri: told for uri, told in self._silent.items() if uri in kept}
+            self._cpu_times.pop(uri, None)
+        self._unreachable = {uri: failure for uri, failure in self._unreachable.items() if uri in current}
 
-    def _ask(self, params: Mapping[str, str]) -> dict[tuple[str, str], Report | Exception | str]:
+    def _query(self, params: Mapping[str, str]) -> dict[tuple[str, str], Report | Exception | str]:
         now = monotonic()
         answers: dict[tuple[str, str], Report | Exception | str] = {}
         jobs = {}
         for entry in params.items():
-            until, problem = self._silent.get(entry[1], (0.0, ""))
+            retry_at, problem = self._unreachable.get(entry[1], (0.0, ""))
             answers[entry] = problem
-            if now >= until:
+            if now >= retry_at:
                 jobs[entry] = partial(self._report, entry[1])
-        for entry, answer in together(jobs, _PATIENCE + 1).items():
+        for entry, answer in run_concurrently(jobs, _TIMEOUT + 1).items():
             answers[entry] = answer
             if isinstance(answer, Exception):
-                self._silent[entry[1]] = (now + _PAUSE, str(answer))
+                self._unreachable[entry[1]] = (now + _RETRY_DELAY, str(answer))
             else:
-                self._silent.pop(entry[1], None)
+                self._unreachable.pop(entry[1], None)
         return answers
 
     def _report(self, uri: str) -> Report:
         launch = self._launches.get(uri)
         if launch is None:
-            launch = self._launches[uri] = Launch(uri, _PATIENCE)
+            launch = self._launches[uri] = Launch(uri, _TIMEOUT)
         return launch.report()
 
     def _entry(self, param: str, uri: str, answer: Report | Exception | str) -> dict[str, Any]:
@@ -92,8 +92,8 @@ class LaunchesView(View):
         if not isinstance(answer, Report):
             return {**entry, "problem": str(answer)}
         now = monotonic()
-        entry.update(describe(answer, now, self._used.get(uri, {})))
-        self._used[uri] = used(answer, now)
+        entry.update(describe(answer, now, self._cpu_times.get(uri, {})))
+        self._cpu_times[uri] = cpu_times(answer, now)
         return entry
 
 

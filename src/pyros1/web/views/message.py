@@ -13,18 +13,18 @@ from pyros1.ground.timing import TVal
 from pyros1.msgs import Message
 from pyros1.web.hub import Arrival
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.shown.rates import Meter
+from pyros1.web.transforms.rates import Meter
 from pyros1.web.views.view import View, text
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_MOST_ELEMENTS = 64
+_MAX_ELEMENTS = 64
 """Most elements of an array that are shown."""
-_MOST_TEXT = 2_000
-_MOST_VALUES = 5_000
+_MAX_TEXT = 2_000
+_MAX_VALUES = 5_000
 """Most values of a message that are shown."""
-_MOST_WINDOWS = 100
+_MAX_WINDOWS = 100
 
 
 class MessageView(View):
@@ -47,21 +47,21 @@ class MessageView(View):
         super().__init__(robot, args, wake)
         self._lock = threading.Lock()
         self._newest: Arrival | None = None
-        self._shown: Arrival | None = None
+        self._last_shown: Arrival | None = None
         self._count = 0
         self._meter = Meter(monotonic())
         self._windows: dict[str, int] = {}
-        self._frozen = self._again = False
+        self._frozen = self._needs_redraw = False
         self._topic = text(args, "topic")
         self.change(args)
-        self._end = robot.listen(self._topic, self._arrived)
+        self._unsubscribe = robot.listen(self._topic, self._arrived)
 
     def change(self, args: Mapping[str, Any]) -> None:
         if text(args, "topic") != self._topic:
             raise RequestError("a stream of messages stays with its topic")
         self._windows = _windows(args.get("windows", {}))
         self._frozen = bool(args.get("frozen"))
-        self._again = True
+        self._needs_redraw = True
 
     def _arrived(self, arrival: Arrival) -> None:
         with self._lock:
@@ -70,14 +70,14 @@ class MessageView(View):
         self._meter.arrived(arrival.at, len(arrival.raw._buff))
         self.wake()
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         with self._lock:
             arrival, count = self._newest, self._count
-        if self._frozen and self._shown is not None:
-            arrival = self._shown
-        if arrival is None or (arrival is self._shown and not self._again):
+        if self._frozen and self._last_shown is not None:
+            arrival = self._last_shown
+        if arrival is None or (arrival is self._last_shown and not self._needs_redraw):
             return None
-        self._shown, self._again = arrival, False
+        self._last_shown, self._needs_redraw = arrival, False
         header = arrival.raw._connection_header or {}
         rate = self._meter.rate(monotonic())
         size = len(arrival.raw._buff)
@@ -99,12 +99,12 @@ class MessageView(View):
         return Push({**facts, "value": value})
 
     def close(self) -> None:
-        self._end()
+        self._unsubscribe()
 
 
 def _windows(value: Any) -> dict[str, int]:
-    if not isinstance(value, dict) or len(value) > _MOST_WINDOWS:
-        raise RequestError(f"windows are at most {_MOST_WINDOWS} paths and numbers")
+    if not isinstance(value, dict) or len(value) > _MAX_WINDOWS:
+        raise RequestError(f"windows are at most {_MAX_WINDOWS} paths and numbers")
     for start in value.values():
         if isinstance(start, bool) or not isinstance(start, int) or not 0 <= start < 1 << 32:
             raise RequestError("a window begins at an element")
@@ -118,32 +118,32 @@ def tree(message: Message, windows: Mapping[str, int] | None = None) -> Any:
         message: the message.
         windows: path of an array, such as ``poses[3].covariance`` -> the first element that is shown.
     """
-    left = _MOST_VALUES
+    remaining = _MAX_VALUES
     windows = windows or {}
 
     def fields(value: Message, path: str) -> dict[str, Any]:
         slots = zip(value.__slots__, value._slot_types, strict=True)
         begin = path and f"{path}."
-        return {"fields": [[name, kind, one(getattr(value, name), kind, begin + name)] for name, kind in slots]}
+        return {"fields": [[name, kind, element(getattr(value, name), kind, begin + name)] for name, kind in slots]}
 
     def array(value: Any, kind: str, path: str) -> dict[str, Any]:
         length = len(value)
         start = min(windows.get(path, 0), max(0, length - 1))
-        end = min(length, start + max(0, min(_MOST_ELEMENTS, left)))
-        items = [one(value[index], kind, f"{path}[{index}]") for index in range(start, end)]
+        end = min(length, start + max(0, min(_MAX_ELEMENTS, remaining)))
+        items = [element(value[index], kind, f"{path}[{index}]") for index in range(start, end)]
         return {"length": length, "start": start, "items": items}
 
-    def one(value: Any, kind: str, path: str) -> Any:
-        nonlocal left
-        left -= 1
+    def element(value: Any, kind: str, path: str) -> Any:
+        nonlocal remaining
+        remaining -= 1
         if isinstance(value, TVal):
             return {"secs": value.secs, "nsecs": value.nsecs}
         if isinstance(value, Message):
-            return fields(value, path) if left > 0 else {"fields": [], "more": True}
+            return fields(value, path) if remaining > 0 else {"fields": [], "more": True}
         if isinstance(value, float):
             return value if math.isfinite(value) else str(value)
         if isinstance(value, str):
-            return value[:_MOST_TEXT] + ("..." if len(value) > _MOST_TEXT else "")
+            return value[:_MAX_TEXT] + ("..." if len(value) > _MAX_TEXT else "")
         if isinstance(value, (bool, int)):
             return value if -(1 << 53) < value < 1 << 53 else str(value)
         return array(value, kind.partition("[")[0], path)

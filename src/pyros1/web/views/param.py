@@ -13,10 +13,10 @@ from pyros1.web.views.view import View, text
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-MOST_TEXT = 16 << 20
+MAX_TEXT = 16 << 20
 """Most characters that are sent."""
-_PERIOD = 1.0
-_SHARE = 0.05
+_MIN_PERIOD = 1.0
+_MAX_BUSY_SHARE = 0.05
 """Most of the time that asking takes: a long text is asked for less often."""
 
 
@@ -29,35 +29,35 @@ class ParamView(View):
     Pushes ``{"text": TEXT}``, or ``{"text": null, "why": TEXT}`` for a parameter that is not set or not a text.
     """
 
-    period = _PERIOD
+    period = _MIN_PERIOD
     polled = True
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
-        self._shown: dict[str, Any] | None = None
+        self._last_shown: dict[str, Any] | None = None
         self.change(args)
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         start = monotonic()
-        facts = self._look()
-        self.period = max(_PERIOD, (monotonic() - start) / _SHARE)
-        if facts == self._shown:
+        facts = self._refresh()
+        self.period = max(_MIN_PERIOD, (monotonic() - start) / _MAX_BUSY_SHARE)
+        if facts == self._last_shown:
             return None
-        self._shown = facts
+        self._last_shown = facts
         return Push(facts)
 
     def change(self, args: Mapping[str, Any]) -> None:
         self._name = text(args, "param")
         self.robot.check_visible(self._name)
-        self._shown = None
+        self._last_shown = None
 
-    def _look(self) -> dict[str, Any]:
+    def _refresh(self) -> dict[str, Any]:
         try:
             value = self.robot.parameters.get(self._name)
         except ParameterNotSetError:
             return {"text": None, "why": f"there is no parameter {self._name}"}
         if not isinstance(value, str):
             return {"text": None, "why": f"{self._name} is not a string"}
-        if len(value) > MOST_TEXT:
-            raise RequestError(f"{self._name} has {len(value)} characters; {MOST_TEXT} can be shown")
+        if len(value) > MAX_TEXT:
+            raise RequestError(f"{self._name} has {len(value)} characters; {MAX_TEXT} can be shown")
         return {"text": value}

@@ -6,32 +6,32 @@ from collections.abc import Callable, Mapping
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
+from pyros1.web.models.params import Changes
 from pyros1.web.server.wire import Push
-from pyros1.web.tables.params import Changes
 from pyros1.web.views.view import View
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_PERIOD = 1.5
-_SHARE = 0.05
+_MIN_PERIOD = 1.5
+_MAX_BUSY_SHARE = 0.05
 """Most of the time that looking takes: many parameters are looked at less often."""
 
 
 class ParamsView(View):
-    """Pushes what `pyros1.web.tables.params.Changes.look` returns, whenever something has changed."""
+    """Pushes what `pyros1.web.models.params.Changes.update` returns, whenever something has changed."""
 
-    period = _PERIOD
+    period = _MIN_PERIOD
     polled = True
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
         self._changes = Changes()
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         start = monotonic()
-        changed = self._changes.look(self.robot.master.get_param("/"), self.robot.access.may_see)
-        self.period = max(_PERIOD, (monotonic() - start) / _SHARE)
+        changed = self._changes.update(self.robot.master.get_param("/"), self.robot.access.may_see)
+        self.period = max(_MIN_PERIOD, (monotonic() - start) / _MAX_BUSY_SHARE)
         return None if changed is None else Push(changed)
 
     def change(self, args: Mapping[str, Any]) -> None:

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Any
 from pyros1.ground.errors import Error, MessageError
 from pyros1.web.hub import Arrival
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.shown.curves import Curve, CurveError
+from pyros1.web.transforms.curves import Curve, CurveError
 from pyros1.web.views.view import View
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-MOST_CURVES = 200
-_MOST_POINTS = 400
+MAX_CURVES = 200
+_MAX_POINTS = 400
 """Most points of a curve in one push; 30 pushes a second are 12,000 points."""
-_LOOK_AGAIN = 30
+_REFRESH_INTERVAL = 30
 """Pushes after which topics that are not there are looked for again: about once a second."""
 
 
@@ -39,17 +39,19 @@ class PlotView(View):
         super().__init__(robot, args, wake)
         self._curves: dict[int, Curve] = {}
         self._texts: dict[int, tuple[str, bool]] = {}
-        self._ends: dict[int, Callable[[], None]] = {}
+        self._unsubscribers: dict[int, Callable[[], None]] = {}
         self._problems: dict[int, str] = {}
-        self._shown: tuple[dict[int, str], dict[int, str]] = ({}, {})
-        self._turn = 0
+        self._last_shown: tuple[dict[int, str], dict[int, str]] = ({}, {})
+        self._poll_count = 0
         self.change(args)
 
     def change(self, args: Mapping[str, Any]) -> None:
-        wanted = _wanted(args)
-        for number in [each for each, what in self._texts.items() if wanted.get(each) != what]:
+        requested = _parse_curves(args)
+        for number in [
+            each for each, text_and_stamped in self._texts.items() if requested.get(each) != text_and_stamped
+        ]:
             self._forget(number)
-        for number, (text, stamped) in wanted.items():
+        for number, (text, stamped) in requested.items():
             if number in self._texts:
                 continue
             self._texts[number] = (text, stamped)
@@ -57,24 +59,26 @@ class PlotView(View):
                 self._curves[number] = Curve(text, stamped)
             except CurveError as error:
                 self._problems[number] = str(error)
-        self._turn = 0
+        self._poll_count = 0
 
-    def take(self) -> Push | None:
-        if self._turn % _LOOK_AGAIN == 0:
-            self._look()
-        self._turn += 1
+    def poll(self) -> Push | None:
+        if self._poll_count % _REFRESH_INTERVAL == 0:
+            self._refresh()
+        self._poll_count += 1
         entries, blob = [], array("d")
         for number, curve in self._curves.items():
-            for part, (times, values) in curve.take(_MOST_POINTS).items():
+            for part, (times, values) in curve.take(_MAX_POINTS).items():
                 entries.append({"id": number, "part": part, "count": len(times)})
                 blob.extend(times)
                 blob.extend(values)
         problems = {**self._problems, **{n: curve.problem for n, curve in self._curves.items() if curve.problem}}
-        waiting = {n: self._wait(n) for n, curve in self._curves.items() if n not in problems and not curve.heard}
+        waiting = {
+            n: self._waiting_reason(n) for n, curve in self._curves.items() if n not in problems and not curve.has_data
+        }
         shown = (problems, waiting)
-        if not entries and shown == self._shown:
+        if not entries and shown == self._last_shown:
             return None
-        self._shown = shown
+        self._last_shown = shown
         now = self.robot.node.now().to_sec()
         return Push({"now": now, "curves": entries, "problems": problems, "waiting": waiting}, blob.tobytes())
 
@@ -86,25 +90,25 @@ class PlotView(View):
         self._texts.pop(number)
         self._curves.pop(number, None)
         self._problems.pop(number, None)
-        self._ends.pop(number, lambda: None)()
+        self._unsubscribers.pop(number, lambda: None)()
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         for number, curve in self._curves.items():
-            if number in self._ends:
+            if number in self._unsubscribers:
                 continue
             try:
                 topic = curve.find(self.robot.graph.find_topic)
                 if topic is not None:
-                    self._ends[number] = self.robot.listen(topic, _Feeder(curve))
+                    self._unsubscribers[number] = self.robot.listen(topic, _CurveListener(curve))
                 self._problems.pop(number, None)
             except Error as error:
                 self._problems[number] = str(error)
 
-    def _wait(self, number: int) -> str:
-        return "no message yet" if number in self._ends else "no such topic yet"
+    def _waiting_reason(self, number: int) -> str:
+        return "no message yet" if number in self._unsubscribers else "no such topic yet"
 
 
-class _Feeder:
+class _CurveListener:
     def __init__(self, curve: Curve) -> None:
         self._curve = curve
 
@@ -117,11 +121,11 @@ class _Feeder:
         self._curve.add(message, arrival.time)
 
 
-def _wanted(args: Mapping[str, Any]) -> dict[int, tuple[str, bool]]:
+def _parse_curves(args: Mapping[str, Any]) -> dict[int, tuple[str, bool]]:
     found: dict[int, tuple[str, bool]] = {}
     curves = args.get("curves", [])
-    if not isinstance(curves, list) or len(curves) > MOST_CURVES:
-        raise RequestError(f"curves is a list of at most {MOST_CURVES}")
+    if not isinstance(curves, list) or len(curves) > MAX_CURVES:
+        raise RequestError(f"curves is a list of at most {MAX_CURVES}")
     for entry in curves:
         match entry:
             case {"id": int(number), "text": str(text)} if not isinstance(number, bool):

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from pyros1.web.models.repeated_publisher import RepeatedPublisher
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.tables.repeating import Repeating
 from pyros1.web.views.view import View, number, text
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_LEAST, _MOST = 0.01, 1000.0
+_MIN_RATE, _MAX_RATE = 0.01, 1000.0
 
 
 class PublishView(View):
@@ -33,26 +33,26 @@ class PublishView(View):
         if robot.access.read_only:
             raise RequestError("this server is read-only (--read-only)")
         _ = robot.node
-        self._shown: Any = None
-        self._repeating = Repeating(*self._read(args))
+        self._last_shown: Any = None
+        self._publisher = RepeatedPublisher(*self._read(args))
 
     def change(self, args: Mapping[str, Any]) -> None:
-        self._repeating.change(*self._read(args))
+        self._publisher.change(*self._read(args))
 
-    def take(self) -> Push | None:
-        now = self._repeating
+    def poll(self) -> Push | None:
+        now = self._publisher
         facts = {"sent": now.sent, "subscribers": now.subscribers, "problem": now.problem}
-        if facts == self._shown:
+        if facts == self._last_shown:
             return None
-        self._shown = facts
+        self._last_shown = facts
         return Push(facts)
 
     def close(self) -> None:
-        self._repeating.close()
+        self._publisher.close()
 
     def _read(self, args: Mapping[str, Any]) -> tuple[Callable[[], int], float]:
         topic, kind = text(args, "topic"), text(args, "type")
         self.robot.check_visible(topic)
         value, latch = args.get("value"), bool(args.get("latch"))
         publishing = self.robot.publishing
-        return lambda: publishing.publish(topic, kind, value, latch), number(args, "hz", _LEAST, _MOST, 1.0)
+        return lambda: publishing.publish(topic, kind, value, latch), number(args, "hz", _MIN_RATE, _MAX_RATE, 1.0)

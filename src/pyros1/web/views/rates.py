@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 from pyros1.ground.errors import Error
 from pyros1.web.hub import Arrival
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.shown.rates import Meter
+from pyros1.web.transforms.rates import Meter
 from pyros1.web.views.view import View
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-MOST_TOPICS = 50
+MAX_TOPICS = 50
 
 
 class RatesView(View):
@@ -35,14 +35,14 @@ class RatesView(View):
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
         self._meters: dict[str, Meter] = {}
-        self._ends: dict[str, Callable[[], None]] = {}
+        self._unsubscribers: dict[str, Callable[[], None]] = {}
         self._problems: dict[str, str] = {}
         self.change(args)
 
     def change(self, args: Mapping[str, Any]) -> None:
         topics = args.get("topics", [])
-        if not isinstance(topics, list) or len(topics) > MOST_TOPICS or not all(isinstance(x, str) for x in topics):
-            raise RequestError(f"at most {MOST_TOPICS} topics are measured at the same time")
+        if not isinstance(topics, list) or len(topics) > MAX_TOPICS or not all(isinstance(x, str) for x in topics):
+            raise RequestError(f"at most {MAX_TOPICS} topics are measured at the same time")
         for topic in self._meters.keys() - topics:
             self._forget(topic)
         self._problems = {}
@@ -51,12 +51,12 @@ class RatesView(View):
                 continue
             meter = Meter(monotonic())
             try:
-                self._ends[topic] = self.robot.listen(topic, partial(_measured, meter))
+                self._unsubscribers[topic] = self.robot.listen(topic, partial(_count_message, meter))
                 self._meters[topic] = meter
             except Error as error:
                 self._problems[topic] = str(error)
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         rates = {topic: meter.rate(monotonic()) for topic, meter in self._meters.items()}
         found: dict[str, Any] = {
             topic: rate._asdict() if rate else {"hz": None, "bytes": None} for topic, rate in rates.items()
@@ -69,9 +69,9 @@ class RatesView(View):
             self._forget(topic)
 
     def _forget(self, topic: str) -> None:
-        self._ends.pop(topic)()
+        self._unsubscribers.pop(topic)()
         del self._meters[topic]
 
 
-def _measured(meter: Meter, arrival: Arrival) -> None:
+def _count_message(meter: Meter, arrival: Arrival) -> None:
     meter.arrived(arrival.at, len(arrival.raw._buff))

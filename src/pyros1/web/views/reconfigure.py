@@ -17,10 +17,10 @@ from pyros1.web.views.view import View, text
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_MOST_CHOICES = 200
-_DEEPEST = 8
+_MAX_CHOICES = 200
+_MAX_GROUP_DEPTH = 8
 """Most groups in each other."""
-_LONGEST = 100_000
+_MAX_CHOICES_LENGTH = 100_000
 """Most characters of a list of choices."""
 
 
@@ -45,15 +45,15 @@ class ReconfigureView(View):
         self._lock = threading.Lock()
         self._description: Arrival | None = None
         self._config: Arrival | None = None
-        self._ends: list[Callable[[], None]] = []
+        self._unsubscribers: list[Callable[[], None]] = []
         try:
-            self._ends.append(robot.listen(f"{name}/parameter_descriptions", self._described))
-            self._ends.append(robot.listen(f"{name}/parameter_updates", self._updated))
+            self._unsubscribers.append(robot.listen(f"{name}/parameter_descriptions", self._described))
+            self._unsubscribers.append(robot.listen(f"{name}/parameter_updates", self._updated))
         except RequestError:
             self.close()
             raise
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         with self._lock:
             description, config = self._description, self._config
         if description is None or config is None:
@@ -61,17 +61,17 @@ class ReconfigureView(View):
         try:
             return Push(
                 {
-                    "parameters": parameters(description.usual),
-                    "values": values(config.usual),
-                    "groups": groups(description.usual, config.usual),
+                    "parameters": parameters(description.checked_message),
+                    "values": values(config.checked_message),
+                    "groups": groups(description.checked_message, config.checked_message),
                 }
             )
         except (MessageError, AttributeError, TypeError) as error:  # another type under these names
             raise RequestError(f"this is not a dynamic_reconfigure server: {error}") from None
 
     def close(self) -> None:
-        for end in self._ends:
-            end()
+        for unsubscribe in self._unsubscribers:
+            unsubscribe()
 
     def _described(self, arrival: Arrival) -> None:
         with self._lock:
@@ -87,7 +87,7 @@ class ReconfigureView(View):
 def parameters(description: Any) -> list[dict[str, Any]]:
     """Return the parameters of a dynamic_reconfigure/ConfigDescription for a page; see `ReconfigureView`."""
     paths = _paths(description.groups)
-    low, high, usual = values(description.min), values(description.max), values(description.dflt)
+    low, high, defaults = values(description.min), values(description.max), values(description.dflt)
     return [
         {
             "name": each.name,
@@ -96,7 +96,7 @@ def parameters(description: Any) -> list[dict[str, Any]]:
             "description": each.description,
             "min": low.get(each.name),
             "max": high.get(each.name),
-            "default": usual.get(each.name),
+            "default": defaults.get(each.name),
             "choices": _choices(each.edit_method),
         }
         for group in description.groups
@@ -131,11 +131,11 @@ def _paths(groups: Any) -> dict[int, list[str]]:
     paths: dict[int, list[str]] = {}
     for group in groups:
         path: list[str] = []
-        here, seen = group, set()
-        while here is not None and here.id != 0 and here.id not in seen and len(path) < _DEEPEST:
-            seen.add(here.id)
-            path.insert(0, here.name)
-            here = known.get(here.parent)
+        ancestor, seen = group, set()
+        while ancestor is not None and ancestor.id != 0 and ancestor.id not in seen and len(path) < _MAX_GROUP_DEPTH:
+            seen.add(ancestor.id)
+            path.insert(0, ancestor.name)
+            ancestor = known.get(ancestor.parent)
         paths[group.id] = path
     return paths
 
@@ -146,10 +146,10 @@ def values(config: Any) -> dict[str, Any]:
 
 
 def _choices(edit_method: str) -> list[list[Any]]:
-    if len(edit_method) > _LONGEST:
+    if len(edit_method) > _MAX_CHOICES_LENGTH:
         return []
     found = choices(edit_method)
-    return [[name, _plain(value)] for name, value in list(found.items())[:_MOST_CHOICES]]
+    return [[name, _plain(value)] for name, value in list(found.items())[:_MAX_CHOICES]]
 
 
 def _plain(value: Any) -> Any:

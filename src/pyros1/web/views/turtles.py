@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pyros1.web.hub import Arrival
     from pyros1.web.robot import Robot
 
-_LOOK = 1.0
+_REFRESH_PERIOD = 1.0
 """Seconds between two looks at which turtles there are."""
 
 
@@ -38,78 +38,83 @@ class TurtlesView(View):
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
-        self._wanted = text(args, "node", "")
+        self._requested_node = text(args, "node", "")
         self._lock = threading.Lock()  # of what has come
         self._poses: dict[str, Arrival] = {}
         self._drawing: Arrival | None = None
-        self._sent: Arrival | None = None
-        self._pushed: dict[str, Any] = {}
+        self._last_drawing: Arrival | None = None
+        self._last_pushed: dict[str, Any] = {}
         self._facts: dict[str, Any] = {}
         self._turtles: list[str] = []
-        self._ends: dict[str, Callable[[], None]] = {}  # of topics
-        self._looked = float("-inf")
+        self._unsubscribers: dict[str, Callable[[], None]] = {}  # of topics
+        self._refreshed_at = float("-inf")
 
-    def take(self) -> Push | None:
-        if monotonic() - self._looked >= _LOOK:
-            self._look()
-            self._looked = monotonic()
+    def poll(self) -> Push | None:
+        if monotonic() - self._refreshed_at >= _REFRESH_PERIOD:
+            self._refresh()
+            self._refreshed_at = monotonic()
         with self._lock:
             poses, drawing = dict(self._poses), self._drawing
-        now = {"facts": self._facts, "turtles": {name: _place(poses[name]) for name in self._turtles if name in poses}}
-        changed: dict[str, Any] = {key: value for key, value in now.items() if value != self._pushed.get(key)}
+        now = {
+            "facts": self._facts,
+            "turtles": {name: _position(poses[name]) for name in self._turtles if name in poses},
+        }
+        changed: dict[str, Any] = {key: value for key, value in now.items() if value != self._last_pushed.get(key)}
         blob = None
-        if drawing is not None and drawing is not self._sent:
-            self._sent = drawing
+        if drawing is not None and drawing is not self._last_drawing:
+            self._last_drawing = drawing
             changed["drawing"], blob = picture(drawing)
-        self._pushed = now
+        self._last_pushed = now
         return Push(changed, blob) if changed else None
 
     def change(self, args: Mapping[str, Any]) -> None:
-        self._wanted = text(args, "node", "")
-        self._looked = float("-inf")
+        self._requested_node = text(args, "node", "")
+        self._refreshed_at = float("-inf")
 
     def close(self) -> None:
-        for end in self._ends.values():
-            end()
+        for unsubscribe in self._unsubscribers.values():
+            unsubscribe()
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         graph = self.robot.graph
         found = simulators(graph.published_types(), graph.state().publishers)
-        see = self.robot.access.may_see
-        found = {node: {name: topic for name, topic in all_.items() if see(topic)} for node, all_ in found.items()}
+        may_see = self.robot.access.may_see
+        found = {node: {name: topic for name, topic in all_.items() if may_see(topic)} for node, all_ in found.items()}
         nodes = [node for node, turtles in found.items() if turtles]
-        node = self._wanted or next(iter(nodes), "")
+        node = self._requested_node or next(iter(nodes), "")
         turtles = found.get(node, {})
         drawing = drawing_of(node)
-        topics: dict[str, Callable[[Arrival], None]] = {topic: self._keeper(name) for name, topic in turtles.items()}
-        if turtles and see(drawing):
+        topics: dict[str, Callable[[Arrival], None]] = {
+            topic: self._pose_listener(name) for name, topic in turtles.items()
+        }
+        if turtles and may_see(drawing):
             topics[drawing] = self._draw
-        for topic in self._ends.keys() - topics.keys():
-            self._ends.pop(topic)()
+        for topic in self._unsubscribers.keys() - topics.keys():
+            self._unsubscribers.pop(topic)()
         if node != self._facts.get("node"):
             with self._lock:
                 self._poses, self._drawing = {}, None
-        for topic in topics.keys() - self._ends.keys():
+        for topic in topics.keys() - self._unsubscribers.keys():
             with suppress(RequestError):
-                self._ends[topic] = self.robot.listen(topic, topics[topic])
+                self._unsubscribers[topic] = self.robot.listen(topic, topics[topic])
         self._turtles = list(turtles)
         self._facts = {"node": node, "nodes": nodes, "there": bool(turtles)}
 
-    def _keeper(self, name: str) -> Callable[[Arrival], None]:
-        def keep(arrival: Arrival) -> None:
+    def _pose_listener(self, name: str) -> Callable[[Arrival], None]:
+        def listener(arrival: Arrival) -> None:
             with self._lock:
                 self._poses[name] = arrival
 
-        return keep
+        return listener
 
     def _draw(self, arrival: Arrival) -> None:
         with self._lock:
             self._drawing = arrival
 
 
-def _place(arrival: Arrival) -> list[float] | None:
+def _position(arrival: Arrival) -> list[float] | None:
     with suppress(MessageError, AttributeError):
-        pose: Any = arrival.usual
+        pose: Any = arrival.checked_message
         found = [float(pose.x), float(pose.y), float(pose.theta)]
         return found if isfinite(sum(found)) else None
     return None

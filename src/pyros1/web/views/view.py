@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 class View(ABC):
     """Something that a page shows.
 
-    `take` and `change` are never called at the same time, but `wake` may be called from any thread.
+    `poll` and `change` are never called at the same time, but `wake` may be called from any thread.
 
     Args:
         robot: where the facts come from.
@@ -30,14 +30,14 @@ class View(ABC):
     period = 1 / 30
     """Least seconds between two pushes."""
     polled = False
-    """Whether to ask `take` after each period, also if nobody called `wake`."""
+    """Whether to ask `poll` after each period, also if nobody called `wake`."""
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         self.robot = robot
         self.wake = wake
 
     @abstractmethod
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         """Return what to show now; None if nothing is new. Called in a thread.
 
         Raises:
@@ -68,13 +68,13 @@ def text(args: Mapping[str, Any], name: str, default: str | None = None) -> str:
     return value
 
 
-def number(args: Mapping[str, Any], name: str, least: float, most: float, default: float) -> float:
+def number(args: Mapping[str, Any], name: str, minimum: float, maximum: float, default: float) -> float:
     """Return an argument that is a number.
 
     Raises:
         RequestError: it is not a number, or not within the bounds.
     """
     value = args.get(name, default)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not least <= value <= most:
-        raise RequestError(f"{name} is a number from {least:g} to {most:g}")
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not minimum <= value <= maximum:
+        raise RequestError(f"{name} is a number from {minimum:g} to {maximum:g}")
     return value

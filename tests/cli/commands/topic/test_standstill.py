@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.cli.commands.topic._standstill import Standstill
+from pyros1.cli.commands.topic._stopped_clock import StoppedClock
 from pyros1.ground.timing import Time
 
 
@@ -15,8 +15,8 @@ from pyros1.ground.timing import Time
 def test_it_is_said_once_until_time_moves(capsys: pytest.CaptureFixture[str], simulated: bool) -> None:
     times = [0, 0, 0, 5, 6, 6]
     node: Any = SimpleNamespace(params={"/use_sim_time": simulated}, now=lambda: Time(times.pop(0), 0))
-    standstill = Standstill(node, " Press play.")
+    standstill = StoppedClock(node, " Press play.")
     expected = [False, True, True, False, False, True] if simulated else [False] * 6
-    assert [standstill.lasts() for _ in expected] == expected
+    assert [standstill.has_stopped() for _ in expected] == expected
     text = "WARNING: simulated time stands still at {:.3f} s. Is /clock being published? Press play.\n"
     assert capsys.readouterr().err == (text.format(0) + text.format(6) if simulated else "")

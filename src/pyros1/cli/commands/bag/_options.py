@@ -8,7 +8,7 @@ from datetime import datetime
 from decimal import Decimal, InvalidOperation
 from typing import Any
 
-from pyros1.bag.edit.editing import Choice
+from pyros1.bag.edit.editing import MessageSelection
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import NS
 from pyros1.cli.failures import CommandError, did_you_mean
@@ -21,7 +21,7 @@ TOPICS = Option(
     metavar="T1,T2",
     help="only these topics, separated by commas; * matches any characters. Can be repeated",
 )
-CHOICE = (
+SELECTION_OPTIONS = (
     TOPICS,
     Option(
         "--from",
@@ -38,7 +38,7 @@ CHOICE = (
         help="leave out messages from these publishers: node names or connection numbers",
     ),
 )
-"""Options that select messages of a bag, see `choice_of`."""
+"""Options that select messages of a bag, see `selection_of`."""
 
 
 def compression(default: str) -> tuple[Option, Option]:
@@ -50,8 +50,8 @@ def compression(default: str) -> tuple[Option, Option]:
     )
 
 
-def choice_of(options: Any, bag: BagReader) -> Choice:
-    """Return what the options of `CHOICE` select.
+def selection_of(options: Any, bag: BagReader) -> MessageSelection:
+    """Return what the options of `SELECTION_OPTIONS` select.
 
     Args:
         options: their values.
@@ -64,28 +64,30 @@ def choice_of(options: Any, bag: BagReader) -> Choice:
     end = None if options.end is None else parse_time(options.end, bag, "--to")
     if begin is not None and end is not None and begin > end:
         raise CommandError(f"--from {options.begin} is later than --to {options.end}", 2)
-    return Choice(parted(options.topics), begin, end, frozenset(parted(options.drop_connections)))
+    return MessageSelection(
+        split_on_commas(options.topics), begin, end, frozenset(split_on_commas(options.drop_connections))
+    )
 
 
-def chosen(options: Any) -> bool:
-    """Return whether any option of `CHOICE` was given."""
+def has_selection(options: Any) -> bool:
+    """Return whether any option of `SELECTION_OPTIONS` was given."""
     return any((options.topics, options.begin, options.end, options.drop_connections))
 
 
-def warn_of_strangers(choice: Choice, bags: Sequence[BagReader]) -> None:
+def warn_of_unknown_topics(selection: MessageSelection, bags: Sequence[BagReader]) -> None:
     """Warn about selected topics and connections that are in none of the bags: most likely they are misspelt."""
     connections = [one for bag in bags for one in bag.connections.values()]
     topics = {one.topic for one in connections}
-    for name in choice.topics:
-        if not any(Choice([name]).connections(bag) for bag in bags):
+    for name in selection.topics:
+        if not any(MessageSelection([name]).connections(bag) for bag in bags):
             print(f"WARNING: {name} is not in the bag{did_you_mean(name, topics)}", file=sys.stderr)
     callers = {one.callerid for one in connections}
-    for name in sorted(choice.drop):
+    for name in sorted(selection.drop):
         if name not in callers and name not in {str(one.id) for one in connections}:
             print(f"WARNING: the bag has no connection from {name}{did_you_mean(name, callers)}", file=sys.stderr)
 
 
-def parted(texts: list[str] | None) -> list[str]:
+def split_on_commas(texts: list[str] | None) -> list[str]:
     """Return all words of an option that takes a list separated by commas and can be repeated."""
     return [word for text in texts or () for word in text.split(",") if word]
 

@@ -48,9 +48,9 @@ VERBS = [
 ]
 
 
-def _recompress(options: Any, paths: list[str], wanted: str) -> int:
+def _recompress(options: Any, paths: list[str], compression_wanted: str) -> int:
     def operation(source: str, target: str) -> None:
         with BagReader(source) as bag, Progress(source, bag.content_size(), quiet=options.quiet) as progress:
-            edit.copy(bag.messages(), target, compression=wanted, cipher=bag.file.cipher, progress=progress)
+            edit.copy(bag.messages(), target, compression=compression_wanted, cipher=bag.file.cipher, progress=progress)
 
     return rewrite_each(options, paths, operation)

@@ -11,11 +11,11 @@ from dataclasses import replace
 from typing import Any
 
 from pyros1.bag.api import Bag
-from pyros1.bag.edit.editing import Choice
+from pyros1.bag.edit.editing import MessageSelection
 from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import Connection
-from pyros1.cli.commands.bag._options import CHOICE, QUIET, choice_of
-from pyros1.cli.commands.bag._writing.files import different, whole_or_nothing
+from pyros1.cli.commands.bag._options import QUIET, SELECTION_OPTIONS, selection_of
+from pyros1.cli.commands.bag._writing.files import check_different, write_atomically
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
@@ -46,8 +46,8 @@ _EXTENSIONS = {
 }
 _STDOUT = "-"
 _DISTRIBUTION = "jazzy"
-_SHOWN_SKIPPED = 5
-_SHOWN_NAMES = 20
+_MAX_SKIPPED_SHOWN = 5
+_MAX_NAMES_SHOWN = 20
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -57,27 +57,27 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     kind = _format(options)
     target = options.output or os.path.splitext(args[0])[0] + FORMATS[kind]
     for path in args:
-        different(path, target)
+        check_different(path, target)
     with ExitStack() as stack:
         bags = [stack.enter_context(Bag(path, unindexed=False)) for path in args]
         first = min(bags, key=lambda bag: bag.reader.start or sys.maxsize)
-        wanted = _Export(bags, choice_of(options, first.reader), images=kind in ("images", "video"))
+        export = _Export(bags, selection_of(options, first.reader), images=kind in ("images", "video"))
         part = target
         if target != _STDOUT:
             folder = kind in ("csv", "images", "video", "ros2") and _extension(target) not in _EXTENSIONS
-            part = stack.enter_context(whole_or_nothing(target, folder=folder, force=bool(options.force)))
-        writer = _writer(kind, part, wanted.topics, options)
+            part = stack.enter_context(write_atomically(target, folder=folder, force=bool(options.force)))
+        writer = _writer(kind, part, export.topics, options)
         stack.callback(writer.abort)
-        progress = stack.enter_context(Progress(target, wanted.size, quiet=options.quiet or target == _STDOUT))
-        count = wanted.into(writer, progress)
-        if not count and not wanted.skipped:
+        progress = stack.enter_context(Progress(target, export.size, quiet=options.quiet or target == _STDOUT))
+        count = export.write_to(writer, progress)
+        if not count and not export.skipped:
             raise CommandError(f"no messages between the selected times in {', '.join(args)}")
         writer.close()
-    for text in (*wanted.skipped_texts(), *_renamed(writer)):
+    for text in (*export.skipped_texts(), *_renamed(writer)):
         print(text, file=sys.stderr)
     if target != _STDOUT and not options.quiet:
-        print(f"{target}: {count} messages of {len(wanted.topics)} topic{'s' if len(wanted.topics) != 1 else ''}")
-    return 1 if wanted.skipped else 0
+        print(f"{target}: {count} messages of {len(export.topics)} topic{'s' if len(export.topics) != 1 else ''}")
+    return 1 if export.skipped else 0
 
 
 VERB = Verb(
@@ -101,7 +101,7 @@ VERB = Verb(
     ),
     Flag("-f", "--force", help="replace existing files"),
     QUIET,
-    *CHOICE,
+    *SELECTION_OPTIONS,
     Flag("--nostr", help="csv, jsonl: leave out strings"),
     Flag("--noarr", help="csv, jsonl: leave out arrays"),
     Flag("--bare", help="jsonl: messages only, without topic and time"),
@@ -137,10 +137,10 @@ VERB = Verb(
 def _renamed(writer: Any) -> Iterator[str]:
     """Yield notes about names that were changed because ROS 2 does not allow them."""
     changed = writer.names.changed if hasattr(writer, "names") else {}
-    for what, name in list(changed.items())[:_SHOWN_NAMES]:
-        yield f"NOTE: {what} was renamed to {name}: ROS 2 does not allow its name"
-    if len(changed) > _SHOWN_NAMES:
-        yield f"NOTE: {len(changed) - _SHOWN_NAMES} more names were changed"
+    for old_name, name in list(changed.items())[:_MAX_NAMES_SHOWN]:
+        yield f"NOTE: {old_name} was renamed to {name}: ROS 2 does not allow its name"
+    if len(changed) > _MAX_NAMES_SHOWN:
+        yield f"NOTE: {len(changed) - _MAX_NAMES_SHOWN} more names were changed"
 
 
 def _format(options: Any) -> str:
@@ -169,7 +169,7 @@ def _writer(kind: str, part: str, topics: list[str], options: Any) -> Any:
 
         return CsvWriter(part, topics, options) if kind == "csv" else JsonWriter(part, options)
     if kind == "images":
-        from pyros1.bag.export.pictures import PictureWriter  # noqa: PLC0415
+        from pyros1.bag.export.image_files import PictureWriter  # noqa: PLC0415
 
         return PictureWriter(part, mosaic=bool(options.mosaic))
     if kind == "video":
@@ -213,7 +213,7 @@ class _Export:
 
     Args:
         bags: the bags, open.
-        choice: the selected topics and times.
+        selection: the selected topics and times.
         images: only topics with images.
 
     Attributes:
@@ -225,25 +225,25 @@ class _Export:
         CommandError: no message is selected.
     """
 
-    def __init__(self, bags: list[Bag], choice: Choice, *, images: bool) -> None:
+    def __init__(self, bags: list[Bag], selection: MessageSelection, *, images: bool) -> None:
         self._bags = bags
-        self._choice = choice
+        self._selection = selection
         self._owners = {id(connection): bag for bag in bags for connection in bag.connections}
         types = _image_types() if images else None
-        self._usable: dict[int, Connection] = {}
-        self._ids = [_wanted(bag, choice, types) for bag in bags]
+        self._usable_connections: dict[int, Connection] = {}
+        self._ids = [_has_message(bag, selection, types) for bag in bags]
         pairs = zip(bags, self._ids, strict=True)
         self.topics = sorted({bag.reader.connections[number].topic for bag, ids in pairs for number in ids})
         if not self.topics:
-            raise CommandError(self._nothing(images))
+            raise CommandError(self._nothing_selected(images))
         known = {topic for bag in bags for topic in bag.topics}
-        for name in choice.topics:
-            if not any(Choice([name]).connections(bag.reader) for bag in bags):
+        for name in selection.topics:
+            if not any(MessageSelection([name]).connections(bag.reader) for bag in bags):
                 raise CommandError(f"no topic {name} in {bags[0].path}{did_you_mean(name, known)}")
         self.size = sum(bag.reader.header(chunk).size for bag in bags for chunk in bag.reader.chunks)
         self.skipped: dict[str, dict[str, int]] = {}
 
-    def into(self, writer: Any, progress: Callable[[int], object]) -> int:
+    def write_to(self, writer: Any, progress: Callable[[int], object]) -> int:
         """Write all selected messages. Return how many were written.
 
         Args:
@@ -255,8 +255,8 @@ class _Export:
             OSError: the output cannot be written, for example because the disk is full.
         """
         raw = hasattr(writer, "write_raw")
-        begin = max(min(bag.reader.start for bag in self._bags), self._choice.start or 0)
-        end = min(max(bag.reader.end for bag in self._bags), self._choice.end or sys.maxsize)
+        begin = max(min(bag.reader.start for bag in self._bags), self._selection.start or 0)
+        end = min(max(bag.reader.end for bag in self._bags), self._selection.end or sys.maxsize)
         pace = self.size / max(1, end - begin)
         count = 0
         for stored in self._messages():
@@ -279,54 +279,55 @@ class _Export:
     def _with_usable_definition(self, stored: RawMessage) -> RawMessage:
         """Return a message whose connection has a definition that other programs can read, if one is known."""
         connection = stored.connection
-        if id(connection) not in self._usable:
+        if id(connection) not in self._usable_connections:
             text = self._owners[id(connection)].definition(connection)
             header = {**connection.header, "message_definition": text.encode("utf-8", "surrogateescape")}
             same = text == connection.definition
-            self._usable[id(connection)] = connection if same else replace(connection, header=header)
-        usable = self._usable[id(connection)]
+            self._usable_connections[id(connection)] = connection if same else replace(connection, header=header)
+        usable = self._usable_connections[id(connection)]
         return stored if usable is connection else stored._replace(connection=usable)
 
     def skipped_texts(self) -> Iterator[str]:
         """Yield warnings about messages that were left out."""
         for topic, reasons in self.skipped.items():
-            for reason, number in list(reasons.items())[:_SHOWN_SKIPPED]:
+            for reason, number in list(reasons.items())[:_MAX_SKIPPED_SHOWN]:
                 yield f"WARNING: {topic}: {number} message{'s' if number > 1 else ''} left out: {reason}"
-            if len(reasons) > _SHOWN_SKIPPED:
-                yield f"WARNING: {topic}: more messages left out, for {len(reasons) - _SHOWN_SKIPPED} other reasons"
+            if len(reasons) > _MAX_SKIPPED_SHOWN:
+                yield f"WARNING: {topic}: more messages left out, for {len(reasons) - _MAX_SKIPPED_SHOWN} other reasons"
 
     def _messages(self) -> Iterator[RawMessage]:
-        start, end = self._choice.start, self._choice.end
+        start, end = self._selection.start, self._selection.end
         streams = [bag.reader.messages(ids, start, end) for bag, ids in zip(self._bags, self._ids, strict=True)]
         return streams[0] if len(streams) == 1 else heapq.merge(*streams, key=lambda stored: stored.time)
 
-    def _nothing(self, images: bool) -> str:
+    def _nothing_selected(self, images: bool) -> str:
         names = ", ".join(bag.path for bag in self._bags)
         topics = {topic for bag in self._bags for topic in bag.topics}
         if not topics:
             return f"no messages in {names}"
-        for name in self._choice.topics:
-            if not any(Choice([name]).connections(bag.reader) for bag in self._bags):
+        for name in self._selection.topics:
+            if not any(MessageSelection([name]).connections(bag.reader) for bag in self._bags):
                 return f"no topic {name} in {names}{did_you_mean(name, topics)}"
-        choice = self._choice
-        chosen = choice.topics or choice.drop or choice.start is not None or choice.end is not None
-        where = " for the selected topics and times" if chosen else ""
-        return f"no {'images' if images else 'messages'}{where} in {names}"
+        selection = self._selection
+        has_selection = selection.topics or selection.drop or selection.start is not None or selection.end is not None
+        time_range = " for the selected topics and times" if has_selection else ""
+        return f"no {'images' if images else 'messages'}{time_range} in {names}"
 
 
-def _wanted(bag: Bag, choice: Choice, types: tuple[str, ...] | None) -> set[int]:
+def _has_message(bag: Bag, selection: MessageSelection, types: tuple[str, ...] | None) -> set[int]:
     """Return the ids of the selected connections that have messages between the selected times."""
     used = {
         number
         for chunk in bag.reader.chunks
-        if (choice.start is None or chunk.end >= choice.start) and (choice.end is None or chunk.start <= choice.end)
+        if (selection.start is None or chunk.end >= selection.start)
+        and (selection.end is None or chunk.start <= selection.end)
         for number in chunk.counts
     }
-    ids = choice.connections(bag.reader) & used
+    ids = selection.connections(bag.reader) & used
     return {number for number in ids if types is None or bag.reader.connections[number].type in types}
 
 
 def _image_types() -> tuple[str, ...]:
-    from pyros1.bag.export.pictures import TYPES  # noqa: PLC0415 - numpy is not cheap
+    from pyros1.bag.export.image_files import TYPES  # noqa: PLC0415 - numpy is not cheap
 
     return TYPES

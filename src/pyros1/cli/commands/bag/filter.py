@@ -11,8 +11,8 @@ from pyros1.bag.api import Bag
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import RECORD_OVERHEAD
-from pyros1.cli.commands.bag._options import CHOICE, choice_of, chosen, warn_of_strangers
-from pyros1.cli.commands.bag._writing.files import different, new_file
+from pyros1.cli.commands.bag._options import SELECTION_OPTIONS, has_selection, selection_of, warn_of_unknown_topics
+from pyros1.cli.commands.bag._writing.files import check_different, new_file
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Option, Verb
@@ -38,16 +38,16 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     source, target, text = _arguments(options, args)
     if not os.path.isfile(source):
         raise CommandError(f"Cannot locate input bag file [{source}]", 2, plain=True)
-    different(source, target, 3)
+    check_different(source, target, 3)
     expression = None if text is None else _Test(text)
     pattern = None if options.pattern is None else _Test(options.pattern)
     with Bag(source, unindexed=False) as bag, new_file(target) as part:
         total = len(bag)
         size = bag.reader.content_size()
-        choice = choice_of(options, bag.reader)
-        warn_of_strangers(choice, [bag.reader])
+        selection = selection_of(options, bag.reader)
+        warn_of_unknown_topics(selection, [bag.reader])
         with Progress(target, size) as progress:
-            messages = _passing(choice.messages(bag.reader), bag, expression, pattern, progress)
+            messages = _passing(selection.messages(bag.reader), bag, expression, pattern, progress)
             count = edit.copy(messages, part, cipher=bag.reader.file.cipher)
     print(f"{target}: {count} of {total} messages")
 
@@ -63,7 +63,7 @@ VERB = Verb(
         metavar="PRINT-EXPRESSION",
         help="Python expression to print for verbose debugging. Uses same variables as filter-expression",
     ),
-    *CHOICE,
+    *SELECTION_OPTIONS,
     Argument("INBAG", "bag"),
     Argument("OUTBAG", "file"),
     Argument("EXPRESSION", optional=True),
@@ -88,7 +88,7 @@ def _arguments(options: Any, args: list[str]) -> tuple[str, str, str | None]:
         raise UsageError("You must specify an in bag, an out bag, and an expression.")
     if len(args) == 1:
         raise UsageError("You must specify an out bag and an expression.")
-    if len(args) == 2 and not chosen(options):
+    if len(args) == 2 and not has_selection(options):
         raise UsageError("You must specify an expression.")
     if len(args) > 3:
         raise UsageError("Too many arguments.")

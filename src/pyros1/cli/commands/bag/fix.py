@@ -7,7 +7,7 @@ from typing import Any
 from pyros1.bag.api import Bag
 from pyros1.bag.edit.migrate import Migrated, make_migrator, migration_lines, migrations
 from pyros1.bag.errors import BagError
-from pyros1.cli.commands.bag._writing.files import different, new_file
+from pyros1.cli.commands.bag._writing.files import check_different, new_file
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
@@ -24,7 +24,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     source, target, *rules = args
     if not target.endswith(".bag"):
         raise UsageError("Output file must be a bag file.")
-    different(source, target)
+    check_different(source, target)
     migrator = make_migrator(rules)
     with Bag(source, unindexed=False) as bag:
         if not len(bag):

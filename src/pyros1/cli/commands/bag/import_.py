@@ -7,8 +7,8 @@ import os
 import sys
 from typing import Any
 
-from pyros1.cli.commands.bag._options import QUIET, TOPICS, compression, parted
-from pyros1.cli.commands.bag._writing.files import different, whole_or_nothing
+from pyros1.cli.commands.bag._options import QUIET, TOPICS, compression, split_on_commas
+from pyros1.cli.commands.bag._writing.files import check_different, write_atomically
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
@@ -22,24 +22,24 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError("You must specify one ROS 2 bag or MCAP file.")
     source = os.path.normpath(args[0])
     target = options.output or os.path.splitext(source)[0] + ".bag"
-    different(source, target)
-    patterns = parted(options.topics)
-    there: list[str] = []
+    check_different(source, target)
+    patterns = split_on_commas(options.topics)
+    existing: list[str] = []
 
-    def wanted(topic: str) -> bool:
-        there.append(topic)
+    def is_selected(topic: str) -> bool:
+        existing.append(topic)
         name = topic.lstrip("/")
         return not patterns or any(fnmatch.fnmatchcase(name, pattern.lstrip("/")) for pattern in patterns)
 
     from pyros1.bag.export.imports import import_bag  # noqa: PLC0415 - `bag import -h` needs none of it
 
     with (
-        whole_or_nothing(target, folder=False, force=bool(options.force)) as part,
+        write_atomically(target, folder=False, force=bool(options.force)) as part,
         Progress(target, _size(source), quiet=options.quiet) as progress,
     ):
-        done = import_bag(source, part, compression=options.compression, wanted=wanted, progress=progress)
+        done = import_bag(source, part, compression=options.compression, is_selected=is_selected, progress=progress)
         if patterns and not done.topics:
-            hint = did_you_mean(patterns[0], there)
+            hint = did_you_mean(patterns[0], existing)
             raise CommandError(f"no topic {' '.join(patterns)} in {source}{hint}")
         if not done.messages:
             reasons = "".join(f"; {topic} is left out: {reason}" for topic, reason in done.skipped.items())

@@ -8,8 +8,8 @@ from typing import Any
 
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import BagReader
-from pyros1.cli.commands.bag._options import CHOICE, choice_of, compression, warn_of_strangers
-from pyros1.cli.commands.bag._writing.files import different, new_file
+from pyros1.cli.commands.bag._options import SELECTION_OPTIONS, compression, selection_of, warn_of_unknown_topics
+from pyros1.cli.commands.bag._writing.files import check_different, new_file
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
@@ -23,15 +23,15 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError("You must specify an out bag and at least one in bag.")
     target, *sources = args
     for source in sources:
-        different(source, target)
+        check_different(source, target)
     with contextlib.ExitStack() as stack:
         bags = [stack.enter_context(BagReader(source)) for source in sources]
         first = min(bags, key=lambda bag: bag.start or sys.maxsize)
-        choice = choice_of(options, first)
-        warn_of_strangers(choice, bags)
+        selection = selection_of(options, first)
+        warn_of_unknown_topics(selection, bags)
         progress = stack.enter_context(Progress(target, sum(bag.content_size() for bag in bags)))
         part = stack.enter_context(new_file(target))
-        messages = edit.merged(bags, choice)
+        messages = edit.merged(bags, selection)
         cipher = next((bag.file.cipher for bag in bags if bag.file.cipher is not None), None)
         count = edit.copy(messages, part, compression=options.compression, cipher=cipher, progress=progress)
     print(f"{target}: {count} messages")
@@ -41,7 +41,7 @@ VERB = Verb(
     "merge",
     "merge several bags into one",
     CHUNK_LIMIT_OPTION,
-    *CHOICE,
+    *SELECTION_OPTIONS,
     *compression("none"),
     Argument("OUTBAG", "bag"),
     Argument("INBAG", "bag", many=True),

@@ -15,8 +15,8 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.ground.errors import MessageError
-from pyros1.ground.interrupts import catch
-from pyros1.ground.shown import one_line
+from pyros1.ground.interrupts import install_handler
+from pyros1.ground.terminal_text import one_line
 
 if TYPE_CHECKING:
     from pyros1.bag.play.control import Control
@@ -54,9 +54,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
             return 0  # Ctrl-C while waiting for the master
         control = Control(options.pause)
         try:
-            catch(lambda *_: control.end())
+            install_handler(lambda *_: control.end())
             node.on_shutdown(control.end)
-            _wake_on_time()
+            _reduce_timer_slack()
             return _play(node, bags, options, control)
         finally:
             node.shutdown()
@@ -154,7 +154,7 @@ VERB = Verb(
 )
 
 
-def _wake_on_time() -> None:
+def _reduce_timer_slack() -> None:
     """Tell Linux to end this thread's waits on time. The default is up to 50 us late."""
     with contextlib.suppress(OSError), open("/proc/self/timerslack_ns", "w", encoding="ascii") as slack:
         slack.write("1")
@@ -173,7 +173,7 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
         )
 
     for reader in bags.readers:
-        line.say(f"Opening {reader.path}")
+        line.print_message(f"Opening {reader.path}")
         node.log.note(f"Opening {reader.path}")  # as stock, which says nothing else there
     player = Player(node, bags, _settings(options), control, None if options.quiet else show)
     for topic, reason in player.unplayable.items():
@@ -183,32 +183,32 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
         _control_rate(node, player, options.rate_control_topic)
     player.read_ahead()
     if options.delay:
-        _tell(options, f"\nWaiting {options.delay:g} seconds after advertising topics...", end="")
+        _print_status(options, f"\nWaiting {options.delay:g} seconds after advertising topics...", end="")
         _sleep(control, options.delay)
-        _tell(options, " done.")
+        _print_status(options, " done.")
     if options.wait_for_subscribers and not control.ended:
-        line.say("Waiting for subscribers.")
+        line.print_message("Waiting for subscribers.")
         player.wait_for_subscribers()
     with Keyboard(control) as keyboard:
-        if keyboard.there:
-            _tell(options, "\nHit space to toggle paused, or 's' to step.")
+        if keyboard.is_available:
+            _print_status(options, "\nHit space to toggle paused, or 's' to step.")
         player.run()
         if not control.ended and options.keep_alive:
-            line.say("All messages were played; still running for the latched topics. Press Ctrl-C to end.")
+            line.print_message("All messages were played; still running for the latched topics. Press Ctrl-C to end.")
             while not control.ended:
                 control.wait(1.0)
     line.clear()
-    if not player.wait_until_taken():
+    if not player.wait_until_sent():
         node.log.warn("slow subscribers did not receive all messages")
     dropped = player.dropped()
     if dropped:
         node.log.warn("%d messages were dropped because subscribers were too slow; see --queue", dropped)
     if not control.ended:
-        _tell(options, "\nDone.")
+        _print_status(options, "\nDone.")
     return 0
 
 
-def _tell(options: Any, text: str, end: str = "\n") -> None:
+def _print_status(options: Any, text: str, end: str = "\n") -> None:
     """Print, unless --quiet is given. A closed output does not end playback."""
     if not options.quiet:
         with contextlib.suppress(OSError, ValueError):
@@ -216,9 +216,9 @@ def _tell(options: Any, text: str, end: str = "\n") -> None:
 
 
 def _sleep(control: Control, seconds: float) -> None:
-    until = monotonic() + seconds
-    while not control.ended and monotonic() < until:
-        control.wait(until - monotonic())
+    deadline = monotonic() + seconds
+    while not control.ended and monotonic() < deadline:
+        control.wait(deadline - monotonic())
 
 
 def _pause(control: Control, paused: bool) -> tuple[bool, str]:

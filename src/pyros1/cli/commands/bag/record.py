@@ -13,10 +13,10 @@ from pyros1.cli.parsing import parse_guarded
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.ground import names
 from pyros1.ground.errors import Error
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 
 if TYPE_CHECKING:
-    from pyros1.bag.record.follow import Ending
+    from pyros1.bag.record.follow import StopSignal
     from pyros1.bag.record.model import RecordOptions
     from pyros1.bag.record.names import Selection
     from pyros1.node import Node
@@ -29,7 +29,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Record topics to bags."""
     selection = _selection(options, [*args, *(options.topics or ())])
     settings = _settings(options)
-    from pyros1.bag.record.follow import Ending  # noqa: PLC0415 - help does without
+    from pyros1.bag.record.follow import StopSignal  # noqa: PLC0415 - help does without
     from pyros1.node import Node  # noqa: PLC0415
 
     try:
@@ -37,12 +37,12 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     except SystemExit:
         return 0  # Ctrl-C while waiting for the master
     try:
-        ending = Ending(node)
+        stop_signal = StopSignal(node)
         if options.snapshot:
             from pyros1.cli.commands.bag._running.snapshot import keep_snapshots  # noqa: PLC0415 - few ask for it
 
-            return keep_snapshots(node, selection, settings, options, ending)
-        return _record(node, selection, settings, options, ending)
+            return keep_snapshots(node, selection, settings, options, stop_signal)
+        return _record(node, selection, settings, options, stop_signal)
     finally:
         node.shutdown()
 
@@ -169,7 +169,7 @@ VERB = Verb(
 )
 
 
-def _record(node: Node, selection: Selection, settings: RecordOptions, options: Any, ending: Ending) -> int:
+def _record(node: Node, selection: Selection, settings: RecordOptions, options: Any, stop_signal: StopSignal) -> int:
     from pyros1.bag.errors import BagError  # noqa: PLC0415
     from pyros1.bag.record.follow import follow, wait_for_time  # noqa: PLC0415
     from pyros1.bag.record.recorder import Events, Recorder  # noqa: PLC0415
@@ -180,7 +180,7 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
     announce = _announcer(node) if options.publish else lambda path: None
 
     def opened(path: str) -> None:
-        line.say(f"Recording to '{path}'.")
+        line.print_message(f"Recording to '{path}'.")
         announce(path)
 
     def warn(text: str) -> None:
@@ -188,9 +188,9 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
         node.log.warn("%s", one_line(text))
 
     search = TopicSearch(node, selection)
-    if not wait_for_time(node, ending):
+    if not wait_for_time(node, stop_signal):
         return 0
-    events = Events(opened, lambda path: line.say(f"Closing '{path}'."), warn, ending.come)
+    events = Events(opened, lambda path: line.print_message(f"Closing '{path}'."), warn, stop_signal.stop)
     try:
         recorder = Recorder(node, settings, events)
     except (OSError, BagError) as error:
@@ -202,12 +202,12 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
                 f"'{name}' is not a legal name and is not recorded"
             )  # a fault of another node must not end the recording
             return
-        line.say(f"Subscribing to {one_line(name)}")
+        line.print_message(f"Subscribing to {one_line(name)}")
         recorder.subscribe(name, transports=("udp", "tcp") if options.udp else ("tcp",))
 
     with recorder:
         state = RecordLine(recorder)
-        follow(search, ending, subscribe, lambda: line.show(state.text()), recorder.leave_finished)
+        follow(search, stop_signal, subscribe, lambda: line.show(state.text()), recorder.unsubscribe_finished)
         line.clear()
     if not options.quiet:
         print(record_table(recorder), flush=True)

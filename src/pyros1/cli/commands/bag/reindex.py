@@ -6,14 +6,14 @@ import os
 import sys
 from typing import Any
 
-from pyros1.bag.edit.reindex import Saved, reindex
+from pyros1.bag.edit.reindex import ReindexResult, reindex
 from pyros1.bag.errors import BagError
 from pyros1.cli.commands.bag._writing.rewrite import BAGS, OPTIONS, USAGE, rewrite_each
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Verb
 from pyros1.cli.shared.progress import Progress
 
-_SHOWN_DAMAGES = 5
+_MAX_DAMAGES_SHOWN = 5
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -26,10 +26,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
             raise BagError(source, f"{_no_messages(saved)}; the file was not changed")
         if options.quiet:
             return
-        for damage in saved.damages[:_SHOWN_DAMAGES]:
+        for damage in saved.damages[:_MAX_DAMAGES_SHOWN]:
             print(f"{source}: at byte {damage.offset}: {damage.reason}", file=sys.stderr)
-        if len(saved.damages) > _SHOWN_DAMAGES:
-            print(f"{source}: {len(saved.damages) - _SHOWN_DAMAGES} more damaged places", file=sys.stderr)
+        if len(saved.damages) > _MAX_DAMAGES_SHOWN:
+            print(f"{source}: {len(saved.damages) - _MAX_DAMAGES_SHOWN} more damaged places", file=sys.stderr)
         lost = f"; {saved.lost} are lost, without a connection record or a valid time" if saved.lost else ""
         print(f"{source}: {saved.messages} messages{lost}")
 
@@ -48,7 +48,7 @@ VERB = Verb(
 )
 
 
-def _no_messages(saved: Saved) -> str:
+def _no_messages(saved: ReindexResult) -> str:
     if saved.lost:
         return f"the {saved.lost} messages found in it have no connection record or no valid time"
     reasons = "".join(f"; at byte {damage.offset}: {damage.reason}" for damage in saved.damages[:1])

@@ -8,7 +8,7 @@ from typing import Any
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import BagReader
 from pyros1.cli.commands.bag._options import compression
-from pyros1.cli.commands.bag._writing.files import different, new_file
+from pyros1.cli.commands.bag._writing.files import check_different, new_file
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
@@ -22,7 +22,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if len(args) < 4 or len(args) % 2:
         raise UsageError("You must specify an in bag, an out bag, and pairs of an old and a new name.")
     source, target, *names = args
-    different(source, target)
+    check_different(source, target)
     pairs = dict(zip(names[::2], names[1::2], strict=True))
     for new in pairs.values():
         if not is_legal_name(new.rstrip("/")):

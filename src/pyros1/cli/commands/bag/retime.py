@@ -9,7 +9,7 @@ from pyros1.bag.api import Bag
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import RawMessage
 from pyros1.cli.commands.bag._options import compression, parse_time
-from pyros1.cli.commands.bag._writing.files import different, new_file
+from pyros1.cli.commands.bag._writing.files import check_different, new_file
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
@@ -22,7 +22,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Write a copy of a bag in which the messages have other times."""
     _check(options, args)
     source, target = args
-    different(source, target)
+    check_different(source, target)
     with Bag(source, unindexed=False) as bag:
         if options.header_stamp:
             change = _stamp_of(bag)

@@ -11,7 +11,7 @@ from typing import Any
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import NS
-from pyros1.cli.commands.bag._options import CHOICE, choice_of, compression, warn_of_strangers
+from pyros1.cli.commands.bag._options import SELECTION_OPTIONS, compression, selection_of, warn_of_unknown_topics
 from pyros1.cli.commands.bag._writing.files import interruptible
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
@@ -38,11 +38,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if not options.force:  # they may be the recorder's own splits
         _refuse_parts(stem, extension)
     with BagReader(args[0]) as bag, interruptible("the files written so far are complete"):
-        choice = choice_of(options, bag)
-        warn_of_strangers(choice, [bag])
+        selection = selection_of(options, bag)
+        warn_of_unknown_topics(selection, [bag])
         with Progress(args[0], bag.content_size()) as progress:
             paths = edit.split(
-                choice.messages(bag),
+                selection.messages(bag),
                 lambda number: f"{stem}_{number}{extension}",
                 size=None if options.size is None else int(options.size * (1 << 20)),
                 duration=None if duration is None else int(duration * NS),
@@ -68,7 +68,7 @@ VERB = Verb(
     Flag("--repeat-latched", help="start every file with the latched messages so far"),
     Option("--output-dir", metavar="DIR", help="write to directory DIR"),
     Flag("-f", "--force", help="replace existing files"),
-    *CHOICE,
+    *SELECTION_OPTIONS,
     *compression("none"),
     Argument("INBAG", "bag"),
     description="Split a bag into NAME_0.bag, NAME_1.bag, ... whenever a given limit is reached.",

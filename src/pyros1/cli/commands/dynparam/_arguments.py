@@ -8,15 +8,15 @@ from pyros1.cli.records import Option
 TIMEOUT = Option("-t", "--timeout", type="float", help="seconds to wait for the node (default: no limit)")
 
 
-def check(args: list[str], *wanted: str, most: int | None = None) -> None:
+def check(args: list[str], *wanted: str, max_arguments: int | None = None) -> None:
     """Raise an error for too few or too many arguments.
 
     Args:
         args: the arguments.
         wanted: the name of each required argument, for errors.
-        most: the largest number of arguments, if optional ones are allowed.
+        max_arguments: the largest number of arguments, if optional ones are allowed.
     """
     if len(args) < len(wanted):
         raise UsageError(f"invalid arguments. Please specify {wanted[len(args)]}")
-    if len(args) > (most or len(wanted)):
+    if len(args) > (max_arguments or len(wanted)):
         raise UsageError("too many arguments")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 from pyros1.reconfigure.values import ParameterError
 from pyros1.values import YamlError, dump_yaml, load_all_yaml
 

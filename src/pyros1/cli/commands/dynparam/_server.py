@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _T = TypeVar("_T")
 _SERVICE = "/set_parameters"
-_PATIENCE = 1.0
+_WAIT_NOTICE_DELAY = 1.0
 """Seconds after which the command prints what it waits for."""
 
 
@@ -96,24 +96,24 @@ class Server:
         service = self.name + _SERVICE
         others = known(invocation)
         hint = "" if self.name in others else did_you_mean(self.name, others)
-        self._await(lambda seconds: node.wait_for_service(service, seconds), f"service {service}", hint)
+        self._wait_for(lambda seconds: node.wait_for_service(service, seconds), f"service {service}", hint)
 
-    def _await(self, wait: Callable[[float | None], _T], what: str, hint: str = "") -> _T:
+    def _wait_for(self, wait: Callable[[float | None], _T], description: str, hint: str = "") -> _T:
         if self._timeout is not None:
             try:
                 return wait(self._timeout)
             except WaitTimeoutError as error:
                 raise WaitTimeoutError(f"{error}{hint}") from None
         try:
-            return wait(_PATIENCE)
+            return wait(_WAIT_NOTICE_DELAY)
         except WaitTimeoutError:
-            print(f"Waiting for {what}...{hint}", file=sys.stderr, flush=True)
+            print(f"Waiting for {description}...{hint}", file=sys.stderr, flush=True)
             return wait(None)
 
-    def _message(self, topic: str, type_name: str, what: str) -> Any:
+    def _message(self, topic: str, type_name: str, description: str) -> Any:
         """Return the latched message of one of the node's topics."""
         full = f"{self.name}/{topic}"
-        return self._await(lambda seconds: self._node.wait_for_message(full, type_name, seconds), what)
+        return self._wait_for(lambda seconds: self._node.wait_for_message(full, type_name, seconds), description)
 
     def _description(self) -> Any:
         return self._message("parameter_descriptions", "dynamic_reconfigure/ConfigDescription", "description")

@@ -11,8 +11,8 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_with_negative_numbers
 from pyros1.cli.records import JSON, Argument, Verb
 from pyros1.cli.shared.printing import print_json
-from pyros1.ground.shown import one_line
-from pyros1.ground.whole_file import write_whole
+from pyros1.ground.atomic_file import write_atomically
+from pyros1.ground.terminal_text import one_line
 
 
 def _list(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -56,7 +56,7 @@ def _dump(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 def _write(path: str, text: str) -> None:
     try:
-        write_whole(path, text)
+        write_atomically(path, text)
     except OSError as error:
         raise CommandError(f"cannot write [{path}]: {error.strerror}") from None
 

@@ -18,7 +18,7 @@ _FORM = "either a node name, parameter name and parameter value, or a node name 
 
 def _set(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Set one parameter of a node, or those of a YAML dictionary."""
-    check(args, _FORM, _FORM, most=3)
+    check(args, _FORM, _FORM, max_arguments=3)
     name, *rest = args
     if len(rest) == 1:
         from pyros1.values import load_yaml  # noqa: PLC0415 - help does without

@@ -48,9 +48,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def _check(options: Any, words: list[str]) -> None:
-    late = [option for option in _TOOLS if getattr(options, f"tool_{option[2:]}")]
-    if late:
-        raise UsageError(f"{late[0]} must be the first word")
+    misplaced = [option for option in _TOOLS if getattr(options, f"tool_{option[2:]}")]
+    if misplaced:
+        raise UsageError(f"{misplaced[0]} must be the first word")
     if sum(bool(getattr(options, name)) for name in _EXCLUSIVE) > 1:
         raise UsageError("only one of --nodes, --find-node, --args and --ros-args can be given")
     if not words and not options.core:

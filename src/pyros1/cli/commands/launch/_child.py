@@ -37,7 +37,7 @@ def run_child(values: Any, words: list[str]) -> int:
     )
     try:
         child = Child(values.child_name, values.server_uri, values.run_id, options, make_resources())
-        restore = install_signals(child.stop, child.hurry)
+        restore = install_signals(child.stop, child.stop_waiting)
         end_with_stdin(child.stop)
         try:
             child.run()

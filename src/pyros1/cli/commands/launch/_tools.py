@@ -205,9 +205,9 @@ def check_package_files(words: list[str], arguments: dict[str, str], options: An
     if not words:
         raise UsageError("please specify a file or directory for roslaunch files to test")
     place, *settings = words
-    wrong = [word for word in settings if "=" not in word]
-    if wrong:
-        raise UsageError(f"{wrong[0]} is not of the form NAME=VALUE")
+    invalid = [word for word in settings if "=" not in word]
+    if invalid:
+        raise UsageError(f"{invalid[0]} is not of the form NAME=VALUE")
     if not os.path.exists(place):
         raise UsageError(f"cannot locate {place}")
     resources = make_resources()

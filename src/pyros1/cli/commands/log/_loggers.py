@@ -8,7 +8,7 @@ from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.graph import NODE_TIMEOUT
 from pyros1.ground.errors import ServiceError, ServiceUnavailableError, WaitTimeoutError
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 
 if TYPE_CHECKING:
     from pyros1.node import Node

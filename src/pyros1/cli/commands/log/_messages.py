@@ -12,7 +12,7 @@ from pyros1.cli.invocation import Invocation
 if TYPE_CHECKING:
     from pyros1.msgs import Message
 
-_LOOK_FOR_END = 0.2
+_POLL_PERIOD = 0.2
 COLOURS = {1: "\x1b[94m", 2: "\x1b[92m", 4: "\x1b[93m", 8: "\x1b[91m", 16: "\x1b[95m"}
 BOLD, DIM, RESET = "\x1b[1m", "\x1b[2m", "\x1b[0m"
 
@@ -31,7 +31,7 @@ def messages(invocation: Invocation, topic: str | None = None) -> Iterator[Any]:
     with invocation.open_node() as node, node.subscribe(topic, "rosgraph_msgs/Log", arrived.put):
         while node.ok():
             try:
-                yield arrived.get(timeout=_LOOK_FOR_END)
+                yield arrived.get(timeout=_POLL_PERIOD)
             except queue.Empty:
                 continue
 

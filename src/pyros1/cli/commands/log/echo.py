@@ -13,7 +13,7 @@ from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.printing import print_json, use_colour
-from pyros1.ground.shown import lines, one_line
+from pyros1.ground.terminal_text import lines, one_line
 
 _LOWEST = "warn"
 """The default of the lowest level that is printed."""
@@ -26,14 +26,14 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     except re.error as error:
         raise CommandError(f"{args[0]!r} is not a regular expression: {error}", 2) from None
     lowest = 1 << LEVELS.index(options.level or _LOWEST)
-    told = False
+    warned = False
     colour = not options.nocolor and use_colour(sys.stdout)
     for message in messages(invocation, options.topic and invocation.resolve(options.topic)):
         if not pattern.search(message.name):
             continue
         if message.level < lowest:
-            if options.level is None and not told:
-                told = True
+            if options.level is None and not warned:
+                warned = True
                 wanted = level_name(message.level)
                 print(
                     f"{invocation.program} echo: messages below {_LOWEST} are hidden: use -l {wanted} to see them",

@@ -9,7 +9,7 @@ from pyros1.cli.failures import UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Verb
 from pyros1.cli.shared.printing import print_json
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 
 
 def _list(invocation: Invocation, options: Any, args: list[str]) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
-from pyros1.cli.shared.definitions import MESSAGES, Kind, find, library, near, type_argument
+from pyros1.cli.shared.definitions import MESSAGES, Kind, find, library, similar_names, type_argument
 from pyros1.ground.errors import UnknownTypeError
 
 
@@ -22,7 +22,7 @@ def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> N
         try:
             total = library().digests.md5(kind.spec(library(), full_name))
         except UnknownTypeError:
-            print(f"Cannot locate [{full_name}]{near(kind, full_name)}", file=sys.stderr)
+            print(f"Cannot locate [{full_name}]{similar_names(kind, full_name)}", file=sys.stderr)
             continue
         print(f"[{full_name}]: {total}" if bare else total)
 

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 from pyros1.cli.failures import CommandError, fail
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
-from pyros1.cli.shared.definitions import MESSAGES, Kind, find, library, near, type_argument
+from pyros1.cli.shared.definitions import MESSAGES, Kind, find, library, similar_names, type_argument
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.ground.errors import DefinitionError, UnknownTypeError
 
 if TYPE_CHECKING:
     from pyros1.msgs.spec import MessageSpec, ServiceSpec
 
-MOST_LINES = 100_000
+MAX_LINES = 100_000
 """Largest number of lines for one type: each level can contain the next one many times."""
 
 
@@ -31,7 +31,7 @@ def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> N
         return
     names, bare = find(kind, name)
     if not names:
-        fail(f"Could not find msg '{name}'{near(kind, name)}")
+        fail(f"Could not find msg '{name}'{similar_names(kind, name)}")
     for full_name in names:
         try:
             spec = kind.spec(library(), full_name)
@@ -81,17 +81,17 @@ def _describe(spec: MessageSpec | ServiceSpec, resolve: Callable[[str], MessageS
         resolve: returns the spec of a full type name.
 
     Raises:
-        DefinitionError: a type contains itself, or the text has more than MOST_LINES lines.
+        DefinitionError: a type contains itself, or the text has more than MAX_LINES lines.
     """
     from pyros1.msgs.digest import Digests  # noqa: PLC0415
     from pyros1.msgs.spec import MessageSpec  # noqa: PLC0415
 
     Digests(resolve).dependencies(spec)  # the expansion must have a limit
     parts = (spec,) if isinstance(spec, MessageSpec) else (spec.request, spec.response)
-    texts = ["".join(line + "\n" for line in islice(_lines(part, resolve, ""), MOST_LINES + 1)) for part in parts]
-    if any(text.count("\n") > MOST_LINES for text in texts):
+    texts = ["".join(line + "\n" for line in islice(_lines(part, resolve, ""), MAX_LINES + 1)) for part in parts]
+    if any(text.count("\n") > MAX_LINES for text in texts):
         raise DefinitionError(
-            f"more than {MOST_LINES} lines with all nested types; use --raw to show the text of this type", spec.name
+            f"more than {MAX_LINES} lines with all nested types; use --raw to show the text of this type", spec.name
         )
     return "---\n".join(texts)
 

@@ -19,10 +19,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if args:
         raise UsageError("too many arguments")
     graph = invocation.graph
-    from pyros1.doctor.together import together  # noqa: PLC0415 - the other verbs ask one node
+    from pyros1.doctor.concurrent import run_concurrently  # noqa: PLC0415 - the other verbs ask one node
 
     names = graph.state().nodes()
-    answers = together({name: partial(_answers, graph, name) for name in names}, PING_TIMEOUT + 1.0)
+    answers = run_concurrently({name: partial(_answers, graph, name) for name in names}, PING_TIMEOUT + 1.0)
     for found in answers.values():
         if isinstance(found, MasterError):
             raise found  # not known to be dead

@@ -13,8 +13,8 @@ from pyros1.cli.records import Argument, Verb
 from pyros1.ground.errors import UnreachableError
 from pyros1.launch.running.control import Launch, Status, running_launches
 
-_POLL = 0.05
-_DEADLINE = 30.0
+_POLL_PERIOD = 0.05
+_TIMEOUT = 30.0
 
 
 def _run(verb: str, done: str, invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -24,17 +24,17 @@ def _run(verb: str, done: str, invocation: Invocation, options: Any, args: list[
     names = [invocation.resolve(arg) for arg in args]
     launches = running_launches(invocation.master)
     try:
-        told = [(launch, entry) for launch, entries in launches for entry in entries if entry.node in names]
-        for launch, entry in told:
-            launch.tell(verb, entry.node)
-        for launch, before in told:
+        targets = [(launch, entry) for launch, entries in launches for entry in entries if entry.node in names]
+        for launch, entry in targets:
+            launch.request(verb, entry.node)
+        for launch, before in targets:
             after = _wait(launch, before, verb)
             pid = f" with pid [{after.pid}]" if after.state == "running" else ""
             print(f"{before.node} {done}{pid}", flush=True)
     finally:
         for launch, _ in launches:
             launch.close()
-    unknown = set(names) - {entry.node for _, entry in told}
+    unknown = set(names) - {entry.node for _, entry in targets}
     if unknown:
         raise CommandError("no running launch has the node " + ", ".join(sorted(unknown)))
 
@@ -65,7 +65,7 @@ VERBS = [
 
 def _wait(launch: Launch, before: Status, verb: str) -> Status:
     """Return the node's status as soon as the launch has done what it was told."""
-    deadline = time.monotonic() + _DEADLINE
+    deadline = time.monotonic() + _TIMEOUT
     while time.monotonic() < deadline:
         try:
             entries = launch.status()
@@ -80,5 +80,5 @@ def _wait(launch: Launch, before: Status, verb: str) -> Status:
             return after
         if verb == "restart" and after.starts > before.starts:
             return after
-        time.sleep(_POLL)
-    raise CommandError(f"{before.node}: the launch did not {verb} it within {_DEADLINE:g} s")
+        time.sleep(_POLL_PERIOD)
+    raise CommandError(f"{before.node}: the launch did not {verb} it within {_TIMEOUT:g} s")

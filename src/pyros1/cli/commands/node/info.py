@@ -11,8 +11,8 @@ from pyros1.cli.records import Argument, Flag, Verb
 from pyros1.cli.shared.printing import print_json
 from pyros1.graph import UNKNOWN_TYPE, Connection, Graph, SystemState
 from pyros1.ground.errors import DeadlineError, UnreachableError
+from pyros1.net.connectivity import connectivity_hint
 from pyros1.net.hosts import parse_uri
-from pyros1.net.reach import how_to_reach
 
 _RULE = "-" * 80
 
@@ -103,7 +103,7 @@ def _contact(graph: Graph, state: SystemState, uri: str) -> None:
     try:
         pid, connections = node.pid(), node.connections()
     except (UnreachableError, DeadlineError) as error:
-        cure = how_to_reach(parse_uri(uri)[0], error)
+        cure = connectivity_hint(parse_uri(uri)[0], error)
         raise CommandError(f"Communication with node[{uri}] failed!\n{error}. {cure}") from None
     finally:
         node.close()

@@ -10,7 +10,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
 from pyros1.cli.shared.printing import print_json
 from pyros1.graph import in_namespace
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -44,12 +44,12 @@ def _print_states(states: dict[str, dict[str, str]]) -> None:
 
 def _states(invocation: Invocation, uris: dict[str, str | None]) -> dict[str, dict[str, str]]:
     """Return the state of each node, and why it is in it: all are asked at the same time."""
-    from pyros1.doctor.asking import NODE_TIMEOUT, ask_whether_alive  # noqa: PLC0415 - only for --check
+    from pyros1.doctor.concurrent import run_concurrently  # noqa: PLC0415
     from pyros1.doctor.facts import HANGS, REFUSED, Failure  # noqa: PLC0415
-    from pyros1.doctor.together import together  # noqa: PLC0415
+    from pyros1.doctor.probe import NODE_TIMEOUT, ask_whether_alive  # noqa: PLC0415 - only for --check
 
     caller = invocation.master.caller_id
-    answers = together(
+    answers = run_concurrently(
         {name: partial(ask_whether_alive, caller, uri) for name, uri in uris.items() if uri}, NODE_TIMEOUT + 0.5
     )
     states = {}

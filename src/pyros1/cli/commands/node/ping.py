@@ -25,7 +25,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
             _ping(graph, name, 1)
         return
     if not args:
-        _say_nodes(invocation, graph)
+        _print_known_nodes(invocation, graph)
         raise UsageError("Please enter a node to ping")
     if len(args) > 1:
         raise UsageError("you may only specify one input node")
@@ -46,7 +46,7 @@ VERB = Verb(
 )
 
 
-def _say_nodes(invocation: Invocation, graph: Graph) -> None:
+def _print_known_nodes(invocation: Invocation, graph: Graph) -> None:
     """Print usage and the available nodes. Stock prints its error again after them."""
     from pyros1.cli.help import Parser  # noqa: PLC0415 - only what fails needs it
 

@@ -10,7 +10,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
 from pyros1.cli.shared.printing import print_json
 from pyros1.graph import UNKNOWN_TYPE, SystemState, in_namespace
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 
 _QUIET_TOPICS = ("/rosout", "/rosout_agg", "/clock")
 _QUIET_SERVICES = ("/get_loggers", "/set_logger_level")
@@ -73,22 +73,22 @@ def _branch(
     types: dict[str, str],
     state: SystemState,
 ) -> Iterator[str]:
-    for number, (part, below) in enumerate(branch.items(), 1):
+    for number, (part, children) in enumerate(branch.items(), 1):
         name, last = f"{path}/{part}", number == len(branch)
         inner = indent + ("   " if last else "│  ")
         own = table.get(name)
         yield f"{indent}{'└─' if last else '├─'} {one_line(part)}{'/' if own is None else ''}"
         if own is not None:
-            edge = inner + ("│ " if below else "  ")
+            edge = inner + ("│ " if children else "  ")
             for topic in own["publishes"]:
-                yield f"{edge}─> {topic} [{types.get(topic, UNKNOWN_TYPE)}]{_others(state.subscribers, topic, name)}"
+                yield f"{edge}─> {topic} [{types.get(topic, UNKNOWN_TYPE)}]{_peers(state.subscribers, topic, name)}"
             for topic in own["subscribes"]:
-                yield f"{edge}<─ {topic} [{types.get(topic, UNKNOWN_TYPE)}]{_others(state.publishers, topic, name)}"
+                yield f"{edge}<─ {topic} [{types.get(topic, UNKNOWN_TYPE)}]{_peers(state.publishers, topic, name)}"
             for service in own["services"]:
                 yield f"{edge}() {service}"
-        yield from _branch(below, name, inner, table, types, state)
+        yield from _branch(children, name, inner, table, types, state)
 
 
-def _others(table: dict[str, list[str]], topic: str, name: str) -> str:
+def _peers(table: dict[str, list[str]], topic: str, name: str) -> str:
     nodes = [node for node in table.get(topic, []) if node != name]
     return f" {', '.join(map(str, nodes))}" if nodes else " nobody"

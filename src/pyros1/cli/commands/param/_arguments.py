@@ -8,15 +8,15 @@ from pyros1.cli.records import Flag
 VERBOSE = Flag("-v", dest="verbose", help="turn on verbose output")
 
 
-def check(args: list[str], most: int, missing: str = "") -> None:
+def check(args: list[str], max_arguments: int, missing: str = "") -> None:
     """Raise an error for too many arguments, or for none if one is required.
 
     Args:
         args: the arguments.
-        most: the largest number of arguments.
+        max_arguments: the largest number of arguments.
         missing: name of the first argument, if it is required.
     """
     if missing and not args:
         raise UsageError(f"invalid arguments. Please specify a {missing}")
-    if len(args) > most:
+    if len(args) > max_arguments:
         raise UsageError("too many arguments")

@@ -10,8 +10,8 @@ from pyros1.cli.commands.param._leaves import leaves
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
+from pyros1.ground.atomic_file import write_atomically
 from pyros1.ground.errors import ParameterNotSetError
-from pyros1.ground.whole_file import write_whole
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -36,7 +36,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if path is None:
         sys.stdout.write(text)
         return
-    write_whole(path, text)
+    write_atomically(path, text)
 
 
 VERB = Verb(

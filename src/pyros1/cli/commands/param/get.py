@@ -9,9 +9,9 @@ from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Flag, Verb
 from pyros1.cli.shared.printing import print_json
-from pyros1.ground import shown
+from pyros1.ground import terminal_text
 from pyros1.ground.errors import ParameterNotSetError
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -77,9 +77,9 @@ def _pretty_lines(value: dict[str, Any], indent: str) -> list[str]:
             lines += [f"{indent}{key}:", *_pretty_lines(item, indent + "  ")]
         elif isinstance(item, str):
             if "\n" in item:
-                lines += [f"{indent}{key}: |", *(f"{indent}  {line}" for line in shown.lines(item).split("\n"))]
+                lines += [f"{indent}{key}: |", *(f"{indent}  {line}" for line in terminal_text.lines(item).split("\n"))]
             else:
-                lines.append(f"{indent}{key}: {shown.lines(item)}")
+                lines.append(f"{indent}{key}: {terminal_text.lines(item)}")
         else:
             lines.append(f"{indent}{key}: {_scalar_or_block(item)}".rstrip("\n"))
     return lines

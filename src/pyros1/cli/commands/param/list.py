@@ -8,13 +8,13 @@ from pyros1.cli.commands.param._arguments import check
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Verb
 from pyros1.cli.shared.printing import print_json
-from pyros1.ground.shown import foreign
+from pyros1.ground.terminal_text import untrusted
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the names of parameters."""
     check(args, 1)
-    names = [*map(foreign, invocation.master.get_param_names())]
+    names = [*map(untrusted, invocation.master.get_param_names())]
     if args:
         prefix = invocation.resolve(args[0]).rstrip("/") + "/"
         names = [name for name in names if name.startswith(prefix)]

@@ -11,7 +11,7 @@ from pyros1.cli.commands.param._leaves import set_leaves
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:

@@ -14,7 +14,7 @@ from pyros1.finding.crawl import all_packages
 from pyros1.finding.packages import files_below
 from pyros1.ground.errors import Error
 
-_MOST_CHOICES = 100
+_MAX_CHOICES = 100
 
 
 class FilesError(Error):
@@ -122,7 +122,7 @@ def _choose(found: list[str]) -> str:
     if not sys.stdin.isatty():
         return found[0]
     print("You have chosen a non-unique filename, please pick one of the following:", file=sys.stderr)
-    for number, path in enumerate(found[:_MOST_CHOICES], 1):
+    for number, path in enumerate(found[:_MAX_CHOICES], 1):
         print(f"{number}) {path}", file=sys.stderr)
     print("#? ", end="", file=sys.stderr, flush=True)
     answer = sys.stdin.readline().strip()

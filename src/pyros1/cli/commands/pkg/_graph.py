@@ -16,7 +16,7 @@ def graph(request: Request) -> tuple[Packages, str]:
     return packages(), name
 
 
-def must_be(known: Packages, name: str) -> None:
+def check_known(known: Packages, name: str) -> None:
     """Raise an error if a package is unknown."""
     if name not in known.by_name:
         raise PkgError(f"package '{name}' not found")

@@ -13,7 +13,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import leave_words
 from pyros1.cli.records import Argument, Flag, Option, Run, Verb
 from pyros1.cli.shared.printing import print_json
-from pyros1.finding.crawl import Found, all_packages
+from pyros1.finding.crawl import FoundPackage, all_packages
 from pyros1.ground.errors import Error, PackageNotFoundError
 
 if TYPE_CHECKING:
@@ -184,7 +184,7 @@ def _package_here() -> str:
     return ""
 
 
-def known_packages() -> list[Found]:
+def known_packages() -> list[FoundPackage]:
     """Return all packages that rospack knows, which are no metapackages."""
     return [found for found in all_packages(os.environ) if not found.meta and found.manifest != "stack.xml"]
 

@@ -51,11 +51,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         why = "a metapackage has no files" if options.meta else "--no-examples excludes it"
         print(f"ERROR: --example cannot be used here: {why}", file=sys.stderr)
         return 1
-    needs = [need for each in examples for need in each.needs(options.face)]
+    needs = [requirement for each in examples for requirement in each.needs(options.face)]
     package = NewPackage(
         options.name,
-        depends=[*options.dependencies, *(need for need in needs if builds_with(need))],
-        runs=[need for need in needs if not builds_with(need)],
+        depends=[*options.dependencies, *(requirement for requirement in needs if builds_with(requirement))],
+        runs=[requirement for requirement in needs if not builds_with(requirement)],
         system=options.sys_deps or (),
         boost=options.boost_comps or (),
         version=options.pkg_version,
@@ -75,9 +75,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         return 2 if stock else 1
     _warn(options.name, options.dependencies, known)
     if stock:
-        _say_as_stock(package, made)
+        _print_as_stock(package, made)
     else:
-        _say(package, made, tries(examples, package.name) if examples else _minimal(package))
+        _print_created(package, made, tries(examples, package.name) if examples else _minimal(package))
     return 0
 
 
@@ -96,8 +96,10 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     if stock:
         parser.prog = called
     add_parts(parser, tool, *verb.arguments, *(option for option in verb.options if not (option.own and stock)))
-    usual = Namespace(example=None, face=FACES[0], no_examples=False, list_examples=False)
-    return (parser.parse_args(words, usual) if stock else parser.parse_intermixed_args(words, usual)), []
+    default_options = Namespace(example=None, face=FACES[0], no_examples=False, list_examples=False)
+    return (
+        parser.parse_args(words, default_options) if stock else parser.parse_intermixed_args(words, default_options)
+    ), []
 
 
 VERB = Verb(
@@ -150,10 +152,13 @@ def _warn(package: str, depends: Sequence[str], known: dict[str, str]) -> None:
             )
     other = known.get(package)
     if other is not None:
-        print(f"WARNING: there is another package '{package}' in {other}: {_winner(package, other)}", file=sys.stderr)
+        print(
+            f"WARNING: there is another package '{package}' in {other}: {_preferred_folder(package, other)}",
+            file=sys.stderr,
+        )
 
 
-def _winner(package: str, other: str) -> str:
+def _preferred_folder(package: str, other: str) -> str:
     """Return which of two packages of one name is used: the new one in this folder, or another one."""
     here = str(Path.cwd())
     found = _found_from_here(package)
@@ -175,7 +180,7 @@ def _found_from_here(package: str) -> str | None:
     return next((each.folder for each in all_packages(environ) if each.name == package), None)
 
 
-def _say_as_stock(package: NewPackage, made: list[str]) -> None:
+def _print_as_stock(package: NewPackage, made: list[str]) -> None:
     for name in made:
         print(f"Created {'folder' if name.endswith('/') else 'file'} {name.rstrip('/')}")
     folder = Path.cwd() / package.name
@@ -188,7 +193,7 @@ def _minimal(package: NewPackage) -> list[str]:
     return [f"pyros1 {line.format(package.name)}" for line in words if package.examples and not package.meta]
 
 
-def _say(package: NewPackage, made: list[str], commands: list[str]) -> None:
+def _print_created(package: NewPackage, made: list[str], commands: list[str]) -> None:
     for name in made:
         print(f"created {name}")
     if commands:

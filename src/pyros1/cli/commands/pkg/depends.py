@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 
-from pyros1.cli.commands.pkg._graph import graph, must_be
+from pyros1.cli.commands.pkg._graph import check_known, graph
 from pyros1.cli.commands.pkg._rospack import PkgError, Request, pack_verb
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Flag, Option, Run, Verb
-from pyros1.finding.crawl import places, profile
+from pyros1.finding.crawl import profile, search_folders
 from pyros1.ground.errors import PackageNotFoundError
 
 
@@ -31,7 +31,7 @@ def _needed_by(invocation: Invocation, request: Request, args: list[str]) -> Non
 
 def _tree(invocation: Invocation, request: Request, args: list[str]) -> None:
     known, name = graph(request)
-    must_be(known, name)
+    check_known(known, name)
     for level, each in known.tree(name):
         print("  " * level + each)
 
@@ -42,7 +42,7 @@ def _why(invocation: Invocation, request: Request, args: list[str]) -> None:
     known, name = graph(request)
     target = request.options["target"]
     for each in (name, target):
-        must_be(known, each)
+        check_known(known, each)
     print(f"Dependency chains from {name} to {target}:")
     for chain in known.chains(name, target):
         print(f"* {' -> '.join(chain)} ")
@@ -52,20 +52,20 @@ def _manifests(invocation: Invocation, request: Request, args: list[str]) -> Non
     known, name = graph(request)
     if name not in known.by_name:
         print()  # as stock, which prints the line even without files
-        must_be(known, name)
+        check_known(known, name)
     files = [os.path.join(known.find(each).folder, known.find(each).manifest) for each in known.needs(name)]
     print(" ".join(files))
 
 
 def _profile(invocation: Invocation, request: Request, args: list[str]) -> None:
-    rows = profile(places(os.environ))
+    rows = profile(search_folders(os.environ))
     if "zombie-only" in request.options:
         for _, folder, holds in rows:
             if not holds:
                 print(folder)
         return
     length = request.options.get("length", "20")
-    total = sum(seconds for seconds, folder, _ in rows if folder in dict(places(os.environ)))
+    total = sum(seconds for seconds, folder, _ in rows if folder in dict(search_folders(os.environ)))
     print(f"Full tree crawl took {total:.6f} seconds.")
     print("Directories marked with (*) contain no manifest.  You may")
     print("want to delete these directories.")
@@ -79,7 +79,7 @@ def _profile(invocation: Invocation, request: Request, args: list[str]) -> None:
 def _rosdep(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print the system packages that a package and its dependencies need."""
     known, name = graph(request)
-    must_be(known, name)
+    check_known(known, name)
     names = [name] if request.verb == "rosdep0" else [*known.needs(name), name]
     catkin = known.manifest(name).catkin
     keys: set[str] = set()

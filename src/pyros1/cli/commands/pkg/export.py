@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pyros1.cli.commands.pkg._graph import DEPS_ONLY, chosen, graph, must_be
+from pyros1.cli.commands.pkg._graph import DEPS_ONLY, check_known, chosen, graph
 from pyros1.cli.commands.pkg._rospack import Request, pack_verb
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Option
@@ -14,7 +14,7 @@ def _export(invocation: Invocation, request: Request, args: list[str]) -> None:
     known, name = graph(request)
     if name not in known.by_name:
         print()
-        must_be(known, name)
+        check_known(known, name)
     print(" ".join(v for m in chosen(request, known, name) for v in m.exported(language, attribute)))
 
 
@@ -24,8 +24,8 @@ def _plugins(invocation: Invocation, request: Request, args: list[str]) -> None:
     known, name = graph(request)
     top = request.options.get("top", "")
     if top:
-        must_be(known, top)
-    must_be(known, name)
+        check_known(known, top)
+    check_known(known, name)
     allowed = {top, *known.needs(top)} if top else known.by_name.keys()
     for each in [name, *known.needed_by(name)]:
         if each in allowed:

@@ -6,7 +6,7 @@ import os
 import shlex
 import subprocess
 
-from pyros1.cli.commands.pkg._graph import DEPS_ONLY, chosen, graph, must_be
+from pyros1.cli.commands.pkg._graph import DEPS_ONLY, check_known, chosen, graph
 from pyros1.cli.commands.pkg._rospack import PkgError, Request, pack_verb
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
@@ -15,7 +15,7 @@ from pyros1.cli.records import Argument, Verb
 def _flags(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print compiler and linker flags: of catkin packages from pkg-config, of rosbuild packages from their exports."""
     known, name = graph(request)
-    must_be(known, name)
+    check_known(known, name)
     include = request.verb.startswith("cflags")
     kind = request.verb.rsplit("-", 1)[1]  # I, L, l or other
     words: list[str] = []

@@ -9,11 +9,11 @@ from pyros1.cli.failures import did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument
 from pyros1.cli.shared.printing import print_json
-from pyros1.finding.crawl import Found, find_quickly
+from pyros1.finding.crawl import FoundPackage, find_cached
 from pyros1.finding.packages import OWN_PACKAGES
 
 
-def _listed() -> dict[str, Found]:
+def _listed() -> dict[str, FoundPackage]:
     """Return the first location of each package, sorted."""
     first = {found.name: found for found in reversed(known_packages())}
     return {name: first[name] for name in sorted(first)}
@@ -22,7 +22,7 @@ def _listed() -> dict[str, Found]:
 def _find(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print a package's folder."""
     name = request.package()
-    quick = find_quickly(os.environ, name)
+    quick = find_cached(os.environ, name)
     if quick is not None and not quick.meta:
         print(quick.folder)
         return

@@ -11,7 +11,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_with_negative_numbers
 from pyros1.cli.records import Argument, Flag, Verb
 from pyros1.ground.errors import MessageError, SerializationError, ServiceError, ServiceUnavailableError
-from pyros1.ground.shown import json_text, lines
+from pyros1.ground.terminal_text import json_text, lines
 
 if TYPE_CHECKING:
     from pyros1.msgs import Message, Service

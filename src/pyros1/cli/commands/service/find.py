@@ -22,12 +22,12 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if len(args) > 1:
         raise UsageError("you may only specify one message type")
     graph = invocation.graph
-    from pyros1.doctor.together import together  # noqa: PLC0415 - help does without
+    from pyros1.doctor.concurrent import run_concurrently  # noqa: PLC0415 - help does without
 
     names = list(graph.state().services)
-    answers = together({name: partial(header, invocation, graph, name) for name in names}, PROBE_TIMEOUT + 1.0)
+    answers = run_concurrently({name: partial(header, invocation, graph, name) for name in names}, PROBE_TIMEOUT + 1.0)
     matching = []
-    said: set[str] = set()
+    printed: set[str] = set()
     for name, answer in answers.items():
         if isinstance(answer, dict):
             if answer.get("type") == args[0]:
@@ -36,8 +36,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
             raise answer
         elif answer is not None:  # it did not answer the question for its type
             what, _, why = str(answer).partition("\n")  # reason -> once for all services of a node
-            print(f"WARNING: {what}" + (f"\n{why}" if why and why not in said else ""), file=sys.stderr)
-            said.add(why)
+            print(f"WARNING: {what}" + (f"\n{why}" if why and why not in printed else ""), file=sys.stderr)
+            printed.add(why)
     if options.json:
         print_json(matching)
     else:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from html import escape
 from typing import NamedTuple
 
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 
 LETTER = 7.0  # average width of a letter in pixels
 LINE = 15.0  # height of a line of text in pixels
@@ -47,10 +47,10 @@ def children_of(frames: Sequence[Frame]) -> tuple[list[Frame], dict[str, list[Fr
 
     Frames in a loop have no root: the first frame of each loop becomes one.
     """
-    below: dict[str, list[Frame]] = {}
+    frames_below: dict[str, list[Frame]] = {}
     for frame in sorted(frames):
         if frame.parent is not None:
-            below.setdefault(frame.parent, []).append(frame)
+            frames_below.setdefault(frame.parent, []).append(frame)
     known = {frame.name for frame in frames}
     roots = [frame for frame in sorted(frames) if frame.parent is None or frame.parent not in known]
     reached: set[str] = set()
@@ -59,13 +59,13 @@ def children_of(frames: Sequence[Frame]) -> tuple[list[Frame], dict[str, list[Fr
             continue
         if frame not in roots:  # a loop
             roots.append(frame)
-            below[str(frame.parent)] = [other for other in below[str(frame.parent)] if other is not frame]
+            frames_below[str(frame.parent)] = [other for other in frames_below[str(frame.parent)] if other is not frame]
         stack = [frame.name]
         while stack:
             name = stack.pop()
             reached.add(name)
-            stack += [child.name for child in below.get(name, [])]
-    return roots, below
+            stack += [child.name for child in frames_below.get(name, [])]
+    return roots, frames_below
 
 
 def text(frames: Sequence[Frame], now: float) -> str:
@@ -74,13 +74,13 @@ def text(frames: Sequence[Frame], now: float) -> str:
     Args:
         now: the time in seconds, for ages.
     """
-    roots, below = children_of(frames)
+    roots, frames_below = children_of(frames)
     rows: list[tuple[str, list[str]]] = []
 
     def add(frame: Frame, lead: str, deeper: str) -> None:
         rows.append((lead + one_line(frame.name), [*map(one_line, frame.facts(now))]))
-        last = len(below.get(frame.name, ())) - 1
-        for number, child in enumerate(below.get(frame.name, ())):
+        last = len(frames_below.get(frame.name, ())) - 1
+        for number, child in enumerate(frames_below.get(frame.name, ())):
             ends = number == last
             add(child, deeper + ("└── " if ends else "├── "), deeper + ("    " if ends else "│   "))
 
@@ -141,7 +141,7 @@ def svg(frames: Sequence[Frame], now: float, title: str) -> str:
         now: the time in seconds, for ages.
         title: a line at the top.
     """
-    roots, below = children_of(frames)
+    roots, frames_below = children_of(frames)
     boxes: dict[str, _Box] = {}
     top = 2 * MARGIN + LINE
 
@@ -150,25 +150,25 @@ def svg(frames: Sequence[Frame], now: float, title: str) -> str:
         lines = [frame.name, *frame.facts(now)]
         width = max(map(len, lines)) * LETTER + 2 * MARGIN
         height = len(lines) * LINE + MARGIN
-        children = below.get(frame.name, [])
+        children = frames_below.get(frame.name, [])
         spans = []
         inner = left
         for child in children:
             span = place(child, inner, y + height + GAP_Y)
             spans.append(span)
             inner += span + GAP_X
-        needed = max(width, inner - GAP_X - left) if children else width
-        spare = (needed - (inner - GAP_X - left)) / 2 if children else 0.0
-        if spare > 0:  # the frame is wider than all below it, which moves to its middle
+        required_width = max(width, inner - GAP_X - left) if children else width
+        extra_width = (required_width - (inner - GAP_X - left)) / 2 if children else 0.0
+        if extra_width > 0:  # the frame is wider than all below it, which moves to its middle
             for child in children:
-                _shift(child, spare)
-        boxes[frame.name] = _Box(frame, lines, left + needed / 2, y, width, height)
-        return needed
+                _shift(child, extra_width)
+        boxes[frame.name] = _Box(frame, lines, left + required_width / 2, y, width, height)
+        return required_width
 
     def _shift(frame: Frame, by: float) -> None:
         box = boxes[frame.name]
         boxes[frame.name] = box._replace(x=box.x + by)
-        for child in below.get(frame.name, []):
+        for child in frames_below.get(frame.name, []):
             _shift(child, by)
 
     right = MARGIN
@@ -183,12 +183,12 @@ def svg(frames: Sequence[Frame], now: float, title: str) -> str:
         f'<text x="{MARGIN:g}" y="{MARGIN + LINE / 2:g}" fill="#666">{escape(title)}</text>',
     ]
     for box in boxes.values():
-        above = boxes.get(box.frame.parent or "")
-        if above is not None:
-            start, end, middle = above.y + above.height, box.y, (above.y + above.height + box.y) / 2
+        parent_box = boxes.get(box.frame.parent or "")
+        if parent_box is not None:
+            start, end, middle = parent_box.y + parent_box.height, box.y, (parent_box.y + parent_box.height + box.y) / 2
             style = ' stroke-dasharray="5 3"' if box.lines[-1] == "static" else ""
             lines.append(
-                f'<path d="M{above.x:.1f} {start:.1f}C{above.x:.1f} {middle:.1f} {box.x:.1f} {middle:.1f} '
+                f'<path d="M{parent_box.x:.1f} {start:.1f}C{parent_box.x:.1f} {middle:.1f} {box.x:.1f} {middle:.1f} '
                 f'{box.x:.1f} {end:.1f}" fill="none" stroke="#555"{style}/>'
             )
     lines += [_box_svg(box) for box in boxes.values()]

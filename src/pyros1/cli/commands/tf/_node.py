@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pyros1.tf.buffer import Buffer
 
 TOPICS = ("/tf", "/tf_static")
-_MOST = 30
+_MAX_FRAMES_SHOWN = 30
 
 
 def open_node(invocation: Invocation, name: str, *, tool: bool = True, anonymous: bool = True) -> Node:
@@ -46,16 +46,16 @@ def open_node(invocation: Invocation, name: str, *, tool: bool = True, anonymous
     )
 
 
-def pauser(node: Node) -> Callable[[float], bool]:
+def make_pause(node: Node) -> Callable[[float], bool]:
     """Return a function that waits for a number of seconds of wall time, and returns whether the node still runs."""
     ended = Event()
     node.on_shutdown(ended.set)
     return lambda seconds: not ended.wait(seconds)
 
 
-def await_clock(node: Node) -> None:
+def wait_for_clock(node: Node) -> None:
     """If the node uses simulated time, wait a moment for it to start. Print a warning if it does not."""
-    pause = pauser(node)
+    pause = make_pause(node)
     for _ in range(20):
         if not node.now().is_zero() or not pause(0.1):
             return
@@ -84,7 +84,7 @@ def number(text: str, what: str, *, positive: bool = False) -> float:
     return value
 
 
-class Cures:
+class LookupHints:
     """Prints to stderr what to do about a failed lookup, once for each reason.
 
     Args:
@@ -97,28 +97,30 @@ class Cures:
         self._invocation = invocation
         self._node = node
         self._buffer = buffer
-        self._said = ""
+        self._last_hint = ""
 
-    def tell(self, error: TransformException | None, *frames: str) -> None:
+    def print_hint(self, error: TransformException | None, *frames: str) -> None:
         """Print a hint, unless it is the same as the last one.
 
         Args:
             error: why the lookup failed.
             frames: the frames of the lookup.
         """
-        text = self._cure(error, frames)
-        if text and text != self._said:
-            self._said = text
+        text = self._hint(error, frames)
+        if text and text != self._last_hint:
+            self._last_hint = text
             sys.stdout.flush()
             print(text, file=sys.stderr, flush=True)
 
-    def _cure(self, error: TransformException | None, frames: tuple[str, ...]) -> str:
+    def _hint(self, error: TransformException | None, frames: tuple[str, ...]) -> str:
         known = sorted(self._buffer.frames())
         if not known:
-            return self._silence([self._node.resolve(topic) for topic in TOPICS])
+            return self._no_transforms_hint([self._node.resolve(topic) for topic in TOPICS])
         for frame in frames:
             if frame not in known:
-                names = ", ".join(known[:_MOST]) + (f" and {len(known) - _MOST} more" if len(known) > _MOST else "")
+                names = ", ".join(known[:_MAX_FRAMES_SHOWN]) + (
+                    f" and {len(known) - _MAX_FRAMES_SHOWN} more" if len(known) > _MAX_FRAMES_SHOWN else ""
+                )
                 return f"Unknown frame '{frame}'{did_you_mean(frame, known)}; known frames: {names}"
         if isinstance(error, ConnectivityException):
             roots = " and ".join(repr(self._root(frame)) for frame in frames)
@@ -127,7 +129,7 @@ class Cures:
             )
         return ""
 
-    def _silence(self, topics: list[str]) -> str:
+    def _no_transforms_hint(self, topics: list[str]) -> str:
         """Return why no transform has been received."""
         try:
             publishers = self._invocation.graph.state().publishers
@@ -141,8 +143,8 @@ class Cures:
     def _root(self, frame: str) -> str:
         parents = {state.name: state.parent for state in self._buffer.states()}
         for _ in parents:
-            above = parents.get(frame)
-            if above is None:
+            parent = parents.get(frame)
+            if parent is None:
                 break
-            frame = above
+            frame = parent
         return frame

@@ -53,7 +53,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                 except TransformException as error:
                     node.log.debug("%s", error)
                     continue
-                if pair.moved(transform.transform):
+                if pair.has_moved(transform.transform):
                     # As in tf, names begin with a slash here.
                     transform.header.frame_id, transform.child_frame_id = f"/{pair.target}", f"/{pair.source}"
                     changes.append(transform)
@@ -94,18 +94,18 @@ class Pair:
     angle: float = _ANGLE
     _last: Any = None
 
-    def moved(self, transform: Any) -> bool:
+    def has_moved(self, transform: Any) -> bool:
         """Return whether the frame has moved since the last call that returned True. The first call does.
 
         Args:
             transform: a geometry_msgs/Transform.
         """
-        if self._last is None or self._apart(transform, self._last):
+        if self._last is None or self._difference(transform, self._last):
             self._last = transform
             return True
         return False
 
-    def _apart(self, one: Any, two: Any) -> bool:
+    def _difference(self, one: Any, two: Any) -> bool:
         a, b, p, q = one.translation, two.translation, one.rotation, two.rotation
         # A quaternion and its negative are the same rotation.
         dot = min(1.0, abs(p.x * q.x + p.y * q.y + p.z * q.z + p.w * q.w))

@@ -6,7 +6,7 @@ import sys
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
-from pyros1.cli.commands.tf._node import Cures, await_clock, number, open_node
+from pyros1.cli.commands.tf._node import LookupHints, number, open_node, wait_for_clock
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation, called_as
 from pyros1.cli.records import Argument, Flag, Option, Verb
@@ -90,8 +90,8 @@ def _echo(invocation: Invocation, node: Node, options: Any, source: str, target:
         options.precision = _precision(node, options)
     buffer = Buffer(options.cache_time)
     TransformListener(node, buffer)
-    cures = Cures(invocation, node, buffer)
-    await_clock(node)
+    hints = LookupHints(invocation, node, buffer)
+    wait_for_clock(node)
     if buffer.can_transform(source, target, timeout=FIRST_WAIT) and options.offset is not None and options.time is None:
         node.sleep(min(-options.offset, options.cache_time))  # data that old has not been received yet
     rate = node.rate(options.rate)
@@ -105,7 +105,7 @@ def _echo(invocation: Invocation, node: Node, options: Any, source: str, target:
             transform = buffer.lookup_transform(source, target, when)
         except TransformException as error:
             _show_failure(error, options, now, when, buffer)
-            cures.tell(error, source, target)
+            hints.print_hint(error, source, target)
         else:
             found += 1
             _show(transform, options, now)

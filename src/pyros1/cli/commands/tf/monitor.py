@@ -6,11 +6,11 @@ import threading
 from collections import deque
 from typing import TYPE_CHECKING, Any
 
-from pyros1.cli.commands.tf._node import Cures, await_clock, open_node, pauser
+from pyros1.cli.commands.tf._node import LookupHints, make_pause, open_node, wait_for_clock
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 
 if TYPE_CHECKING:
     from pyros1.node import Node
@@ -58,14 +58,14 @@ class Delays:
         self._times: dict[str, deque[float]] = {}
         self._senders: dict[str, str] = {}
 
-    def take(self, frames: list[tuple[str, float]], sender: str, now: float) -> None:
+    def add_transforms(self, frames: list[tuple[str, float]], sender: str, now: float) -> None:
         """Record a message: each frame with its stamp in seconds, 0 for a static transform."""
-        late = [(name, now - stamp if stamp else 0.0) for name, stamp in frames]
+        lag = [(name, now - stamp if stamp else 0.0) for name, stamp in frames]
         with self._lock:
-            for name, delay in late:
+            for name, delay in lag:
                 self._senders[name] = sender
                 self._frames.setdefault(name, deque(maxlen=_WINDOW)).append(delay)
-            average = sum(delay for _, delay in late) / max(1, len(late))
+            average = sum(delay for _, delay in lag) / max(1, len(lag))
             self._nodes.setdefault(sender, deque(maxlen=_WINDOW)).append(average)
             self._times.setdefault(sender, deque(maxlen=_WINDOW)).append(now)
 
@@ -95,46 +95,46 @@ def _monitor(invocation: Invocation, node: Node, frames: list[str]) -> None:
     delays = Delays()
     buffer = Buffer()
     listener = TransformListener(node, buffer)
-    cures = Cures(invocation, node, buffer)
-    await_clock(node)
-    chain = _await_chain(node, buffer, cures, *frames) if frames else None
+    hints = LookupHints(invocation, node, buffer)
+    wait_for_clock(node)
+    chain = _wait_for_chain(node, buffer, hints, *frames) if frames else None
 
-    def take(message: Any, static: bool) -> None:
+    def add_transforms(message: Any, static: bool) -> None:
         sender = (message._connection_header or {}).get("callerid", "unknown_publisher")
         stamps = [(item.child_frame_id, 0.0 if static else item.header.stamp.to_sec()) for item in message.transforms]
-        delays.take(stamps, f"{sender}(static)" if static else sender, node.now().to_sec())
+        delays.add_transforms(stamps, f"{sender}(static)" if static else sender, node.now().to_sec())
 
     kind = "tf2_msgs/TFMessage"
     with (
         listener,
-        node.subscribe("/tf", kind, lambda message: take(message, False), queue_size=100),
-        node.subscribe("/tf_static", kind, lambda message: take(message, True), queue_size=100),
+        node.subscribe("/tf", kind, lambda message: add_transforms(message, False), queue_size=100),
+        node.subscribe("/tf_static", kind, lambda message: add_transforms(message, True), queue_size=100),
     ):
-        average = most = 0.0
-        pause = pauser(node)
+        average = longest_delay = 0.0
+        pause = make_pause(node)
         step = 0
         while pause(_STEP):
             step += 1
             if chain and buffer.can_transform(*frames):
                 stamp = buffer.get_latest_common_time(*frames).to_sec()
-                late = node.now().to_sec() - stamp if stamp else 0.0
-                average = 0.01 * late + 0.99 * average
-                most = max(most, late)
+                lag = node.now().to_sec() - stamp if stamp else 0.0
+                average = 0.01 * lag + 0.99 * average
+                longest_delay = max(longest_delay, lag)
             if step % _STEPS:
                 continue
             if not buffer.frames():
-                cures.tell(None)
+                hints.print_hint(None)
                 continue
             rows = ["", "", "", f"RESULTS: for {' to '.join(frames) or 'all Frames'}"]
             if chain:
-                rows += [f"Chain is: {' -> '.join(chain)}", f"Net delay     avg = {average:g}: max = {most:g}"]
+                rows += [f"Chain is: {' -> '.join(chain)}", f"Net delay     avg = {average:g}: max = {longest_delay:g}"]
             print(*map(one_line, rows + delays.lines(chain)), sep="\n", flush=True)
 
 
-def _await_chain(node: Node, buffer: Buffer, cures: Cures, first: str, last: str) -> list[str]:
+def _wait_for_chain(node: Node, buffer: Buffer, hints: LookupHints, first: str, last: str) -> list[str]:
     print(f"Waiting for transform chain to become available between {first} and {last} ", end="", flush=True)
     while not buffer.can_transform(first, last, timeout=1.0):
         print(".", end="", flush=True)
-        cures.tell(None, first, last)
+        hints.print_hint(None, first, last)
     print(flush=True)
     return buffer.chain(last, first)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from pyros1.cli.commands.tf._drawing import Frame, text
-from pyros1.cli.commands.tf._node import Cures, number, open_node, pauser
+from pyros1.cli.commands.tf._node import LookupHints, make_pause, number, open_node
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Flag, Option, Verb
@@ -31,12 +31,12 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
         buffer = Buffer(max(10.0, 2 * seconds))
         with TransformListener(node, buffer):
-            cures = Cures(invocation, node, buffer)
-            pause = pauser(node)
+            hints = LookupHints(invocation, node, buffer)
+            pause = make_pause(node)
             while pause(seconds):
                 frames = buffer.frames()
                 if not frames:
-                    cures.tell(None)
+                    hints.print_hint(None)
                 elif options.json:
                     print_json(_rows(buffer, node.now().to_sec()))
                 else:

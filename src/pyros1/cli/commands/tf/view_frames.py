@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pyros1.cli.commands.tf._drawing import Frame, dot, svg, text
-from pyros1.cli.commands.tf._node import Cures, number, open_node, pauser
+from pyros1.cli.commands.tf._node import LookupHints, make_pause, number, open_node
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Option, Verb
@@ -28,11 +28,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     output = Path(options.output) if options.output else None
     _check(output)
     with open_node(invocation, "view_frames") as node:
-        frames = _ask(node, options.node) if options.node else _listen(invocation, node, seconds)
+        frames = _request_frames(node, options.node) if options.node else _listen(invocation, node, seconds)
         now = node.now().to_sec()
         source = f"from {options.node}" if options.node else f"{seconds:g} s of /tf and /tf_static"
         print(text(frames, now))
-        for path in [output] if output else _usual():
+        for path in [output] if output else _default_path():
             _write(path, frames, now, f"Frames at {now:.3f}, {source}")
             print(f"{path} written", flush=True)
 
@@ -55,7 +55,7 @@ VERB = Verb(
 )
 
 
-def _usual() -> list[Path]:
+def _default_path() -> list[Path]:
     return [Path("frames.gv"), Path("frames.pdf" if shutil.which("dot") else "frames.svg")]
 
 
@@ -78,15 +78,15 @@ def _listen(invocation: Invocation, node: Node, seconds: float) -> list[Frame]:
     buffer = Buffer(max(10.0, 2 * seconds))
     with TransformListener(node, buffer):
         print(f"Listening to /tf and /tf_static for {seconds:.1f} seconds", flush=True)
-        pauser(node)(seconds)
+        make_pause(node)(seconds)
         frames = [Frame(*state[:7]) for state in buffer.states()]
     if not frames:
-        Cures(invocation, node, buffer).tell(None)
+        LookupHints(invocation, node, buffer).print_hint(None)
         raise CommandError(f"no transform was received within {seconds:g} s")
     return frames
 
 
-def _ask(node: Node, name: str) -> list[Frame]:
+def _request_frames(node: Node, name: str) -> list[Frame]:
     from pyros1.values.reading import load_yaml  # noqa: PLC0415 - few ask nodes
 
     service = f"{node.resolve(name)}/tf2_frames"

@@ -12,7 +12,7 @@ from pyros1 import bag as bags
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.shared.printing import print_json
 from pyros1.graph import in_namespace
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 from pyros1.ground.timing import Time
 from pyros1.msgs import AnyMsg
 
@@ -61,7 +61,7 @@ def find_topic(path: str, name: str, resolve: Resolve) -> tuple[list[str], str] 
     return None
 
 
-def replay(path: str, topics: list[str] | None, take: Callable[[str, AnyMsg, Time], bool]) -> None:
+def replay(path: str, topics: list[str] | None, on_message: Callable[[str, AnyMsg, Time], bool]) -> None:
     """Pass messages of a bag, undecoded and in the order of time, to a function until it returns False.
 
     Args:
@@ -71,7 +71,7 @@ def replay(path: str, topics: list[str] | None, take: Callable[[str, AnyMsg, Tim
         definitions = {connection.id: bag.definition(connection) for connection in bag.connections}
         for message in bag.messages(topics, raw=True):
             message.message._connection_header["message_definition"] = definitions[message.connection.id]
-            if not take(message.topic, message.message, message.time):
+            if not on_message(message.topic, message.message, message.time):
                 return
             del message  # it may be large, and must not stay in memory while the next one is read
 

@@ -16,16 +16,16 @@ from pyros1.cli.shared.forms import Json, Plot, Show, Text
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.subscribing import find_topic, subscribe
 from pyros1.ground.errors import DeserializationError, MessageError
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 from pyros1.ground.timing import Time
 from pyros1.msgs import AnyMsg, Message
 from pyros1.observe.decoder import Decoder
 from pyros1.observe.expression import Expression, ExpressionError
 from pyros1.observe.fields import FieldPath, FieldPathError
 
-_CLOCK_PATIENCE = 2.0
-_LEAST_WIDTH = 2
-_MOST_WARNINGS = 100
+_CLOCK_TIMEOUT = 2.0
+_MIN_WIDTH = 2
+_MAX_WARNINGS = 100
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -98,28 +98,28 @@ def _echo_bag(invocation: Invocation, options: Any, name: str, expression: Expre
     moment = Time()
     show = _show(options, lambda: moment)
     printers: dict[str, Printer] = {}
-    left = options.msg_count
+    remaining = options.msg_count
 
-    def take(topic: str, raw: AnyMsg, when: Time) -> bool:
-        nonlocal moment, left
+    def on_message(topic: str, raw: AnyMsg, when: Time) -> bool:
+        nonlocal moment, remaining
         moment = when
-        if left is not None and left <= 0:
+        if remaining is not None and remaining <= 0:
             return False
         printer = printers.get(topic)
         if printer is None:
             full = invocation.resolve(topic)
             printer = printers[topic] = Printer(full, FieldPath(path), show, expression, None)
-        before = printer.count
+        count_before = printer.count
         printer.arrived(raw)
         if isinstance(printer.error, CommandError):
             raise CommandError(f"{options.bag}: at {when.to_sec():.6f}: {printer.error}") from printer.error
         if printer.error is not None:
             raise printer.error
-        if left is not None:
-            left -= printer.count - before
-        return left is None or left > 0
+        if remaining is not None:
+            remaining -= printer.count - count_before
+        return remaining is None or remaining > 0
 
-    _bag.replay(options.bag, topics, take)
+    _bag.replay(options.bag, topics, on_message)
 
 
 def _show(options: Any, now: Callable[[], Time]) -> Show:
@@ -144,8 +144,8 @@ def _check(options: Any, args: list[str]) -> None:
                 setattr(options, field, int(value))
             except ValueError:
                 raise UsageError(f"{what} must be an integer") from None
-    if options.width is not None and options.width < _LEAST_WIDTH:
-        raise UsageError(f"Fixed width for numeric values must be at least {_LEAST_WIDTH}")
+    if options.width is not None and options.width < _MIN_WIDTH:
+        raise UsageError(f"Fixed width for numeric values must be at least {_MIN_WIDTH}")
 
 
 def _wait(invocation: Invocation, node: Any, printer: Printer) -> None:
@@ -154,7 +154,7 @@ def _wait(invocation: Invocation, node: Any, printer: Printer) -> None:
     waited = 0.0
     while node.ok() and not printer.done.wait(0.25):
         waited += 0.25
-        if waited >= _CLOCK_PATIENCE and not warned and not printer.count and node.now().is_zero():
+        if waited >= _CLOCK_TIMEOUT and not warned and not printer.count and node.now().is_zero():
             warned = True
             print(
                 "WARNING: no messages received and simulated time is active.\nIs /clock being published?",
@@ -190,8 +190,8 @@ class Printer:
         self._expression = expression
         self._limit = limit
         self._decoder = Decoder(kind or "", by_name=kind is not None)
-        self._goes_on = kind is not None
-        self._said: set[str] = set()
+        self._skips_bad_messages = kind is not None
+        self._printed_warnings: set[str] = set()
         self._out = data_stream()  # text from messages is clean already, and --clear works for files, too, as stock's
 
     def arrived(self, raw: AnyMsg) -> None:
@@ -202,11 +202,11 @@ class Printer:
             self.done.set()
             return
         try:
-            shown = self._shown(raw)
-            if shown is None:
+            printed = self._value_to_print(raw)
+            if printed is None:
                 return
-            self._show(*shown, self._out.write)
-            del shown
+            self._show(*printed, self._out.write)
+            del printed
             self._out.flush()
         except (OSError, CommandError) as error:
             self.error = error
@@ -216,12 +216,12 @@ class Printer:
         if self._limit is not None and self.count >= self._limit:
             self.done.set()
 
-    def _shown(self, raw: AnyMsg) -> tuple[Message, Any, str | None] | None:
+    def _value_to_print(self, raw: AnyMsg) -> tuple[Message, Any, str | None] | None:
         """Return the message, the value and its type, None if it is not to be printed."""
         try:
             message = self._decoder.decode(raw)
         except MessageError as error:
-            if self._goes_on and isinstance(error, DeserializationError):  # others may be right
+            if self._skips_bad_messages and isinstance(error, DeserializationError):  # others may be right
                 self._warn(f"a message on {self._topic} cannot be shown: {error}")
                 return None
             type_name = (raw._connection_header or {}).get("type", "unknown type")
@@ -239,6 +239,6 @@ class Printer:
 
     def _warn(self, text: str) -> None:
         """Print a warning once."""
-        if text not in self._said and len(self._said) < _MOST_WARNINGS:
-            self._said.add(text)
+        if text not in self._printed_warnings and len(self._printed_warnings) < _MAX_WARNINGS:
+            self._printed_warnings.add(text)
             print(text, file=sys.stderr, flush=True)

@@ -24,7 +24,7 @@ from pyros1.observe.decoder import Decoder
 from pyros1.observe.expression import Expression, ExpressionError
 from pyros1.observe.fields import FieldPath, FieldPathError, split_expression
 
-_MOST_POINTS = 20_000
+_MAX_POINTS = 20_000
 _FRAME = 0.1
 _HOME, _BEGIN, _END = "\033[H\033[J", "\033[?1049h\033[?25l", "\033[?25h\033[?1049l"
 
@@ -132,7 +132,7 @@ class _Curve:
     def __init__(self, name: str, read: Callable[[Any], Any]) -> None:
         self.name = name
         self.read = read
-        self.points: deque[tuple[float, float]] = deque(maxlen=_MOST_POINTS)
+        self.points: deque[tuple[float, float]] = deque(maxlen=_MAX_POINTS)
         self.error: str | None = None
 
     def add(self, now: float, message: Any) -> None:

@@ -22,10 +22,10 @@ from pyros1.msgs import Message, load_message
 from pyros1.msgs.fill import fill_message
 from pyros1.values import load_yaml
 
-HOLD = 3.0
+HOLD_SECONDS = 3.0
 """Seconds that -1 keeps running, so that subscribers can receive the message."""
 
-_SUBSCRIBER_PATIENCE = 5.0
+_SUBSCRIBER_TIMEOUT = 5.0
 """Seconds that messages from a file or stdin wait for the first subscriber."""
 
 _DEFAULT_RATE = 10.0
@@ -50,7 +50,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         publisher = node.advertise(name, message_class, queue_size=100, latch=latch)
         run = _Publishing(invocation, node, publisher, message_class, options)
         if not from_arguments:
-            source = _of_topic(_documents(options.file), name, invocation)
+            source = _documents_for_topic(_documents(options.file), name, invocation)
             keep_first = bool(options.latch) and rate is None
             if options.file and not (options.once or keep_first):
                 first = list(islice(source, 2))
@@ -68,7 +68,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     """Parse the words. ``-1`` may be the option or a value."""
     options, args = parse_guarded(invocation, verb, _guarded(invocation.args, once=True))
-    if "-1" in invocation.args and not options.file and len(args) > 1 and _lacks_values(args[1], args[2:]):
+    if "-1" in invocation.args and not options.file and len(args) > 1 and _needs_more_values(args[1], args[2:]):
         options, args = parse_guarded(invocation, verb, _guarded(invocation.args, once=False))
     if options.rate is not None:
         if options.once:
@@ -141,7 +141,7 @@ def _guarded(words: list[str], *, once: bool) -> list[str]:
     return guarded
 
 
-def _lacks_values(type_name: str, words: list[str]) -> bool:
+def _needs_more_values(type_name: str, words: list[str]) -> bool:
     """Return whether a message needs more values than these, so that a ``-1`` after its type must be one."""
     try:
         kinds = load_message(type_name)._slot_types
@@ -163,7 +163,7 @@ def _values(words: list[str]) -> list[Any]:
     return values
 
 
-def _meant(type_name: str) -> str:
+def _suggested_type(type_name: str) -> str:
     """Return a hint at the type that may be meant by a misspelt name or a name without package."""
     try:
         load_message(type_name)
@@ -176,14 +176,14 @@ def _meant(type_name: str) -> str:
 def _load(type_name: str) -> type[Message]:
     package, _, name = type_name.partition("/")
     if not package or not name or "/" in name:
-        raise CommandError(f"invalid topic type: {type_name}{_meant(type_name)}")
+        raise CommandError(f"invalid topic type: {type_name}{_suggested_type(type_name)}")
     try:
         return load_message(type_name)
     except DefinitionError:
         raise
     except UnknownTypeError:
         raise CommandError(
-            f"invalid message type: {type_name}{_meant(type_name)}.\n"
+            f"invalid message type: {type_name}{_suggested_type(type_name)}.\n"
             f"If this is a valid message type, perhaps you need to type 'rosmake {package}'"
         ) from None
 
@@ -225,24 +225,24 @@ def _documents(path: str | None) -> Iterator[Any]:
         yield from documents(file, path)
 
 
-def _of_topic(source: Iterator[Any], name: str, invocation: Invocation) -> Iterator[Any]:
+def _documents_for_topic(source: Iterator[Any], name: str, invocation: Invocation) -> Iterator[Any]:
     """Yield documents unchanged; of lines that `bag export` wrote, yield the messages of one topic.
 
     Raises:
         CommandError: there are such lines, but none for the topic.
     """
-    others: set[str] = set()
+    skipped: set[str] = set()
     found = False
     for document in source:
         exported = isinstance(document, Record) and document.keys() == _EXPORTED
         if exported and invocation.resolve(str(document["topic"])) != name:
-            others.add(str(document["topic"]))
+            skipped.add(str(document["topic"]))
             continue
         found = True
         yield Record(document["message"]) if exported else document
-    if others and not found:
+    if skipped and not found:
         raise CommandError(
-            f"no line is for {name}; the lines are for: {', '.join(sorted(others))}. Use a remapping to rename a topic"
+            f"no line is for {name}; the lines are for: {', '.join(sorted(skipped))}. Use a remapping to rename a topic"
         )
 
 
@@ -270,24 +270,24 @@ class _Publishing:
         fill(message, arguments, now)
         return message
 
-    def _what(self, message: Message) -> str:
+    def _description(self, message: Message) -> str:
         return f"[{message}]" if self._verbose else "message"
 
     def latched(self, arguments: Any, once: bool) -> None:
         """Publish one message, latched for later subscribers."""
         message = self._message(arguments)
-        until = f" for {HOLD} seconds" if once else ". Press ctrl-C to terminate"
-        print(f"publishing and latching {self._what(message)}{until}", flush=True)
+        until = f" for {HOLD_SECONDS} seconds" if once else ". Press ctrl-C to terminate"
+        print(f"publishing and latching {self._description(message)}{until}", flush=True)
         self._publisher.publish(message)
         if once:
-            self._invocation.pause(HOLD)
+            self._invocation.pause(HOLD_SECONDS)
         else:
             self._node.spin()
 
     def repeat_from_file(self, document: Any, rate: float, substitute: bool) -> None:
         """Publish the only message of a file repeatedly, as stock does."""
         self._message(_arguments(document))  # a wrong one is reported at once
-        self._publisher.wait_for_subscribers(timeout=_SUBSCRIBER_PATIENCE)
+        self._publisher.wait_for_subscribers(timeout=_SUBSCRIBER_TIMEOUT)
         print("Got one message and a rate, publishing repeatedly", flush=True)
         self.repeat(_arguments(document), rate, substitute)
 
@@ -317,12 +317,12 @@ class _Publishing:
             message = self._message(arguments)
             if not waited:
                 waited = True
-                self._publisher.wait_for_subscribers(timeout=_SUBSCRIBER_PATIENCE)
+                self._publisher.wait_for_subscribers(timeout=_SUBSCRIBER_TIMEOUT)
             # Stock's words, also where the next message follows at once.
-            print(f"publishing and latching {self._what(message)} for {HOLD} seconds", flush=True)
+            print(f"publishing and latching {self._description(message)} for {HOLD_SECONDS} seconds", flush=True)
             self._publisher.publish(message)
             if self._once:
                 break
             pace.sleep()
         if waited:
-            self._invocation.pause(HOLD if self._once or self._publisher.num_connections == 0 else 0.2)
+            self._invocation.pause(HOLD_SECONDS if self._once or self._publisher.num_connections == 0 else 0.2)

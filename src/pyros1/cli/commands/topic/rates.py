@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from time import time
 from typing import Any
 
-from pyros1.cli.commands.topic._standstill import Standstill
+from pyros1.cli.commands.topic._stopped_clock import StoppedClock
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
@@ -54,7 +54,7 @@ def _hz(invocation: Invocation, options: Any, args: list[str]) -> None:
         clock.node = node
         simulated = not options.wall_time and node.params.get("/use_sim_time", False) is True
         now: Callable[[], float] = (lambda: node.now().to_sec()) if simulated else time
-        standstill = Standstill(node, " --wall-time measures without it.") if simulated else None
+        stopped_clock = StoppedClock(node, " --wall-time measures without it.") if simulated else None
         meters: dict[str, RateMeter] = {}
         for name in map(invocation.resolve, args):
             found = find_topic(invocation, node, name)
@@ -67,7 +67,7 @@ def _hz(invocation: Invocation, options: Any, args: list[str]) -> None:
         while invocation.pause(_PERIOD):
             figures = {name: meter.figures() for name, meter in meters.items()}
             fresh = {name: figure for name, figure in figures.items() if figure is not None}
-            if standstill and standstill.lasts():
+            if stopped_clock and stopped_clock.has_stopped():
                 fresh = {}  # all in no time: that is no rate
             if not fresh:
                 print("no new messages", flush=True)
@@ -149,14 +149,14 @@ def _delay(invocation: Invocation, options: Any, args: list[str]) -> None:
                 return
             meter.arrived((now - message.header.stamp).to_sec())
 
-        standstill = Standstill(node)
+        stopped_clock = StoppedClock(node)
         with subscribe(node, found[0], arrived):
             print(f"subscribed to [{name}]", flush=True)
             while invocation.pause(_PERIOD):
                 if failures:
                     raise CommandError(failures[0])
                 lines = meter.lines()
-                standstill.lasts()
+                stopped_clock.has_stopped()
                 if lines is not None:
                     print(lines, flush=True)
 

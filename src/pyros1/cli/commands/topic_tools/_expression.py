@@ -140,10 +140,10 @@ class MessageExpression(MessageLanguage):
         result = super().evaluate(names)
         return type(result)(map(_plain, result)) if type(result) in (list, tuple) else _plain(result)
 
-    def _bounded(self, value: Any) -> Any:
+    def _checked(self, value: Any) -> Any:
         if is_numpy(value):
             check_array(value)
-        return super()._bounded(value)
+        return super()._checked(value)
 
     def combine(self, *values: Any) -> None:
         """Check values that an operator combines, for arrays; see `Interpreter`."""
@@ -151,11 +151,11 @@ class MessageExpression(MessageLanguage):
 
     def multiply(self, left: Any, right: Any) -> None:
         """Count the work of a product of matrices; see `Interpreter`."""
-        self._spend(int(product_work(left, right)))
+        self._charge(int(product_work(left, right)))
 
     def write(self, *values: Any) -> None:
         """Count the work of writing values as text; see `Interpreter`."""
-        self._spend(text_work(*values))
+        self._charge(text_work(*values))
 
     def choose(self, owner: Any, key: Any) -> None:
         """Check an array's index; see `Interpreter`."""
@@ -164,7 +164,7 @@ class MessageExpression(MessageLanguage):
 
     def _called(self, function: Callable[..., Any], *arguments: Any, **keywords: Any) -> Any:
         if isinstance(function, Checked):
-            self._spend(function.work(*arguments, **keywords))
+            self._charge(function.work(*arguments, **keywords))
         elif name_of(function) in _TEXTS:
             self.write(*arguments, *keywords.values())
         elif not isinstance(function, Lambda | type) and name_of(function) not in _APART:

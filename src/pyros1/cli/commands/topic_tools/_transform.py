@@ -30,12 +30,12 @@ OPTIONS = (
     Flag("--wait-for-start", help="wait for the input topic"),
     Flag("--tcpnodelay", help="accepted for compatibility; no effect"),
 )
-Make = Callable[[Any], list[Any]]
+Evaluator = Callable[[Any], list[Any]]
 """Makes the values to publish from a message or field."""
-Maker = Callable[[Mapping[str, Any], type[Message], "Node"], Make]
+EvaluatorFactory = Callable[[Mapping[str, Any], type[Message], "Node"], Evaluator]
 """Takes modules by name, the type of the output, and the node."""
 
-_LOOK_AGAIN = 0.2
+_POLL_PERIOD = 0.2
 
 
 def parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
@@ -53,25 +53,25 @@ def parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     return parser.parse_args(invocation.args), []
 
 
-def publish(invocation: Invocation, tool: str, options: Any, maker: Maker) -> None:
+def publish(invocation: Invocation, tool: str, options: Any, make_evaluator: EvaluatorFactory) -> None:
     """Publish messages made from messages, until the node ends."""
     try:
         output_class = load_message(options.output_type)
         with open_node(invocation, tool) as node:
             modules = load_modules(getattr(options, "modules", ()), node.now)
-            _Transform(node, options, output_class, maker(modules, output_class, node)).run()
+            _Transform(node, options, output_class, make_evaluator(modules, output_class, node)).run()
     except ValueError as error:
         raise CommandError(str(error)) from error
 
 
 class _Transform:
-    """The node: decodes messages, picks the field, makes values with ``make``, and publishes them."""
+    """The node: decodes messages, picks the field, makes values with ``evaluate``, and publishes them."""
 
-    def __init__(self, node: Node, options: Any, output_class: type[Message], make: Make) -> None:
+    def __init__(self, node: Node, options: Any, output_class: type[Message], evaluate: Evaluator) -> None:
         from pyros1.topic_tools.output import QUEUE_SIZE  # noqa: PLC0415 - help needs no node
 
         self._node = node
-        self._make = make
+        self._evaluate = evaluate
         self._decoder = Decoder()
         topic, self._path = _find(node, options.input, bool(options.wait_for_start))
         latch = bool(getattr(options, "latch", False))
@@ -85,7 +85,7 @@ class _Transform:
     def _receive(self, raw: AnyMsg) -> None:
         try:
             message, _ = self._path.get(self._decoder.decode(raw))
-            self._publisher.publish(*self._make(message))
+            self._publisher.publish(*self._evaluate(message))
         except (Error, TypeError, AttributeError) as error:
             self._node.log.error("%s", error, throttle=1.0)
 
@@ -99,7 +99,7 @@ def _find(node: Node, name: str, wait: bool) -> tuple[str, FieldPath]:
     full = names.ns_join(node.namespace, name)
     graph = Graph(node.master)
     found = graph.find_topic(full)
-    while found is None and wait and node.sleep(_LOOK_AGAIN):
+    while found is None and wait and node.sleep(_POLL_PERIOD):
         found = graph.find_topic(full)
     if found is None:
         raise CommandError(f"Wrong input topic (or topic field): {full}")

@@ -19,10 +19,10 @@ def _mux(invocation: Invocation, options: Any, args: list[str]) -> None:
     target, *sources = args
     with open_node_for(invocation, target, "mux") as node:
         lazy, latch, wait = (flag(node, name) for name in ("lazy", "latch", "wait_publisher_initialization"))
-        patience = number(node, "wait_publisher_second", 0.1) if wait else 0.0
+        connect_timeout = number(node, "wait_publisher_second", 0.1) if wait else 0.0
         initial = str(node.params.get("~initial_topic", ""))
         node.log.info("mux from %s to %s", ", ".join(sources), target)
-        Mux(node, target, sources, initial, lazy, latch, patience).run()
+        Mux(node, target, sources, initial, lazy, latch, connect_timeout).run()
 
 
 def _demux(invocation: Invocation, options: Any, args: list[str]) -> None:

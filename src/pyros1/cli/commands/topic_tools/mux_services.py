@@ -12,7 +12,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument
 from pyros1.ground.errors import ServiceError
 
-_DOING = {
+_ACTION_TEXTS = {
     "select": 'Selecting "{topic}" at {kind} "{name}"',
     "add": 'Adding "{topic}" to {kind} "{name}"',
     "delete": 'Deleting "{topic}" from {kind} "{name}"',
@@ -25,7 +25,7 @@ def _run(kind: str, verb: str) -> Callable[[Invocation, Any, list[str]], int]:
 
     Args:
         kind: ``mux`` or ``demux``.
-        verb: one of `_DOING`.
+        verb: one of `_ACTION_TEXTS`.
     """
 
     def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -37,7 +37,7 @@ def _run(kind: str, verb: str) -> Callable[[Invocation, Any, list[str]], int]:
         response = None
         with open_node(invocation, f"{kind}_{verb}") as node:
             node.wait_for_service(service)
-            print(_DOING[verb].format(kind=kind, name=name, topic="".join(topic)), flush=True)
+            print(_ACTION_TEXTS[verb].format(kind=kind, name=name, topic="".join(topic)), flush=True)
             response = _call(node, service, f"topic_tools/{kind.capitalize()}{verb.capitalize()}", topic)
             if response is not None and verb == "list":
                 print(response.topics)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from pyros1.cli.commands.topic_tools._expression import MessageExpression, names_used
-from pyros1.cli.commands.topic_tools._transform import ARGUMENTS, OPTIONS, Make, parse, publish
+from pyros1.cli.commands.topic_tools._transform import ARGUMENTS, OPTIONS, Evaluator, parse, publish
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
@@ -43,7 +43,7 @@ VERB = Verb(
 )
 
 
-def filler(text: str, modules: Mapping[str, Any], output_class: type[Message], now: Callable[[], Time]) -> Make:
+def filler(text: str, modules: Mapping[str, Any], output_class: type[Message], now: Callable[[], Time]) -> Evaluator:
     """Return a function that makes the output from a message.
 
     Raises:
@@ -52,12 +52,12 @@ def filler(text: str, modules: Mapping[str, Any], output_class: type[Message], n
     """
     fields = _fields(text, modules)
 
-    def make(message: Any) -> list[Any]:
+    def evaluate(message: Any) -> list[Any]:
         result = output_class()
         fill_message(result, _evaluated(fields, {**modules, "m": message}), now())
         return [result]
 
-    return make
+    return evaluate
 
 
 def _fields(text: str, modules: Mapping[str, Any]) -> dict[str, Any]:

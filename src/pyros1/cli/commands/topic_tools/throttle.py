@@ -22,7 +22,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError(f"unknown limit {kind!r}: use messages or bytes" if kind else "")
     if not 2 + len(numbers) <= len(args) <= 3 + len(numbers):
         raise UsageError("")
-    most, *window = [_positive(text, name) for text, name in zip(args[2:], numbers, strict=False)]
+    limit, *window = [_positive(text, name) for text, name in zip(args[2:], numbers, strict=False)]
     source, target = topics([args[1], *args[2 + len(numbers) :]], "throttle")
     with open_node_for(invocation, source, "throttle") as node:
         lazy, wall = (flag(node, name) for name in ("lazy", "wall_clock"))
@@ -34,13 +34,13 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
         gate: MessageThrottle | ByteThrottle
         if window:
-            gate = ByteThrottle(int(most), round(window[0] * 1e9), now, jumped)
-            said = f"less than {most:g} bytes in {window[0]:g} s"
+            gate = ByteThrottle(int(limit), round(window[0] * 1e9), now, jumped)
+            description = f"less than {limit:g} bytes in {window[0]:g} s"
         else:
-            gate = MessageThrottle(round(1e9 / most), now, jumped)
-            said = f"at most {most:g} messages per second"
+            gate = MessageThrottle(round(1e9 / limit), now, jumped)
+            description = f"at most {limit:g} messages per second"
         relay, _output = make_relay(node, source, target, gate, latch)
-        node.log.info("throttle from %s to %s: %s", source, target, said)
+        node.log.info("throttle from %s to %s: %s", source, target, description)
         if lazy:
             relay.run_lazy()
         else:

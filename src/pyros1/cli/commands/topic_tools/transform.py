@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pyros1.cli.commands.topic_tools._expression import MessageExpression, names_used
-from pyros1.cli.commands.topic_tools._transform import ARGUMENTS, OPTIONS, Make, parse, publish
+from pyros1.cli.commands.topic_tools._transform import ARGUMENTS, OPTIONS, Evaluator, parse, publish
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 
@@ -46,7 +46,7 @@ VERB = Verb(
 )
 
 
-def transformer(text: str, modules: Mapping[str, Any]) -> Make:
+def transformer(text: str, modules: Mapping[str, Any]) -> Evaluator:
     """Return a function that makes the fields of the output from a message.
 
     Raises:
@@ -56,8 +56,8 @@ def transformer(text: str, modules: Mapping[str, Any]) -> Make:
     for name in sorted(names_used(text) - {"m"}):
         expression.name(name, {**modules, "m": None})  # raises if there is no such name
 
-    def make(message: Any) -> list[Any]:
+    def evaluate(message: Any) -> list[Any]:
         result = expression.evaluate({**modules, "m": message})
         return list(result) if isinstance(result, (list, tuple)) else [result]
 
-    return make
+    return evaluate

@@ -14,13 +14,13 @@ from pyros1.cli.packages_here import packages_around
 from pyros1.cli.shared.printing import use_colour
 from pyros1.doctor.facts import Machine, System
 from pyros1.doctor.finding import ERROR, WARNING, Finding
-from pyros1.doctor.here import check_packages, collect_machine
+from pyros1.doctor.local_facts import check_packages, collect_machine
 from pyros1.doctor.machine_checks import check_machine
 from pyros1.doctor.reach_checks import check_reach
 from pyros1.doctor.system import collect_system
 from pyros1.doctor.topic_checks import check_topics
 from pyros1.ground.errors import DeadlineError, Error, MasterUnreachableError
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 from pyros1.net.hosts import is_local, master_uri, parse_uri
 from pyros1.net.master_client import MasterClient
 
@@ -69,12 +69,12 @@ def examine(everything: bool, offline: bool, quiet: bool, files: list[str], word
     if offline:
         say("\nOnline graph checks will not be run.")
         return Examined(machine, static)
-    master, silent = _master()
+    master, unreachable = _master()
     if master is None:
-        state = "does not answer" if silent else "does not appear to be running"
+        state = "does not answer" if unreachable else "does not appear to be running"
         say(f"\nROS Master {state}.\nOnline graph checks will not be run.")
         say(f"ROS_MASTER_URI is [{master_uri(os.environ, {})}]")
-        missing = _silent_master() if silent else _no_master(machine)
+        missing = _unresponsive_master() if unreachable else _no_master(machine)
         if not quiet:
             print(f"  cure: {missing.cure}")
         return Examined(machine, [*static, missing])
@@ -123,8 +123,8 @@ def _introduction(everything: bool, files: Iterable[str]) -> str:
     if files:
         return f"Launch files: {', '.join(files)}"
     folder = next((each for each in (Path.cwd(), *Path.cwd().parents) if (each / "package.xml").is_file()), None)
-    here = f"Package: {folder.name}" if folder else "No package or stack in the current directory"
-    return f"{here}\nroswtf will run against all packages" if everything else here
+    location = f"Package: {folder.name}" if folder else "No package or stack in the current directory"
+    return f"{location}\nroswtf will run against all packages" if everything else location
 
 
 def _launch_problems(files: list[str], words: list[str]) -> list[str]:
@@ -162,7 +162,7 @@ def _master() -> tuple[MasterClient | None, bool]:
     return master, False
 
 
-def _silent_master() -> Finding:
+def _unresponsive_master() -> Finding:
     return Finding(
         "silent-master",
         ERROR,
@@ -176,10 +176,10 @@ def _no_master(machine: Machine) -> Finding:
     uri = master_uri(os.environ, {})
     try:
         host, _ = parse_uri(uri)
-        here = is_local(host)
+        location = is_local(host)
     except Error:
-        here = True
-    if here:
+        location = True
+    if location:
         others = [each for each in machine.masters if each.rstrip("/") != uri.rstrip("/")]
         cure = f"pyros1 core{f', or export ROS_MASTER_URI={others[0]}: a master is running there' if others else ''}"
         return Finding("no-master", WARNING, f"no master answers at {uri}", cure)

@@ -20,12 +20,12 @@ from actionlib.comm_state import (
 )
 from actionlib.exceptions import ActionException
 from pyros1.actions import ActionError
-from pyros1.actions.parts import Action
+from pyros1.actions.messages import ActionTypes
 from pyros1.drop_in.missing import missing
 from pyros1.drop_in.process import PROCESS
 from pyros1.msgs.actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from pyros1.msgs.std_msgs.msg import Header
-from pyros1.node.clock import PATIENCE
+from pyros1.node.clock import TICK_TIMEOUT
 
 __all__ = [
     "INVALID_TRANSITION",
@@ -68,7 +68,7 @@ def message_classes(ActionSpec: Any) -> tuple[Any, Any, Any]:
     """Return the classes of an action's goal, result and feedback messages; raises ActionException."""
     example = ActionSpec()
     try:
-        found = Action.of(type(example))
+        found = ActionTypes.of(type(example))
     except ActionError:
         raise ActionException(f"Type is not an action spec: {ActionSpec}") from None
     return found.action_goal, found.action_result, found.action_feedback
@@ -94,7 +94,7 @@ class Countdown:
         if now != self._last:
             self._left -= max(0.0, (now - self._last).to_sec())
             self._last, self._moved = now, time.monotonic()
-        elif PROCESS.ending and time.monotonic() - self._moved > PATIENCE:
+        elif PROCESS.ending and time.monotonic() - self._moved > TICK_TIMEOUT:
             return 0.0  # a shutdown hook waits, and the simulation has ended
         return self._left
 

@@ -7,7 +7,7 @@ from typing import Any
 import rospy
 
 from actionlib import goal_id_generator
-from pyros1.actions.table import Tracked
+from pyros1.actions.goal_table import Tracked
 from pyros1.drop_in.missing import missing
 
 __all__ = [

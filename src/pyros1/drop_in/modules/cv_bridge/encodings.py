@@ -38,7 +38,7 @@ class Encoding(NamedTuple):
         return bool(self.order)
 
 
-_MOST_CHANNELS = 512
+_MAX_CHANNELS = 512
 """OpenCV's limit."""
 
 
@@ -58,7 +58,7 @@ def encoding(name: str) -> Encoding:
     if name in _YUV:
         return Encoding("uint8", 2, "yuv", name)
     match = _GENERIC.match(name)
-    if not match or not 1 <= int(match[2]) <= _MOST_CHANNELS:
+    if not match or not 1 <= int(match[2]) <= _MAX_CHANNELS:
         raise CvBridgeError(f"Unrecognized image encoding [{name}]")
     depth = next(depth for depth, short in NAMES.items() if short == match[1])
     return Encoding(depth, int(match[2]), "", name)

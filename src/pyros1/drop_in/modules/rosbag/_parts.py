@@ -109,7 +109,7 @@ for _each in (
 # Classes of messages --------------------------------------------------------------------------------------------------
 
 _message_types: dict[str, Any] = {}
-_MOST_TYPES = 10_000
+_MAX_TYPES = 10_000
 _definitions = DefinitionCache()
 
 
@@ -135,7 +135,7 @@ def _get_message_type(info: Any) -> Any:
                 f'[{cls._md5sum}].\n  Try: "rosrun rosbag fix_msg_defs.py old_bag new_bag."',
                 file=sys.stderr,
             )
-        if len(_message_types) < _MOST_TYPES:
+        if len(_message_types) < _MAX_TYPES:
             _message_types.setdefault(info.md5sum, cls)
     return cls
 

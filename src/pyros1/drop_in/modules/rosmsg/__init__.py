@@ -24,7 +24,7 @@ __getattr__, __dir__ = names(__name__, dict.fromkeys(_PROTOTYPE, "rosmsg._protot
 
 MODE_MSG = ".msg"
 MODE_SRV = ".srv"
-_MOST_LINES = 100_000
+_MAX_LINES = 100_000
 
 
 class ROSMsgException(Exception):
@@ -132,9 +132,9 @@ def spec_to_str(msg_context: Any, spec: Any, buff: Any = None, indent: str = "")
     """
     if isinstance(spec, MessageSpec):
         Digests(_library().message).dependencies(spec)  # the expansion must have a limit
-        lines = _lines(spec, indent, [_MOST_LINES])
+        lines = _lines(spec, indent, [_MAX_LINES])
     else:
-        lines = _registered(msg_context, spec, indent, [_MOST_LINES])
+        lines = _registered(msg_context, spec, indent, [_MAX_LINES])
     text = "".join(f"{line}\n" for line in lines)
     if buff is not None:
         buff.write(text)
@@ -147,7 +147,7 @@ def _lines(spec: MessageSpec, indent: str, room: list[int]) -> Iterator[str]:
     for field in spec.fields:
         room[0] -= 1
         if room[0] < 0:
-            raise ROSMsgException(f"more than {_MOST_LINES} lines with all nested types")
+            raise ROSMsgException(f"more than {_MAX_LINES} lines with all nested types")
         yield f"{indent}{field.type} {field.name}"
         if not field.is_builtin:
             yield from _lines(_library().message(field.base), indent + "  ", room)
@@ -161,7 +161,7 @@ def _registered(context: Any, spec: Any, indent: str, room: list[int]) -> Iterat
     for kind, name in zip(spec.types, spec.names, strict=True):
         room[0] -= 1
         if room[0] < 0:
-            raise ROSMsgException(f"more than {_MOST_LINES} lines with all nested types")
+            raise ROSMsgException(f"more than {_MAX_LINES} lines with all nested types")
         yield f"{indent}{kind} {name}"
         base = bare_msg_type(kind) or ""
         if not is_builtin(base):

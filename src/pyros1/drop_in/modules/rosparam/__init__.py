@@ -17,8 +17,8 @@ from rosgraph.names import get_ros_namespace, make_caller_id, ns_join, script_re
 
 from pyros1.drop_in.commands import main as _main
 from pyros1.drop_in.missing import missing
+from pyros1.ground.atomic_file import write_atomically
 from pyros1.ground.expressions import ExpressionError
-from pyros1.ground.whole_file import write_whole
 from pyros1.values.angles import radians as _radians
 
 __getattr__ = missing(__name__)
@@ -157,7 +157,7 @@ def dump_params(filename: str | None, param: str, verbose: bool = False) -> None
     if filename is None:
         sys.stdout.write(yaml.dump(tree))
         return
-    write_whole(filename, yaml.dump(tree))
+    write_atomically(filename, yaml.dump(tree))
 
 
 # Parameters ----------------------------------------------------------------------------------------------------------

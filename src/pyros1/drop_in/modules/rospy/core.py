@@ -11,7 +11,7 @@ from typing import Any
 
 from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
-from pyros1.ground.interrupts import Insistence, die
+from pyros1.ground.interrupts import InterruptCounter, die_by_signal
 from rospy.exceptions import ROSException, ROSInitException
 from rospy.impl.loggers import *  # noqa: F403  the log functions
 from rospy.impl.validators import ParameterInvalid
@@ -93,21 +93,21 @@ def add_shutdown_hook(h: Callable[[str], object]) -> None:
 
 
 _signalChain: dict[int, Any] = {}
-_insistence = Insistence()
+_interrupts = InterruptCounter()
 
 
 def _ros_signal(sig: int, stackframe: FrameType | None) -> None:
     """End the node in the main thread, so that the program stands still meanwhile; then call the former handler."""
-    counts = _insistence.again()
+    counts = _interrupts.count_signal()
     if PROCESS.starting and signal.getsignal(sig) is not _ros_signal:
         return  # the node's own handler, which is there already, ends it
     if PROCESS.node is None:  # it could not start
         _former(sig, stackframe)
         return
-    if counts and _insistence.count > 1:  # the program goes on in spite of the first
+    if counts and _interrupts.count > 1:  # the program goes on in spite of the first
         if sig == signal.SIGINT:
             raise KeyboardInterrupt
-        die(sig)
+        die_by_signal(sig)
     signal_shutdown(f"signal-{sig}")
     if _signalChain.get(sig) != signal.SIG_DFL:
         with contextlib.suppress(
@@ -122,7 +122,7 @@ def _former(sig: int, stackframe: FrameType | None) -> None:
     if callable(former):
         former(sig, stackframe)
     elif former == signal.SIG_DFL:
-        die(sig)
+        die_by_signal(sig)
 
 
 def register_signals() -> None:

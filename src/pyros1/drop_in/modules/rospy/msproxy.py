@@ -105,7 +105,7 @@ class MasterProxy:
             if place is not None and place < len(words) and key != "searchParam":
                 words[place] = resolve_name(words[place])
             try:
-                answer = self.do(lambda: self.client.ask(key, *words))
+                answer = self.do(lambda: self.client.call_unchecked(key, *words))
             except MasterMethodError as error:
                 from xmlrpc.client import Fault  # its import takes long
 

@@ -138,7 +138,7 @@ class ROSTopicHz:
             found = summarise(gaps)
             number = len(gaps) + 1
         rate = 1 / found.mean if found.mean > 0 else 0
-        return rate, found.least, found.most, found.deviation, number
+        return rate, found.minimum, found.maximum, found.deviation, number
 
     def print_hz(self, topics: Sequence[str | None] = (None,)) -> None:
         """Print what has been counted: of one topic, or a table of several."""
@@ -241,7 +241,7 @@ class ROSTopicDelay:
                 return None
             self.last_msg_tn = self.msg_tn
             found, number = summarise(self.delays), len(self.delays) + 1
-        return found.mean, found.least, found.most, found.deviation, number
+        return found.mean, found.minimum, found.maximum, found.deviation, number
 
     def print_delay(self) -> None:
         """Print what has been counted; nothing while there are less than two messages."""

@@ -1,4 +1,5 @@
-"""tf2_geometry_msgs, by pyros1: takes messages of geometry_msgs to other frames (https://wiki.ros.org/tf2_geometry_msgs).
+"""tf2_geometry_msgs, by pyros1: takes messages of geometry_msgs to other frames
+(https://wiki.ros.org/tf2_geometry_msgs).
 
 Importing it registers them for `tf2_ros.Buffer.transform`.
 """

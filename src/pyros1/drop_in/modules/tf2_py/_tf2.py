@@ -9,7 +9,7 @@ from rospy.rostime import Duration, Time
 
 from pyros1.ground.timing import TVal
 from pyros1.tf.buffer import Buffer
-from pyros1.tf.received import Row
+from pyros1.tf.fast_decoder import Row
 
 _TEN_SECONDS = Duration(10)
 _NO_TIME = "time must have a to_sec method, e.g. rospy.Time or rospy.Duration"

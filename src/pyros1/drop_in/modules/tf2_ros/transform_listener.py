@@ -9,8 +9,8 @@ import rospy
 from tf2_py import BufferCore
 
 from pyros1.msgs.tf2_msgs.msg import TFMessage
+from pyros1.tf.fast_decoder import received_class
 from pyros1.tf.listener import fill
-from pyros1.tf.received import received_class
 
 
 class TransformListener:

@@ -35,12 +35,12 @@ def _get(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
         return {"value": text(_plain(value))}  # dates and bytes
 
 
-def _default(given: str) -> str:
+def _default(default: str) -> str:
     """Return a default, which may be no JSON, as JSON."""
     try:
-        return text(loads(given) if given else None)
+        return text(loads(default) if default else None)
     except ValueError:
-        return text(given)
+        return text(default)
 
 
 def _plain(value: Any) -> Any:

@@ -6,14 +6,14 @@ from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import Any
 
-from pyros1.doctor.together import together
+from pyros1.doctor.concurrent import run_concurrently
 from pyros1.graph import probe_service
 from pyros1.ground.errors import Error
 from pyros1.net.hosts import parse_uri
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.rosapi import Services
 
-_PROBE = 2.0
+_PROBE_TIMEOUT = 2.0
 
 
 def _services(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
@@ -30,7 +30,7 @@ def _type_of(robot: Robot, name: str) -> str:
     """Return the type of a service; "" if there is none, or its node does not answer."""
     uri = _uri(robot, name)
     try:
-        return probe_service(name, uri, robot.master.caller_id, _PROBE).get("type", "") if uri else ""
+        return probe_service(name, uri, robot.master.caller_id, _PROBE_TIMEOUT).get("type", "") if uri else ""
     except Error:
         return ""
 
@@ -40,7 +40,7 @@ def _type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _with_type(robot: Robot, names: Iterable[str], kind: str) -> list[str]:
-    types = together({name: partial(_type_of, robot, name) for name in names}, _PROBE) if kind else {}
+    types = run_concurrently({name: partial(_type_of, robot, name) for name in names}, _PROBE_TIMEOUT) if kind else {}
     return [name for name, found in types.items() if found == kind]
 
 
@@ -52,8 +52,8 @@ def _of_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 def _providers(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     """Return the nodes that provide a service, or services of a type: clients ask for both."""
     services = robot.graph.state().services
-    asked = args["service"]
-    names = [asked] if asked in services else _with_type(robot, robot.access.visible(services), asked)
+    wanted = args["service"]
+    names = [wanted] if wanted in services else _with_type(robot, robot.access.visible(services), wanted)
     return {"providers": list(dict.fromkeys(node for name in robot.access.visible(names) for node in services[name]))}
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from pyros1.ground.errors import Error
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 from pyros1.values import YamlError, load_yaml
 from pyros1.web.scene.rviz.defaults import changes_something
 from pyros1.web.scene.rviz.kinds import KINDS, Options
@@ -29,11 +29,11 @@ from pyros1.web.scene.rviz.values import (
 )
 from pyros1.web.scene.rviz.view import FIXED, view_settings
 
-MOST_BYTES = 2_000_000
+MAX_BYTES = 2_000_000
 """Longest file that is read, in bytes and in characters."""
-_MOST_DISPLAYS = 200
-_DEEPEST = 10
-_MOST_NOTES = 40
+_MAX_DISPLAYS = 200
+_MAX_DEPTH = 10
+_MAX_NOTES = 40
 _WINDOW = 800.0
 """Pixels of rviz's window from top to bottom, if the file has no number."""
 _AXES_LENGTH = 0.2
@@ -42,7 +42,7 @@ _GREY = "#a0a0a4"
 """rviz's usual colour of grids; the page's own is for its light and dark."""
 _BACKGROUND = "#303030"
 """rviz's usual colour behind all; the page's own is light or dark."""
-_MOST_CONCEALED = 200
+_MAX_CONCEALED = 200
 _FRAMES = "frames"
 _GRID = "grid"
 
@@ -73,8 +73,8 @@ def read_rviz(content: str, resolve: Callable[[str], str]) -> RvizFile:
     Raises:
         RvizFileError: it is not a file of rviz; the text says why, without the file's name.
     """
-    if len(content) > MOST_BYTES:
-        raise RvizFileError(f"is longer than {MOST_BYTES} characters, which no file of rviz is")
+    if len(content) > MAX_BYTES:
+        raise RvizFileError(f"is longer than {MAX_BYTES} characters, which no file of rviz is")
     try:
         data = load_yaml(content)
     except YamlError as error:
@@ -112,21 +112,21 @@ class _Reader:
     def read(self, data: Mapping[Any, Any], manager: Mapping[Any, Any]) -> RvizFile:
         whole = Properties(mapping(manager.get("Global Options")))
         fixed = text(whole, "Fixed Frame").lstrip("/")
-        shown = {_FRAMES: False, _GRID: False}
+        displayed = {_FRAMES: False, _GRID: False}
         for count, (display, enabled) in enumerate(self._displays(manager.get("Displays"))):
-            if count == _MOST_DISPLAYS:
-                self._note(f"more than {_MOST_DISPLAYS} displays: the others are left out")
+            if count == _MAX_DISPLAYS:
+                self._note(f"more than {_MAX_DISPLAYS} displays: the others are left out")
                 break
-            self._display(display, enabled, shown)
-        self._hidden += [key for key, seen in shown.items() if not seen]
+            self._display(display, enabled, displayed)
+        self._hidden += [key for key, seen in displayed.items() if not seen]
         height = number(mapping(data.get("Window Geometry")), "Height", 100, 10_000) or _WINDOW
         current = Properties(mapping(mapping(manager.get("Views")).get("Current")))
         view, note = view_settings(current, height)
         self._note(note)
         if not note:
-            self._tell_lacking(current, f"view {class_of(current)}")
+            self._note_missing(current, f"view {class_of(current)}")
         background = colour(whole, "Background Color")
-        self._tell_lacking(whole, "Global Options")
+        self._note_missing(whole, "Global Options")
         settings = {
             "fixed": "" if fixed == FIXED else fixed,
             "topics": self._topics,
@@ -140,8 +140,8 @@ class _Reader:
         self._others(data, manager)
         if self._tools:
             settings["tools"] = self._tools
-        if len(self._notes) > _MOST_NOTES:
-            self._notes[_MOST_NOTES:] = [f"and {len(self._notes) - _MOST_NOTES} more that are not here"]
+        if len(self._notes) > _MAX_NOTES:
+            self._notes[_MAX_NOTES:] = [f"and {len(self._notes) - _MAX_NOTES} more that are not here"]
         return RvizFile(settings, self._notes)
 
     def _displays(self, displays: Any, enabled: bool = True, depth: int = 0) -> Iterator[tuple[Properties, bool]]:
@@ -151,16 +151,16 @@ class _Reader:
             seen = enabled and flag(display, "Enabled") is not False
             if class_of(display) != "Group":
                 yield display, seen
-            elif depth < _DEEPEST:
+            elif depth < _MAX_DEPTH:
                 yield from self._displays(display.get("Displays"), seen, depth + 1)
 
-    def _display(self, display: Properties, enabled: bool, shown: dict[str, bool]) -> None:
+    def _display(self, display: Properties, enabled: bool, displayed: dict[str, bool]) -> None:
         kind = class_of(display)
         if kind == "TF":
-            shown[_FRAMES] = shown[_FRAMES] or enabled
+            displayed[_FRAMES] = displayed[_FRAMES] or enabled
             self._frames(display)
         elif kind == "Grid":
-            shown[_GRID] = shown[_GRID] or enabled
+            displayed[_GRID] = displayed[_GRID] or enabled
             self._grid(display)
         elif kind == "Axes":
             if enabled:
@@ -194,18 +194,18 @@ class _Reader:
             self._options[key]["description"] = self._resolve(description)
         if not enabled:
             self._hidden.append(key)
-        self._tell_lacking(display)
+        self._note_missing(display)
 
-    def _tell_lacking(self, values: Properties, name: str = "", but: tuple[str, ...] = ()) -> None:
+    def _note_missing(self, values: Properties, name: str = "", but: tuple[str, ...] = ()) -> None:
         """Name the properties that have no counterpart, unless they are as rviz has them when one changes nothing."""
         kind = class_of(values)
-        lacking = [
+        missing = [
             f"{key} {value}" if isinstance(value, str) and value else key
             for key, value in values.unread()
             if key.partition("/")[0] not in but and changes_something(kind, key, value)
         ]
-        if lacking:
-            self._note(one_line(f"{name or _name(values)}: not here: {', '.join(lacking)}"))
+        if missing:
+            self._note(one_line(f"{name or _name(values)}: not here: {', '.join(missing)}"))
 
     def _robot(self, display: Properties, enabled: bool) -> None:
         name = self._resolve(text(display, "Robot Description") or "robot_description")
@@ -229,7 +229,7 @@ class _Reader:
             for link in links
         ):
             self._note(f"{_name(display)}: axes, trails and the opacity of single links are not here")
-        self._tell_lacking(display, but=("Links",))
+        self._note_missing(display, but=("Links",))
 
     def _frames(self, display: Properties) -> None:
         scale = number(display, "Marker Scale", 0.05, 300)
@@ -240,7 +240,7 @@ class _Reader:
             size=None if scale is None else round(_AXES_LENGTH * scale, 3),
             concealed=_concealed(display.get("Frames")),
         )
-        self._tell_lacking(display, but=("Frames", "Tree"))
+        self._note_missing(display, but=("Frames", "Tree"))
 
     def _grid(self, display: Properties) -> None:
         if _GRID in self._options:
@@ -261,7 +261,7 @@ class _Reader:
             width=number(line, "Line Width", 0.001, 100),
             plane=chosen(display, {"XY": "xy", "XZ": "xz", "YZ": "yz"}, "Plane"),
         ) | (dict(zip("xyz", point(offset), strict=True)) if any(point(offset)) else {})
-        self._tell_lacking(display)
+        self._note_missing(display)
 
     def _others(self, data: Mapping[Any, Any], manager: Mapping[Any, Any]) -> None:
         for tool in map(Properties, map(mapping, listed(manager.get("Tools")))):
@@ -271,10 +271,10 @@ class _Reader:
                 self._note(f"there is no tool {one_line(text(tool, 'Class')) or 'without a class'}")
                 continue
             if kind in _PUBLISHING and topic:
-                name, usual = _PUBLISHING[kind]
-                if (full := self._resolve(topic)) != usual:
+                name, default = _PUBLISHING[kind]
+                if (full := self._resolve(topic)) != default:
                     self._tools[name] = full
-            self._tell_lacking(tool, f"tool {kind}")
+            self._note_missing(tool, f"tool {kind}")
         for panel in map(mapping, listed(data.get("Panels"))):
             if class_of(panel) not in _PANELS:
                 self._note(f"there is no panel {one_line(text(panel, 'Class')) or 'without a class'}")
@@ -289,7 +289,7 @@ class _Reader:
 def _concealed(parts: Any) -> list[str] | None:
     """Return the frames or links that are hidden one by one; None if none is."""
     hidden = (name for name, part in mapping(parts).items() if flag(mapping(part), "Value") is False)
-    return [name for name in hidden if isinstance(name, str)][:_MOST_CONCEALED] or None
+    return [name for name in hidden if isinstance(name, str)][:_MAX_CONCEALED] or None
 
 
 def _name(display: Mapping[Any, Any]) -> str:

@@ -9,8 +9,8 @@ from pyros1.web.scene.clouds import MONO, RED_GREEN_BLUE
 from pyros1.web.scene.rviz.values import chosen, colour, flag, given, mapping, number, point, text
 
 Options = dict[str, Any]
-_MOST_NAMESPACES = 200
-_MOST_KEPT = 1000
+_MAX_NAMESPACES = 200
+_MAX_KEPT = 1000
 
 
 _STYLES = {"Points": "pixels", "Squares": "squares", "Flat Squares": "squares", "Spheres": "spheres", "Boxes": "boxes"}
@@ -22,17 +22,20 @@ _COLOURS = {
     "RGBF32": RED_GREEN_BLUE,
     "MONO8": MONO,
 }
-_FAR = 1e9
+_FAR_DISTANCE = 1e9
 
 
 def _looks(values: Mapping[Any, Any]) -> Options:
     """How points are drawn."""
     how = chosen(values, _COLOURS, "Color Transformer")
     axes = mapping(values.get("Autocompute Value Bounds"))
-    by_axis = (flag(axes, "Value"), *(number(axes, key, -_FAR, _FAR) for key in ("Min Value", "Max Value")))
+    by_axis = (
+        flag(axes, "Value"),
+        *(number(axes, key, -_FAR_DISTANCE, _FAR_DISTANCE) for key in ("Min Value", "Max Value")),
+    )
     by_value = (
         flag(values, "Autocompute Intensity Bounds"),
-        *(number(values, key, -_FAR, _FAR) for key in ("Min Intensity", "Max Intensity")),
+        *(number(values, key, -_FAR_DISTANCE, _FAR_DISTANCE) for key in ("Min Intensity", "Max Intensity")),
     )
     auto, low, high = by_axis if how == "axis" else by_value
     fixed = auto is False
@@ -108,11 +111,11 @@ def _uncertain(values: Mapping[Any, Any]) -> Options:
 
 
 def _odometry(values: Mapping[Any, Any]) -> Options:
-    keep = number(values, "Keep", 0, _MOST_KEPT)
+    keep = number(values, "Keep", 0, _MAX_KEPT)
     return {
         **_uncertain(values),
         **given(
-            keep=_MOST_KEPT if keep == 0 else keep,  # 0: all
+            keep=_MAX_KEPT if keep == 0 else keep,  # 0: all
             step=number(values, "Position Tolerance", 0, 1000),
             angle=number(values, "Angle Tolerance", 0, 7),
         ),
@@ -156,7 +159,7 @@ def _box(values: Mapping[Any, Any]) -> Options:
 
 
 def _kept(values: Mapping[Any, Any]) -> Options:
-    lengths = [number(values, key, 1, _MOST_KEPT) for key in ("Buffer Length", "History Length")]
+    lengths = [number(values, key, 1, _MAX_KEPT) for key in ("Buffer Length", "History Length")]
     keep = next((length for length in lengths if length is not None), None)
     return {**_tinted(values), **given(keep=keep)}
 
@@ -195,7 +198,7 @@ def _namespaces(values: Mapping[Any, Any]) -> Options:
     shown = mapping(values.get("Namespaces"))
     return {
         f"ns:{name}": value
-        for name, value in list(shown.items())[:_MOST_NAMESPACES]
+        for name, value in list(shown.items())[:_MAX_NAMESPACES]
         if isinstance(name, str) and isinstance(value, bool)
     }
 

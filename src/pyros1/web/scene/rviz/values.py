@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-LONGEST_NAME = 200
+MAX_NAME_LENGTH = 200
 """Most characters of names and topics; longer ones count as absent."""
 
 
@@ -14,14 +14,14 @@ class Properties(Mapping[Any, Any]):
 
     def __init__(self, values: Mapping[Any, Any]) -> None:
         self._values = values
-        self._read: set[Any] = set()
-        self._inside: dict[Any, Properties] = {}
+        self._used_keys: set[Any] = set()
+        self._nested: dict[Any, Properties] = {}
 
     def __getitem__(self, key: Any) -> Any:
         value = self._values[key]
         if isinstance(value, dict):
-            return self._inside.setdefault(key, Properties(value))
-        self._read.add(key)
+            return self._nested.setdefault(key, Properties(value))
+        self._used_keys.add(key)
         return value
 
     def __iter__(self) -> Iterator[Any]:
@@ -32,15 +32,15 @@ class Properties(Mapping[Any, Any]):
 
     def forget(self, key: Any) -> None:
         """Count an entry as not read: its value has no counterpart."""
-        self._read.discard(key)
+        self._used_keys.discard(key)
 
     def unread(self) -> Iterator[tuple[str, Any]]:
         """Yield the entries that were not read, with their names: an inner one as ``Line Style/Value``."""
         for key, value in self._values.items():
             if isinstance(value, dict):
-                for name, each in self._inside.get(key, Properties(value)).unread():
+                for name, each in self._nested.get(key, Properties(value)).unread():
                     yield f"{key}/{name}", each
-            elif key not in self._read:
+            elif key not in self._used_keys:
                 yield str(key), value
 
 
@@ -58,17 +58,17 @@ def text(values: Mapping[Any, Any], *keys: str) -> str:
     """Return the first of some entries that is a text, or a number as such; empty if none is."""
     for key in keys:
         value = values.get(key)
-        if isinstance(value, (str, int)) and not isinstance(value, bool) and 0 < len(str(value)) <= LONGEST_NAME:
+        if isinstance(value, (str, int)) and not isinstance(value, bool) and 0 < len(str(value)) <= MAX_NAME_LENGTH:
             return str(value)
     return ""
 
 
-def number(values: Mapping[Any, Any], key: str, least: float, most: float) -> float | None:
+def number(values: Mapping[Any, Any], key: str, minimum: float, maximum: float) -> float | None:
     """Return an entry that is a number, within bounds; None if it is none."""
     value = values.get(key)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < 1e9:
         return None
-    return min(most, max(least, float(f"{value:.7g}") if isinstance(value, float) else value))
+    return min(maximum, max(minimum, float(f"{value:.7g}") if isinstance(value, float) else value))
 
 
 def chosen(values: Mapping[Any, Any], choices: Mapping[str, Any], key: str) -> Any:

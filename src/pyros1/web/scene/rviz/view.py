@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 from pyros1.web.scene.rviz.values import class_of, number, point, text
 
 FIXED = "<Fixed Frame>"

@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from pyros1.ground.errors import Error
-from pyros1.ground.shown import foreign
+from pyros1.ground.terminal_text import untrusted
 from pyros1.web.server.wire import Push
 from pyros1.web.views.bag.file import BagView, topics
 from pyros1.web.views.message import tree
 from pyros1.web.views.view import number
 
-_MOST_TOPICS = 8
-_LONGEST = 4.29e9  # two of them, in nanoseconds, have 64 bits
+_MAX_TOPICS = 8
+_MAX_SECONDS = 4.29e9  # two of them, in nanoseconds, have 64 bits
 
 
 class BagCursorView(BagView):
@@ -29,25 +29,31 @@ class BagCursorView(BagView):
     """
 
     def change(self, args: Mapping[str, Any]) -> None:
-        time = number(args, "time", -_LONGEST, _LONGEST, 0.0)
-        self._wanted: tuple[float, list[str]] | None = (time, self.bag.names(topics(args, _MOST_TOPICS)))
+        time = number(args, "time", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
+        self._request: tuple[float, list[str]] | None = (time, self.bag.names(topics(args, _MAX_TOPICS)))
 
-    def take(self) -> Push | None:
-        wanted, self._wanted = self._wanted, None
-        if wanted is None:
+    def poll(self) -> Push | None:
+        request, self._request = self._request, None
+        if request is None:
             return None
-        time, names = wanted
+        time, names = request
         found = {}
         for name in names:  # one by one: a topic whose messages cannot be read leaves the others as they are
             try:
                 for topic, item in self.bag.at(time, [name]).items():
                     found[topic] = {
                         "time": self.bag.seconds(item.time.to_nsec()),
-                        "type": foreign(item.connection.type),
-                        "publisher": foreign(item.connection.callerid),
+                        "type": untrusted(item.connection.type),
+                        "publisher": untrusted(item.connection.callerid),
                         "value": tree(item.message),
                         "problem": "",
                     }
             except Error as error:
-                found[name] = {"time": None, "type": "", "publisher": "", "value": None, "problem": foreign(str(error))}
+                found[name] = {
+                    "time": None,
+                    "type": "",
+                    "publisher": "",
+                    "value": None,
+                    "problem": untrusted(str(error)),
+                }
         return Push({"time": time, "messages": found})

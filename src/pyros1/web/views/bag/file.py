@@ -12,14 +12,14 @@ from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.view import View, text
 
 if TYPE_CHECKING:
-    from pyros1.web.bags.opened import OpenBag
+    from pyros1.web.bags.open_bag import OpenBag
     from pyros1.web.robot import Robot
 
-_TELL = 0.2
+_REPORT_PERIOD = 0.2
 """Seconds between two words on how far it is."""
 
 
-class _Left(Error):
+class _ViewClosedError(Error):
     """Nobody waits for the bag any more."""
 
 
@@ -30,28 +30,28 @@ class BagFileView(View):
         path: the file.
 
     Pushes ``{"reading": bytes, "size": bytes}`` while a bag without an index is scanned, ``{"problem": TEXT}``, or
-    what `pyros1.web.bags.opened.OpenBag.facts` says.
+    what `pyros1.web.bags.open_bag.OpenBag.facts` says.
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
         self._path = text(args, "path")
-        self._size = robot.bags.shelf.file(self._path).stat().st_size
+        self._size = robot.bags.bag_folders.file(self._path).stat().st_size
         self._bag: OpenBag | None = None
         self._news: dict[str, Any] | None = None
-        self._told = monotonic()
-        self._left = False
+        self._reported_at = monotonic()
+        self._closed = False
         self._lock = threading.Lock()
         threading.Thread(target=self._open, name="web: opens a bag", daemon=True).start()
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         with self._lock:
             news, self._news = self._news, None
         return None if news is None else Push(news)
 
     def close(self) -> None:
         with self._lock:
-            self._left = True
+            self._closed = True
             bag, self._bag = self._bag, None
         if bag is not None:
             self.robot.bags.release(bag)
@@ -59,30 +59,30 @@ class BagFileView(View):
     def _open(self) -> None:
         try:
             bag = self.robot.bags.open(self._path, self._progress)
-        except _Left:
+        except _ViewClosedError:
             return
         except Error as error:
-            self._say({"problem": str(error)})
+            self._report({"problem": str(error)})
             return
         with self._lock:
-            left = self._left
-            self._bag = None if left else bag
-        if left:
+            closed = self._closed
+            self._bag = None if closed else bag
+        if closed:
             self.robot.bags.release(bag)
             return
         try:
-            self._say(bag.facts())
+            self._report(bag.facts())
         except (Error, OSError, ValueError) as error:  # ValueError: closed meanwhile
-            self._say({"problem": str(error)})
+            self._report({"problem": str(error)})
 
     def _progress(self, done: int) -> None:
-        if self._left:
-            raise _Left
-        if monotonic() - self._told > _TELL:
-            self._told = monotonic()
-            self._say({"reading": done, "size": self._size})
+        if self._closed:
+            raise _ViewClosedError
+        if monotonic() - self._reported_at > _REPORT_PERIOD:
+            self._reported_at = monotonic()
+            self._report({"reading": done, "size": self._size})
 
-    def _say(self, news: dict[str, Any]) -> None:
+    def _report(self, news: dict[str, Any]) -> None:
         with self._lock:
             self._news = news
         self.wake()
@@ -109,13 +109,13 @@ class BagView(View):
         self.robot.bags.release(self.bag)
 
 
-def topics(args: Mapping[str, Any], most: int) -> list[str]:
+def topics(args: Mapping[str, Any], max_topics: int) -> list[str]:
     """Return an argument that is a list of topics.
 
     Raises:
         RequestError: it is none, or too long.
     """
     found = args.get("topics", [])
-    if not isinstance(found, list) or len(found) > most or not all(isinstance(each, str) for each in found):
-        raise RequestError(f"topics is a list of at most {most} names")
+    if not isinstance(found, list) or len(found) > max_topics or not all(isinstance(each, str) for each in found):
+        raise RequestError(f"topics is a list of at most {max_topics} names")
     return found

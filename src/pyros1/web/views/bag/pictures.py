@@ -7,17 +7,17 @@ from collections.abc import Mapping
 from typing import Any
 
 from pyros1.ground.errors import Error
-from pyros1.ground.shown import foreign
-from pyros1.web.bags.opened import IMAGES
+from pyros1.ground.terminal_text import untrusted
+from pyros1.web.bags.open_bag import IMAGES
 from pyros1.web.bags.pictures import picture
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.bag.file import BagView
 from pyros1.web.views.view import number, text
 
-MOST = 64
+MAX_PICTURES = 64
 """Most pictures that are asked for at once."""
-HIGHEST = 720
-_LONGEST = 4.29e9  # two of them, in nanoseconds, have 64 bits
+MAX_HEIGHT = 720
+_MAX_SECONDS = 4.29e9  # two of them, in nanoseconds, have 64 bits
 
 
 class BagPicturesView(BagView):
@@ -39,26 +39,26 @@ class BagPicturesView(BagView):
         name = text(args, "topic")
         known = self.bag.topic(name)
         if known is None or known.type not in IMAGES:
-            raise RequestError(f"{foreign(name[:200])} has no images")
+            raise RequestError(f"{untrusted(name[:200])} has no images")
         times = args.get("times", [])
-        if not isinstance(times, list) or len(times) > MOST:
-            raise RequestError(f"times is a list of at most {MOST}")
+        if not isinstance(times, list) or len(times) > MAX_PICTURES:
+            raise RequestError(f"times is a list of at most {MAX_PICTURES}")
         self._topic = known.name
-        self._height = int(number(args, "height", 8, HIGHEST, 60))
-        self._wanted = deque(number({"time": each}, "time", -_LONGEST, _LONGEST, 0.0) for each in times)
+        self._height = int(number(args, "height", 8, MAX_HEIGHT, 60))
+        self._request = deque(number({"time": each}, "time", -_MAX_SECONDS, _MAX_SECONDS, 0.0) for each in times)
         self.polled = True
 
-    def take(self) -> Push | None:
-        if not self._wanted:
+    def poll(self) -> Push | None:
+        if not self._request:
             self.polled = False  # until the next change
             return None
-        wanted = self._wanted.popleft()
-        facts = {"topic": self._topic, "wanted": wanted, "time": None, "width": 0, "height": 0, "problem": ""}
+        request = self._request.popleft()
+        facts = {"topic": self._topic, "wanted": request, "time": None, "width": 0, "height": 0, "problem": ""}
         try:
-            for item in self.bag.at(wanted, [self._topic]).values():
+            for item in self.bag.at(request, [self._topic]).values():
                 data, width, height = picture(item.message, self._height)
                 time = self.bag.seconds(item.time.to_nsec())
                 return Push({**facts, "time": time, "width": width, "height": height}, data)
         except Error as error:
-            return Push({**facts, "problem": foreign(str(error))}, b"")
+            return Push({**facts, "problem": untrusted(str(error))}, b"")
         return Push(facts, b"")

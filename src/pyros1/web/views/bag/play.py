@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from pyros1.web.bags.opened import MOST_TOPICS
-from pyros1.web.bags.playing import Playback, Wishes
+from pyros1.web.bags.open_bag import MAX_TOPICS
+from pyros1.web.bags.playback import Playback, PlaybackSettings
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.bag.file import BagView, topics
 from pyros1.web.views.view import number
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 SLOWEST, FASTEST = 0.01, 100.0
-_LONGEST = 4.29e9  # two of them, in nanoseconds, have 64 bits
+_MAX_SECONDS = 4.29e9  # two of them, in nanoseconds, have 64 bits
 
 
 class BagPlayView(BagView):
@@ -24,12 +24,12 @@ class BagPlayView(BagView):
     Args (of the page):
         path: an open bag.
         rate: factor of the speed.
-        loop, paused, clock: see `pyros1.web.bags.playing.Wishes`.
+        loop, paused, clock: see `pyros1.web.bags.playback.PlaybackSettings`.
         topics: those to publish; without this, all.
         start: where to begin, or to go on; in seconds since the bag's beginning. Without it, playing goes on where
             it is.
 
-    Pushes what `pyros1.web.bags.playing.Playback.status` says.
+    Pushes what `pyros1.web.bags.playback.Playback.status` says.
     """
 
     period = 1 / 15
@@ -39,33 +39,33 @@ class BagPlayView(BagView):
             raise RequestError("this server is read-only (--read-only)")
         self._node = robot.node
         self._playback: Playback | None = None
-        self._shown: dict[str, Any] = {}
+        self._last_shown: dict[str, Any] = {}
         super().__init__(robot, args, wake)
 
     def change(self, args: Mapping[str, Any]) -> None:
         if args.get("clock") is True:
             self.robot.check_visible("/clock")
-        chosen = topics(args, MOST_TOPICS) if args.get("topics") is not None else list(self.bag.topics)
-        wishes = Wishes(
+        selected = topics(args, MAX_TOPICS) if args.get("topics") is not None else list(self.bag.topics)
+        settings = PlaybackSettings(
             rate=number(args, "rate", SLOWEST, FASTEST, 1.0),
             loop=args.get("loop") is True,
             paused=args.get("paused") is True,
             clock=args.get("clock") is True,
-            topics=frozenset(self.bag.names(chosen)),
+            topics=frozenset(self.bag.names(selected)),
         )
-        start = None if args.get("start") is None else number(args, "start", -_LONGEST, _LONGEST, 0.0)
+        start = None if args.get("start") is None else number(args, "start", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
         if start is not None:
             start = min(max(0.0, start), self.bag.length)
         if self._playback is None:
-            self._playback = Playback(self._node, self.bag, wishes, start or 0.0, self.wake)
+            self._playback = Playback(self._node, self.bag, settings, start or 0.0, self.wake)
         else:
-            self._playback.change(wishes, start)
+            self._playback.change(settings, start)
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         status = self._playback.status() if self._playback is not None else {}
-        if status == self._shown:
+        if status == self._last_shown:
             return None
-        self._shown = status
+        self._last_shown = status
         return Push(status)
 
     def close(self) -> None:

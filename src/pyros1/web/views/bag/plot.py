@@ -8,26 +8,26 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import Error
-from pyros1.ground.shown import foreign
+from pyros1.ground.terminal_text import untrusted
 from pyros1.web.bags.envelope import Envelope
-from pyros1.web.bags.opened import OpenBag
+from pyros1.web.bags.open_bag import OpenBag
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.shown.curves import Curve, CurveError
+from pyros1.web.transforms.curves import Curve, CurveError
 from pyros1.web.views.bag.file import BagView
 from pyros1.web.views.view import number
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-MOST_CURVES = 16
-MOST_LINES = 64
+MAX_CURVES = 16
+MAX_LINES = 64
 """Most lines: each element of an array is one."""
 _PARTS = 800
 """Parts of the time: of each, up to four points of a line are kept."""
 _BATCH = 200
-_TELL = 0.3
+_POLL_PERIOD = 0.3
 """Seconds between two looks at the threads' progress."""
-_LONGEST = 4.29e9  # two of them, in nanoseconds, have 64 bits
+_MAX_SECONDS = 4.29e9  # two of them, in nanoseconds, have 64 bits
 
 
 class BagPlotView(BagView):
@@ -35,30 +35,30 @@ class BagPlotView(BagView):
 
     Args (of the page):
         path: an open bag.
-        curves: a list of ``{"id": N, "text": TEXT}``; see `pyros1.web.shown.curves.Curve`.
+        curves: a list of ``{"id": N, "text": TEXT}``; see `pyros1.web.transforms.curves.Curve`.
         begin, end: the times to read, in seconds since the bag's beginning.
 
     Pushes ``{"begin", "end", "progress": 0..1, "curves": [{"id", "part", "count"}, ...], "problems": {ID: TEXT}}`` with
     all points, as `PlotView` does. Progress is 1 when it has read all.
     """
 
-    period = _TELL
+    period = _POLL_PERIOD
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         self._job: _Job | None = None
         super().__init__(robot, args, wake)
 
     def change(self, args: Mapping[str, Any]) -> None:
-        curves = _wanted(args)
-        begin = number(args, "begin", -_LONGEST, _LONGEST, 0.0)
-        end = number(args, "end", -_LONGEST, _LONGEST, self.bag.length)
+        curves = _parse_curves(args)
+        begin = number(args, "begin", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
+        end = number(args, "end", -_MAX_SECONDS, _MAX_SECONDS, self.bag.length)
         if self._job is not None:
             self._job.stop()
             self._job.join()  # which may take as long as to read a chunk
         self._job = _Job(self.bag, curves, begin, max(end, begin + 1e-6), self.robot.bags.jobs, self.wake)
 
-    def take(self) -> Push | None:
-        return self._job.take() if self._job is not None else None
+    def poll(self) -> Push | None:
+        return self._job.poll() if self._job is not None else None
 
     def close(self) -> None:
         if self._job is not None:
@@ -76,17 +76,17 @@ class _Job:
         texts: dict[int, str],
         begin: float,
         end: float,
-        room: threading.BoundedSemaphore,
+        slots: threading.BoundedSemaphore,
         wake: Callable[[], object],
     ) -> None:
-        self._bag, self._begin, self._end, self._room, self._wake = bag, begin, end, room, wake
+        self._bag, self._begin, self._end, self._slots, self._wake = bag, begin, end, slots, wake
         self._problems: dict[int, str] = {}
         self._curves: dict[str, list[tuple[int, Curve]]] = {}
         self._lines: dict[tuple[int, int], Envelope] = {}
         self._progress = 0.0
         self._lock = threading.Lock()
         self._stopped = threading.Event()
-        self._taken = -1.0
+        self._pushed_progress = -1.0
         for number_, words in texts.items():
             try:
                 curve = Curve(words)
@@ -107,11 +107,11 @@ class _Job:
         """Wait for the end; a chunk is read to its end."""
         self._thread.join()
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         with self._lock:
-            if self._progress == self._taken:
+            if self._progress == self._pushed_progress:
                 return None
-            self._taken = self._progress
+            self._pushed_progress = self._progress
             lines = {key: line.points() for key, line in sorted(self._lines.items())}
             problems = dict(self._problems)
         entries, blob = [], array("d")
@@ -122,14 +122,14 @@ class _Job:
         data = {
             "begin": self._begin,
             "end": self._end,
-            "progress": self._taken,
+            "progress": self._pushed_progress,
             "curves": entries,
-            "problems": {number_: foreign(words) for number_, words in problems.items()},
+            "problems": {number_: untrusted(words) for number_, words in problems.items()},
         }
         return Push(data, blob.tobytes())
 
     def _run(self) -> None:
-        while not self._room.acquire(timeout=_TELL):
+        while not self._slots.acquire(timeout=_POLL_PERIOD):
             if self._stopped.is_set():
                 return
         try:
@@ -139,7 +139,7 @@ class _Job:
             with self._lock:
                 self._problems.update(dict.fromkeys((n for each in self._curves.values() for n, _ in each), str(error)))
         finally:
-            self._room.release()
+            self._slots.release()
         with self._lock:
             self._progress = 1.0
         self._wake()
@@ -156,19 +156,19 @@ class _Job:
             for _, curve in self._curves.get(stored.connection.topic, ()):
                 curve.add(message, bag.seconds(stored.time))
             if count % _BATCH == 0:
-                self._keep()
+                self._collect()
                 with self._lock:
                     self._progress = min(0.999, (stored.time - max(first, bag.begin)) / span)
                 self._wake()
-        self._keep()
+        self._collect()
 
-    def _keep(self) -> None:
+    def _collect(self) -> None:
         with self._lock:
             for number_, curve in ((n, curve) for each in self._curves.values() for n, curve in each):
                 for part, (times, values) in curve.take(_BATCH).items():
                     line = self._line(number_, part)
                     if line is None:
-                        curve.problem = f"more than {MOST_LINES} lines: choose some elements, as in [0:3]"
+                        curve.problem = f"more than {MAX_LINES} lines: choose some elements, as in [0:3]"
                         break
                     for time, value in zip(times, values, strict=True):
                         line.add(time, value)
@@ -177,16 +177,16 @@ class _Job:
 
     def _line(self, number_: int, part: int) -> Envelope | None:
         line = self._lines.get((number_, part))
-        if line is None and len(self._lines) < MOST_LINES:
+        if line is None and len(self._lines) < MAX_LINES:
             line = self._lines[number_, part] = Envelope(self._begin, self._end, _PARTS)
         return line
 
 
-def _wanted(args: Mapping[str, Any]) -> dict[int, str]:
+def _parse_curves(args: Mapping[str, Any]) -> dict[int, str]:
     found: dict[int, str] = {}
     curves = args.get("curves", [])
-    if not isinstance(curves, list) or len(curves) > MOST_CURVES:
-        raise RequestError(f"curves is a list of at most {MOST_CURVES}")
+    if not isinstance(curves, list) or len(curves) > MAX_CURVES:
+        raise RequestError(f"curves is a list of at most {MAX_CURVES}")
     for entry in curves:
         match entry:
             case {"id": int(number_), "text": str(words)} if not isinstance(number_, bool):

@@ -16,12 +16,12 @@ class BagRecordingView(View):
 
     period = 0.5
     polled = True
-    _shown: Any = ()
+    _last_shown: Any = ()
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         recording = self.robot.bags.recording
         status = None if recording is None else recording.status()
-        if status == self._shown:
+        if status == self._last_shown:
             return None
-        self._shown = status
+        self._last_shown = status
         return Push({"recording": status})

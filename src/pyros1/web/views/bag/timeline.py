@@ -9,9 +9,9 @@ from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.bag.file import BagView, topics
 from pyros1.web.views.view import number
 
-_MOST_ROWS = 200
-_MOST_COLUMNS = 4_000
-_LONGEST = 4.29e9  # two of them, in nanoseconds, have 64 bits
+_MAX_ROWS = 200
+_MAX_COLUMNS = 4_000
+_MAX_SECONDS = 4.29e9  # two of them, in nanoseconds, have 64 bits
 
 
 class BagTimelineView(BagView):
@@ -28,19 +28,19 @@ class BagTimelineView(BagView):
     """
 
     def change(self, args: Mapping[str, Any]) -> None:
-        begin = number(args, "begin", -_LONGEST, _LONGEST, 0.0)
-        end = number(args, "end", -_LONGEST, _LONGEST, self.bag.length)
+        begin = number(args, "begin", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
+        end = number(args, "end", -_MAX_SECONDS, _MAX_SECONDS, self.bag.length)
         if not begin < end:
             raise RequestError("a timeline ends after it begins")
-        columns = int(number(args, "columns", 1, _MOST_COLUMNS, 600))
-        self._wanted: tuple[float, float, int, list[str]] | None = (begin, end, columns, topics(args, _MOST_ROWS))
+        columns = int(number(args, "columns", 1, _MAX_COLUMNS, 600))
+        self._request: tuple[float, float, int, list[str]] | None = (begin, end, columns, topics(args, _MAX_ROWS))
 
-    def take(self) -> Push | None:
-        wanted, self._wanted = self._wanted, None
-        if wanted is None:
+    def poll(self) -> Push | None:
+        request, self._request = self._request, None
+        if request is None:
             return None
-        begin, end, columns, names = wanted
+        begin, end, columns, names = request
         rows = self.bag.names(names)
-        counts, exact = self.bag.look(begin, end, columns, rows)
+        counts, exact = self.bag.histogram(begin, end, columns, rows)
         data = {"begin": begin, "end": end, "columns": columns, "topics": rows, "exact": exact}
         return Push(data, counts.tobytes())

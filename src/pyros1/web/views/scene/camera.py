@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _INFO = "sensor_msgs/CameraInfo"
-_STAMPED = 12
+_STAMP_SIZE = 12
 """Bytes of a message that differ although it says the same: number and stamp of its header."""
 
 
@@ -37,52 +37,52 @@ class CameraView(View):
         super().__init__(robot, args, wake)
         self._topic = text(args, "topic")
         self._fixed = text(args, "fixed", "")
-        self._given = text(args, "info", "").strip()
+        self._requested_info = text(args, "info", "").strip()
         self._lock = threading.Lock()
-        self._ends: dict[str, Callable[[], None]] = {"look": robot.world.look(lambda: None)}
+        self._unsubscribers: dict[str, Callable[[], None]] = {"world": robot.world.watch(lambda: None)}
         self._newest: Arrival | None = None
         self._info: Arrival | None = None
-        self._about = ""  # the topic of the CameraInfo that is heard
-        self.more = 0
-        """To be counted up when `show` shall be called again with the same picture."""
-        self._shown: tuple[Arrival, Arrival | None, int] | None = None
-        self._lost = False
+        self._info_topic = ""  # the topic of the CameraInfo that is heard
+        self.revision = 0
+        """To be counted up when `render` shall be called again with the same picture."""
+        self._last_shown: tuple[Arrival, Arrival | None, int] | None = None
+        self._pose_unknown = False
         try:
-            self._ends["pictures"] = robot.listen(self._topic, self._arrived)
+            self._unsubscribers["pictures"] = robot.listen(self._topic, self._arrived)
         except BaseException:
             self.close()
             raise
 
     @property
     def polled(self) -> bool:  # type: ignore[override]  # frames come late
-        """Whether to ask `take` also if no message has come."""
-        return self._lost
+        """Whether to ask `poll` also if no message has come."""
+        return self._pose_unknown
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         with self._lock:
             arrival = self._newest
         if arrival is None:
             return None
         check_picture(arrival)
-        self._hear_info(_type(arrival) == COMPRESSED)
+        self._subscribe_to_info(_type(arrival) == COMPRESSED)
         with self._lock:
-            now = (arrival, self._info, self.more)
-        header = arrival.usual.header  # type: ignore[attr-defined]
+            now = (arrival, self._info, self.revision)
+        header = arrival.checked_message.header  # type: ignore[attr-defined]
         pose = self.robot.world.pose(self._fixed, header.frame_id, header.stamp)
-        if now == self._shown and not (self._lost and pose is not None):
+        if now == self._last_shown and not (self._pose_unknown and pose is not None):
             return None
-        self._shown, self._lost = now, pose is None
-        facts, blob = self.show(arrival, *self._camera(now[1]))
+        self._last_shown, self._pose_unknown = now, pose is None
+        facts, blob = self.render(arrival, *self._camera(now[1]))
         return Push({**facts, "frame": header.frame_id, "stamp": header.stamp.to_sec(), "pose": pose}, blob)
 
     @abstractmethod
-    def show(self, arrival: Arrival, camera: Camera | None, why: str) -> tuple[dict[str, Any], bytes]:
+    def render(self, arrival: Arrival, camera: Camera | None, reason: str) -> tuple[dict[str, Any], bytes]:
         """Return what to push of a picture: facts and bytes.
 
         Args:
             arrival: the picture.
             camera: what has seen it; None if that is not known.
-            why: what is wrong then.
+            reason: what is wrong then.
 
         Raises:
             RequestError: it cannot be shown.
@@ -90,48 +90,48 @@ class CameraView(View):
 
     def change(self, args: Mapping[str, Any]) -> None:
         self._fixed = text(args, "fixed", "")
-        self._given = text(args, "info", "").strip()
-        self._shown = None
+        self._requested_info = text(args, "info", "").strip()
+        self._last_shown = None
 
     def close(self) -> None:
-        for end in self._ends.values():
-            end()
-        self._ends = {}
+        for unsubscribe in self._unsubscribers.values():
+            unsubscribe()
+        self._unsubscribers = {}
 
     def listen(self, name: str, topic: str, listener: Callable[[Arrival], object]) -> None:
         """Listen to a topic in place of the one that was heard under a name; to none if it is empty."""
-        self._ends.pop(name, lambda: None)()
+        self._unsubscribers.pop(name, lambda: None)()
         if topic:
-            self._ends[name] = self.robot.listen(topic, listener)
+            self._unsubscribers[name] = self.robot.listen(topic, listener)
 
-    def _hear_info(self, compressed: bool) -> None:
-        about = self._given or info_topic(self._topic, compressed)
-        if about == self._about:
+    def _subscribe_to_info(self, compressed: bool) -> None:
+        topic = self._requested_info or info_topic(self._topic, compressed)
+        if topic == self._info_topic:
             return
         with self._lock:
             self._info = None
-        self._about = about
-        self.listen("info", about, self._informed)
+        self._info_topic = topic
+        self.listen("info", topic, self._info_arrived)
 
     def _camera(self, info: Arrival | None) -> tuple[Camera | None, str]:
         if info is None:
-            return None, f"no CameraInfo has been received on {self._about}"
+            return None, f"no CameraInfo has been received on {self._info_topic}"
         if _type(info) != _INFO:
-            return None, f"{self._about} has no CameraInfo, but {_type(info)}"
+            return None, f"{self._info_topic} has no CameraInfo, but {_type(info)}"
         try:
-            return pinhole(info.usual), ""
+            return pinhole(info.checked_message), ""
         except (ShapeError, MessageError) as error:
-            return None, f"{self._about}: {error}"
+            return None, f"{self._info_topic}: {error}"
 
     def _arrived(self, arrival: Arrival) -> None:
         with self._lock:
             self._newest = arrival
         self.wake()
 
-    def _informed(self, arrival: Arrival) -> None:
+    def _info_arrived(self, arrival: Arrival) -> None:
         with self._lock:
             known, self._info = self._info, arrival
-            same = known is not None and known.raw._buff[_STAMPED:] == arrival.raw._buff[_STAMPED:]
+            same = known is not None and known.raw._buff[_STAMP_SIZE:] == arrival.raw._buff[_STAMP_SIZE:]
             if same:
                 self._info = known  # with each picture the same is told again
         if not same:
@@ -146,9 +146,9 @@ class SceneCameraView(CameraView):
     null, with the data of the picture.
     """
 
-    def show(self, arrival: Arrival, camera: Camera | None, why: str) -> tuple[dict[str, Any], bytes]:
+    def render(self, arrival: Arrival, camera: Camera | None, reason: str) -> tuple[dict[str, Any], bytes]:
         facts, data = picture(arrival)
-        return {**facts, "camera": asdict(camera) if camera else None, "why": why}, data
+        return {**facts, "camera": asdict(camera) if camera else None, "why": reason}, data
 
 
 def _type(arrival: Arrival) -> str:

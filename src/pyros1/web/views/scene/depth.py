@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.ground.errors import MessageError
 from pyros1.web.hub import Arrival
 from pyros1.web.scene.camera import Camera
-from pyros1.web.scene.clouds import MOST_POINTS
+from pyros1.web.scene.clouds import MAX_POINTS
 from pyros1.web.scene.depth import colours, depth_cloud, depths
 from pyros1.web.scene.shape import ShapeError
 from pyros1.web.server.wire import RequestError
@@ -20,7 +20,7 @@ from pyros1.web.views.view import number, text
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_KEPT = 4
+_MAX_PICTURES = 4
 """Pictures with colours among which the one is found that was seen when the depths were."""
 KEPT_BYTES = 32 << 20
 """Most bytes of these; but one always is kept."""
@@ -48,14 +48,14 @@ class SceneDepthView(CameraView):
             self.close()
             raise
 
-    def show(self, arrival: Arrival, camera: Camera | None, why: str) -> tuple[dict[str, Any], bytes]:
+    def render(self, arrival: Arrival, camera: Camera | None, reason: str) -> tuple[dict[str, Any], bytes]:
         if camera is None:
-            raise RequestError(why)
-        message: Any = arrival.usual
+            raise RequestError(reason)
+        message: Any = arrival.checked_message
         try:
             depth = depths(message)
-            near = self._picture_near(message.header.stamp.to_sec())
-            return depth_cloud(depth, camera, None if near is None else colours(near), self._most, self._numbers)
+            nearest = self._picture_near(message.header.stamp.to_sec())
+            return depth_cloud(depth, camera, None if nearest is None else colours(nearest), self._most, self._numbers)
         except ShapeError as error:
             raise RequestError(f"{self._topic}: {error}") from None
 
@@ -64,22 +64,22 @@ class SceneDepthView(CameraView):
         super().change(args)
 
     def _read(self, args: Mapping[str, Any]) -> None:
-        self._most = int(number(args, "most", 1, MOST_POINTS, MOST_POINTS))
+        self._most = int(number(args, "most", 1, MAX_POINTS, MAX_POINTS))
         self._numbers = bool(args.get("numbers"))
         colour = text(args, "colour", "").strip()
         if colour != self._colour:
             self._colour = colour
             self._pictures.clear()
-            self.listen("colours", colour, self._coloured)
+            self.listen("colours", colour, self._picture_arrived)
 
-    def _coloured(self, arrival: Arrival) -> None:
+    def _picture_arrived(self, arrival: Arrival) -> None:
         first = not self._pictures
         size = len(arrival.raw._buff)
-        while len(self._pictures) > max(0, min(_KEPT, KEPT_BYTES // max(1, size)) - 1):
+        while len(self._pictures) > max(0, min(_MAX_PICTURES, KEPT_BYTES // max(1, size)) - 1):
             self._pictures.popleft()
         self._pictures.append(arrival)
         if first:
-            self.more += 1
+            self.revision += 1
             self.wake()
 
     def _picture_near(self, stamp: float) -> Any:
@@ -88,7 +88,7 @@ class SceneDepthView(CameraView):
         for arrival in list(self._pictures):
             try:
                 check_picture(arrival)
-                messages.append(arrival.usual)
+                messages.append(arrival.checked_message)
             except MessageError as error:
                 raise RequestError(f"{self._colour}: {error}") from None
         return min(messages, key=lambda each: abs(each.header.stamp.to_sec() - stamp), default=None)

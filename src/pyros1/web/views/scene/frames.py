@@ -13,9 +13,9 @@ from pyros1.web.views.view import View, text
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_MOST_FRAMES = 2_000
-_MOST_TREES = 10
-_USUAL = "map"
+_MAX_FRAMES = 2_000
+_MAX_TREES = 10
+_DEFAULT_FRAME = "map"
 """The fixed frame as long as there are no frames."""
 
 
@@ -34,20 +34,20 @@ class SceneFramesView(View):
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
         self.change(args)
-        self._end = robot.world.look(wake)
+        self._unwatch = robot.world.watch(wake)
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         world = self.robot.world
-        states = world.buffer.states()[:_MOST_FRAMES]
+        states = world.buffer.states()[:_MAX_FRAMES]
         parents = {state.name: state.parent or "" for state in states}
         roots = roots_of(parents)
         sizes = Counter(roots.values())
-        fixed = self._fixed or roots.get(self._robot) or max(sizes, key=sizes.__getitem__, default=_USUAL)
-        names, lost, numbers = [], [], array("d")
+        fixed = self._fixed or roots.get(self._robot) or max(sizes, key=sizes.__getitem__, default=_DEFAULT_FRAME)
+        names, unplaced, numbers = [], [], array("d")
         for name in parents:
             pose = world.pose(fixed, name)
             if pose is None:
-                lost.append(name)
+                unplaced.append(name)
             else:
                 names.append(name)
                 numbers.extend(pose)
@@ -55,8 +55,8 @@ class SceneFramesView(View):
             "fixed": fixed,
             "names": names,
             "parents": [parents[name] for name in names],
-            "lost": lost,
-            "trees": sizes.most_common(_MOST_TREES),
+            "lost": unplaced,
+            "trees": sizes.most_common(_MAX_TREES),
         }
         return Push(facts, numbers.tobytes())
 
@@ -65,7 +65,7 @@ class SceneFramesView(View):
         self._robot = text(args, "robot", "").lstrip("/")
 
     def close(self) -> None:
-        self._end()
+        self._unwatch()
 
 
 def roots_of(parents: Mapping[str, str]) -> dict[str, str]:
@@ -76,10 +76,10 @@ def roots_of(parents: Mapping[str, str]) -> dict[str, str]:
     """
     roots: dict[str, str] = {}
     for name in parents:
-        at, way = name, dict[str, None]()
-        while at not in roots and at not in way and parents.get(at):
-            way[at] = None
-            at = parents[at]
-        root = roots.get(at, "" if at in way else at)
-        roots.update(dict.fromkeys([*way, at], root))
+        ancestor, path = name, dict[str, None]()
+        while ancestor not in roots and ancestor not in path and parents.get(ancestor):
+            path[ancestor] = None
+            ancestor = parents[ancestor]
+        root = roots.get(ancestor, "" if ancestor in path else ancestor)
+        roots.update(dict.fromkeys([*path, ancestor], root))
     return {name: root for name, root in roots.items() if root}

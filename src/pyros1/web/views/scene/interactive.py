@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _TYPES = {"visualization_msgs/InteractiveMarkerInit", "visualization_msgs/InteractiveMarkerUpdate"}
-ASK_AGAIN = 2.0
+RESUBSCRIBE_PERIOD = 2.0
 """Seconds between two questions for all markers, if updates were missed."""
 
 
@@ -38,41 +38,41 @@ class SceneInteractiveView(View):
         self._base = text(args, "topic").removesuffix("/update")
         self._lock = threading.Lock()
         self._markers = InteractiveMarkers()
-        self._seen = -1
+        self._seen_version = -1
         self._problem = ""
-        self._missing = False
-        self._asked = monotonic()
-        self._end_full = robot.listen(f"{self._base}/update_full", self._arrived)
+        self._missed_updates = False
+        self._resubscribed_at = monotonic()
+        self._unsubscribe_full = robot.listen(f"{self._base}/update_full", self._arrived)
         try:
-            self._end = robot.listen(f"{self._base}/update", self._arrived)
+            self._unsubscribe = robot.listen(f"{self._base}/update", self._arrived)
         except BaseException:
-            self._end_full()
+            self._unsubscribe_full()
             raise
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         now = monotonic()
-        if self._missing and now > self._asked + ASK_AGAIN:
-            self._missing, self._asked = False, now
-            self._end_full()  # who subscribes anew gets the latched message
-            self._end_full = self.robot.listen(f"{self._base}/update_full", self._arrived)
+        if self._missed_updates and now > self._resubscribed_at + RESUBSCRIBE_PERIOD:
+            self._missed_updates, self._resubscribed_at = False, now
+            self._unsubscribe_full()  # who subscribes anew gets the latched message
+            self._unsubscribe_full = self.robot.listen(f"{self._base}/update_full", self._arrived)
         if self._problem:
             raise RequestError(self._problem)
         with self._lock:
-            self._markers.sweep(now)
-            before = self._seen
-            self._seen, new, moved, gone = self._markers.changes(max(0, before))
-        if self._seen == before:
+            self._markers.remove_expired(now)
+            seen_before = self._seen_version
+            self._seen_version, new, moved_markers, removed = self._markers.changes(max(0, seen_before))
+        if self._seen_version == seen_before:
             return None
-        first = before < 0
-        return Push({"kind": "interactive", "all": first, "new": new, "moved": moved, "gone": gone})
+        first = seen_before < 0
+        return Push({"kind": "interactive", "all": first, "new": new, "moved": moved_markers, "gone": removed})
 
     def change(self, args: Mapping[str, Any]) -> None:
         """Show all again."""
-        self._seen = -1
+        self._seen_version = -1
 
     def close(self) -> None:
-        self._end()
-        self._end_full()
+        self._unsubscribe()
+        self._unsubscribe_full()
 
     def _arrived(self, arrival: Arrival) -> None:
         kind = (arrival.raw._connection_header or {}).get("type", "")
@@ -80,7 +80,7 @@ class SceneInteractiveView(View):
             self._problem = f"{self._base} has no interactive markers, but {kind}"
             return
         try:
-            message: Any = arrival.usual
+            message: Any = arrival.checked_message
         except MessageError as error:
             self._problem = str(error)
             return
@@ -89,5 +89,5 @@ class SceneInteractiveView(View):
             if kind.endswith("Init"):
                 self._markers.init(message, monotonic())
             elif not self._markers.update(message, monotonic()):
-                self._missing = True
+                self._missed_updates = True
         self.wake()

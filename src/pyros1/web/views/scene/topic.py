@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import Error, MessageError
 from pyros1.web.hub import Arrival
-from pyros1.web.scene.clouds import MOST_POINTS
+from pyros1.web.scene.clouds import MAX_POINTS
 from pyros1.web.scene.grids import UPDATES, Grid
 from pyros1.web.scene.markers import Markers
-from pyros1.web.scene.shape import GREATEST, Shape, ShapeError
+from pyros1.web.scene.shape import MAX_MAGNITUDE, Shape, ShapeError
 from pyros1.web.scene.shapes import CLOUDS, PLACELESS, SHAPES
 from pyros1.web.scene.world import IDENTITY
 from pyros1.web.server.wire import Push, RequestError
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 MARKER, MARKERS = "visualization_msgs/Marker", "visualization_msgs/MarkerArray"
 GRID = "nav_msgs/OccupancyGrid"
 GRID_UPDATE = "map_msgs/OccupancyGridUpdate"
-MOST_UPDATES = 100
+MAX_UPDATES = 100
 """Most updates of a grid that wait for a slow page; beyond that, they are drawn into the grid as they come."""
 
 
@@ -51,29 +51,29 @@ class SceneTopicView(View):
         self._lock = threading.Lock()
         self._newest: Arrival | None = None
         self._updates: list[Arrival] = []
-        self._shown: Arrival | None = None
-        self._lost = False  # there is no way yet to the frame of what is shown
+        self._last_shown: Arrival | None = None
+        self._pose_unknown = False  # there is no way yet to the frame of what is shown
         self._markers: Markers | None = None
-        self._astray: set[str] = set()  # frames of markers to which there is no way yet
+        self._unplaced_frames: set[str] = set()  # frames of markers to which there is no way yet
         self._grid: Grid | None = None
         self._drawing = threading.Lock()  # of the grid
-        self._wrong: Error | None = None  # of the last update
-        self._seen = 0
+        self._update_error: Error | None = None  # of the last update
+        self._seen_version = 0
         self._problem = ""
-        self._end_updates: Callable[[], None] | None = None
-        self._look = robot.world.look(lambda: None)
+        self._unsubscribe_updates: Callable[[], None] | None = None
+        self._unwatch = robot.world.watch(lambda: None)
         try:
-            self._end = robot.listen(self._topic, self._arrived)
+            self._unsubscribe = robot.listen(self._topic, self._arrived)
         except BaseException:
-            self._look()
+            self._unwatch()
             raise
 
     @property
     def polled(self) -> bool:  # type: ignore[override]  # markers end after their lifetimes, and frames come late
-        """Whether to ask `take` also if no message has come."""
-        return self._markers is not None or self._lost
+        """Whether to ask `poll` also if no message has come."""
+        return self._markers is not None or self._pose_unknown
 
-    def take(self) -> Push | None:
+    def poll(self) -> Push | None:
         if self._problem:
             raise RequestError(self._problem)
         with self._lock:
@@ -85,12 +85,12 @@ class SceneTopicView(View):
         kind = _type(arrival)
         if kind != GRID and kind not in CLOUDS and kind not in SHAPES:
             raise RequestError(f"messages of {kind} cannot be drawn")
-        new = arrival is not self._shown
+        new = arrival is not self._last_shown
         message: Any = arrival.arrays
         header = message.header
-        if self._lost and not new and self._pose(kind, header) is None:
+        if self._pose_unknown and not new and self._pose(kind, header) is None:
             return None
-        self._shown = arrival
+        self._last_shown = arrival
         try:
             shape = self._grid_shape(arrival, new) if kind == GRID else self._shape(kind, message, new)
         except (ShapeError, MessageError) as error:
@@ -101,25 +101,25 @@ class SceneTopicView(View):
         if pose is None and self._grid is not None:
             with self._drawing:
                 self._grid.forget()
-        self._lost = pose is None
+        self._pose_unknown = pose is None
         facts, blob = shape
         return Push({**facts, "frame": header.frame_id, "stamp": header.stamp.to_sec(), "pose": pose}, blob)
 
     def change(self, args: Mapping[str, Any]) -> None:
         self._read(args)
-        self._shown = None
-        self._seen = 0
+        self._last_shown = None
+        self._seen_version = 0
 
     def close(self) -> None:
-        self._end()
-        if self._end_updates is not None:
-            self._end_updates()
-        self._look()
+        self._unsubscribe()
+        if self._unsubscribe_updates is not None:
+            self._unsubscribe_updates()
+        self._unwatch()
 
     def _read(self, args: Mapping[str, Any]) -> None:
         self._fixed = text(args, "fixed", "")
         self._by = text(args, "by", "")
-        self._most = int(number(args, "most", 1, MOST_POINTS, MOST_POINTS))
+        self._most = int(number(args, "most", 1, MAX_POINTS, MAX_POINTS))
         self._numbers = bool(args.get("numbers"))
         self._bounds = _bounds(args.get("bounds"))
 
@@ -129,7 +129,7 @@ class SceneTopicView(View):
         return self.robot.world.pose(self._fixed, header.frame_id, header.stamp)
 
     def _shape(self, kind: str, message: Any, new: bool) -> Shape | None:
-        if not new and not self._lost:
+        if not new and not self._pose_unknown:
             return None
         if kind in CLOUDS:
             return CLOUDS[kind](message, self._by, self._most, self._numbers, self._bounds)
@@ -139,15 +139,15 @@ class SceneTopicView(View):
         if self._grid is None:
             self._grid = Grid()
             with suppress(RequestError):  # pages may not see them
-                self._end_updates = self.robot.listen(self._topic + UPDATES, self._updated)
+                self._unsubscribe_updates = self.robot.listen(self._topic + UPDATES, self._grid_updated)
         with self._drawing:
             if new and self._grid.message is arrival.arrays:
                 self._grid.forget()  # the page asks for all again
             self._draw(self._grid, arrival)
-            wrong, self._wrong = self._wrong, None
-            if wrong is not None:
+            error, self._update_error = self._update_error, None
+            if error is not None:
                 self.wake()  # for those that fit
-                raise wrong
+                raise error
             return self._grid.take()
 
     def _draw(self, grid: Grid, arrival: Arrival) -> None:
@@ -162,32 +162,40 @@ class SceneTopicView(View):
                 try:
                     grid.update(update.arrays)
                 except (ShapeError, MessageError) as error:
-                    self._wrong = error
+                    self._update_error = error
 
     def _changed_markers(self, markers: Markers) -> Push | None:
-        if any(self.robot.world.pose(self._fixed, frame) for frame in self._astray):
-            self._seen = 0  # the page could not draw their markers
+        if any(self.robot.world.pose(self._fixed, frame) for frame in self._unplaced_frames):
+            self._seen_version = 0  # the page could not draw their markers
         with self._lock:
             if markers is not self._markers:
                 return None
-            before = self._seen
-            self._seen, new, gone = markers.changes(self._seen, self.robot.node.now().to_sec())
-            astray = self._astray & markers.frames() if self._astray and before else set()
-        if self._seen == before:
+            seen_before = self._seen_version
+            self._seen_version, new, removed = markers.changes(self._seen_version, self.robot.node.now().to_sec())
+            unplaced = self._unplaced_frames & markers.frames() if self._unplaced_frames and seen_before else set()
+        if self._seen_version == seen_before:
             return None
         frames = {marker["frame"] for marker in new}
-        poses = {frame: self.robot.world.pose(self._fixed, frame) for frame in frames} | dict.fromkeys(astray)
-        self._astray = {frame for frame, pose in poses.items() if pose is None}
-        return Push({"kind": "markers", "new": new, "gone": gone if before else [], "poses": poses, "all": not before})
+        poses = {frame: self.robot.world.pose(self._fixed, frame) for frame in frames} | dict.fromkeys(unplaced)
+        self._unplaced_frames = {frame for frame, pose in poses.items() if pose is None}
+        return Push(
+            {
+                "kind": "markers",
+                "new": new,
+                "gone": removed if seen_before else [],
+                "poses": poses,
+                "all": not seen_before,
+            }
+        )
 
     def _arrived(self, arrival: Arrival) -> None:
         kind = _type(arrival)
         if kind in (MARKER, MARKERS):
             try:
-                message: Any = arrival.usual
+                message: Any = arrival.checked_message
                 with self._lock:
                     if self._markers is None:
-                        self._markers, self._seen = Markers(), 0
+                        self._markers, self._seen_version = Markers(), 0
                     self._markers.add([message] if kind == MARKER else message.markers, arrival.time)
                 self._problem = ""
             except MessageError as error:
@@ -197,14 +205,14 @@ class SceneTopicView(View):
                 self._newest, self._markers, self._problem = arrival, None, ""
         self.wake()
 
-    def _updated(self, arrival: Arrival) -> None:
+    def _grid_updated(self, arrival: Arrival) -> None:
         if _type(arrival) != GRID_UPDATE:
             return
         with self._lock:
             self._updates.append(arrival)
-            newest, much = self._newest, len(self._updates) > MOST_UPDATES
-        if much and newest is not None and self._grid is not None and _type(newest) == GRID:
-            with self._drawing, suppress(MessageError, ShapeError):  # of the grid, which `take` tells
+            newest, too_many = self._newest, len(self._updates) > MAX_UPDATES
+        if too_many and newest is not None and self._grid is not None and _type(newest) == GRID:
+            with self._drawing, suppress(MessageError, ShapeError):  # of the grid, which `poll` tells
                 self._draw(self._grid, newest)
         self.wake()
 
@@ -213,7 +221,7 @@ def _bounds(given: Any) -> tuple[float, float] | None:
     if not isinstance(given, list) or len(given) != 2 or not all(isinstance(each, (int, float)) for each in given):
         return None
     least, most = map(float, given)
-    return (least, most) if abs(least) < GREATEST and abs(most) < GREATEST else None
+    return (least, most) if abs(least) < MAX_MAGNITUDE and abs(most) < MAX_MAGNITUDE else None
 
 
 def _type(arrival: Arrival) -> str:

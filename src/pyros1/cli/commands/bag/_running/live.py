@@ -17,22 +17,22 @@ class LiveLine:
     """A status line that is updated in place on a terminal, and the messages above it.
 
     Args:
-        wanted: False prints nothing at all.
+        enabled: False prints nothing at all.
         stream: None means stdout.
-        log: also receives all messages, even if `wanted` is False.
+        log: also receives all messages, even if `enabled` is False.
     """
 
-    def __init__(self, wanted: bool = True, stream: TextIO | None = None, log: Log | None = None) -> None:
+    def __init__(self, enabled: bool = True, stream: TextIO | None = None, log: Log | None = None) -> None:
         self._log = log
-        self._wanted = wanted
+        self._enabled = enabled
         self._stream = sys.stdout if stream is None else stream
-        self._terminal = wanted and self._stream.isatty()
-        self._shown = False
+        self._terminal = enabled and self._stream.isatty()
+        self._is_shown = False
         self._lock = threading.Lock()
 
-    def say(self, text: str) -> None:
+    def print_message(self, text: str) -> None:
         """Print a message in the form of the stock tool's (L113)."""
-        if self._wanted:
+        if self._enabled:
             with self._lock:
                 self._clear()
                 self._write(f"[ INFO] [{time.time():.9f}]: {text}\n")
@@ -45,7 +45,7 @@ class LiveLine:
             width = shutil.get_terminal_size().columns - 1
             with self._lock:
                 self._write(f"\r{text[:width]}\x1b[K")
-                self._shown = True
+                self._is_shown = True
 
     def clear(self) -> None:
         """Remove the line."""
@@ -53,16 +53,16 @@ class LiveLine:
             self._clear()
 
     def _clear(self) -> None:
-        if self._shown:
+        if self._is_shown:
             self._write("\r\x1b[K")
-            self._shown = False
+            self._is_shown = False
 
     def _write(self, text: str) -> None:
         try:
             self._stream.write(text)
             self._stream.flush()
         except (OSError, ValueError):  # the reader has gone; the recording continues
-            self._wanted = self._terminal = False
+            self._enabled = self._terminal = False
 
 
 class RecordLine:
@@ -74,21 +74,21 @@ class RecordLine:
 
     def __init__(self, recorder: Recorder) -> None:
         self._recorder = recorder
-        self._began = self._last = time.monotonic()
-        self._before: dict[str, tuple[int, int]] = {}
+        self._started_at = self._last = time.monotonic()
+        self._last_counts: dict[str, tuple[int, int]] = {}
 
     def text(self) -> str:
         """Return the status line: time, size, and rates since the last call and drops of each topic, busiest first."""
         now = time.monotonic()
-        passed, self._last = max(1e-3, now - self._last), now
+        elapsed, self._last = max(1e-3, now - self._last), now
         parts = []
         for topic in list(self._recorder.topics.values()):
-            messages, size = self._before.get(topic.name, (0, 0))
-            self._before[topic.name] = (topic.messages, topic.bytes)
-            parts.append(((topic.bytes - size) / passed, (topic.messages - messages) / passed, topic))
+            messages, size = self._last_counts.get(topic.name, (0, 0))
+            self._last_counts[topic.name] = (topic.messages, topic.bytes)
+            parts.append(((topic.bytes - size) / elapsed, (topic.messages - messages) / elapsed, topic))
         parts.sort(key=lambda part: (part[2].dropped > 0, part[0]), reverse=True)
         total = sum(part[0] for part in parts)
-        head = f"{now - self._began:.0f} s  {size_text(self._recorder.size)}  {size_text(total)}/s"
+        head = f"{now - self._started_at:.0f} s  {size_text(self._recorder.size)}  {size_text(total)}/s"
         return "  ".join([head, *(_topic_text(*part) for part in parts)])
 
 

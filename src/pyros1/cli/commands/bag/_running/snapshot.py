@@ -5,17 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 from pyros1.bag.errors import BagError
-from pyros1.bag.record.follow import Ending, follow, wait_for_time
+from pyros1.bag.record.follow import StopSignal, follow, wait_for_time
 from pyros1.bag.record.model import RecordOptions
 from pyros1.bag.record.names import Selection
 from pyros1.bag.record.snapshot import Snapshots
 from pyros1.bag.record.topics import TopicSearch
 from pyros1.cli.commands.bag._running.live import LiveLine, size_text
-from pyros1.ground.shown import one_line
+from pyros1.ground.terminal_text import one_line
 from pyros1.node import Node
 
 
-def keep_snapshots(node: Node, selection: Selection, settings: RecordOptions, options: Any, ending: Ending) -> int:
+def keep_snapshots(
+    node: Node, selection: Selection, settings: RecordOptions, options: Any, stop_signal: StopSignal
+) -> int:
     """Keep messages, and answer ``~snapshot`` (std_srvs/Trigger) and ``~enable`` (std_srvs/SetBool), until the end.
 
     Returns:
@@ -23,7 +25,7 @@ def keep_snapshots(node: Node, selection: Selection, settings: RecordOptions, op
     """
     line = LiveLine(not options.quiet, log=node.log)
     search = TopicSearch(node, selection)
-    if not wait_for_time(node, ending):
+    if not wait_for_time(node, stop_signal):
         return 0
     snapshots = Snapshots(
         node, settings, options.snapshot_duration, int(options.snapshot_size * (1 << 20)), node.log.warn
@@ -38,26 +40,26 @@ def keep_snapshots(node: Node, selection: Selection, settings: RecordOptions, op
             return False, f"cannot write {error.filename or 'the bag'}: {error.strerror}"
         if not path:
             return False, "no messages to write yet"
-        line.say(f"Wrote {messages} messages to '{path}'.")
+        line.print_message(f"Wrote {messages} messages to '{path}'.")
         return True, f"{messages} messages in {path}"
 
     def enable(request: Any) -> tuple[bool, str]:
         enabled = bool(request.data)
         snapshots.enable(enabled)
-        line.say("Messages are being kept." if enabled else "Messages are not being kept.")
+        line.print_message("Messages are being kept." if enabled else "Messages are not being kept.")
         return True, ""
 
     def subscribe(name: str) -> None:
-        line.say(f"Subscribing to {one_line(name)}")
+        line.print_message(f"Subscribing to {one_line(name)}")
         snapshots.subscribe(name)
 
     service = node.resolve("~snapshot")
     node.advertise_service("~snapshot", "std_srvs/Trigger", trigger)
     node.advertise_service("~enable", "std_srvs/SetBool", enable)
-    line.say(f"Keeping the latest messages; write them to a bag with: rosservice call {service}")
+    line.print_message(f"Keeping the latest messages; write them to a bag with: rosservice call {service}")
     follow(
         search,
-        ending,
+        stop_signal,
         subscribe,
         lambda: line.show(f"{len(snapshots.topics)} topics, {size_text(snapshots.bytes)} in memory"),
     )

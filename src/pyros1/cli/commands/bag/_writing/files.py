@@ -12,7 +12,7 @@ from contextlib import contextmanager
 
 from pyros1.bag.errors import BagError
 from pyros1.cli.failures import CommandError
-from pyros1.ground.interrupts import ENDINGS, Insistence, catch, is_usual
+from pyros1.ground.interrupts import TERMINATION_SIGNALS, InterruptCounter, install_handler, is_default_handler
 
 
 @contextmanager
@@ -22,19 +22,19 @@ def new_file(target: str) -> Iterator[str]:
     Raises:
         CommandError: a signal ended the command.
     """
-    part = f"{target}.tmp"
+    temporary = f"{target}.tmp"
     if os.path.isdir(target):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), target)
     with interruptible(f"{target} was not written"):
         try:
-            yield part
-            os.replace(part, target)
+            yield temporary
+            os.replace(temporary, target)
         except BaseException as error:
             with contextlib.suppress(OSError):
-                os.unlink(part)
-            if isinstance(error, BagError) and error.path == part:
+                os.unlink(temporary)
+            if isinstance(error, BagError) and error.path == temporary:
                 raise type(error)(target, error.reason, error.offset) from error
-            if isinstance(error, OSError) and error.filename in (None, part):
+            if isinstance(error, OSError) and error.filename in (None, temporary):
                 error.filename = target
             raise
 
@@ -49,32 +49,34 @@ def interruptible(consequence: str) -> Iterator[None]:
     Raises:
         CommandError: one of these signals arrived.
     """
-    came = signal.SIGINT
-    insistence = Insistence()
+    interrupted = signal.SIGINT
+    interrupts = InterruptCounter()
 
     def end(number: int, _: object) -> None:
-        nonlocal came
-        if insistence.again():  # a second signal must not interrupt the cleaning up after the first
-            came = signal.Signals(number)
+        nonlocal interrupted
+        if interrupts.count_signal():  # a second signal must not interrupt the cleaning up after the first
+            interrupted = signal.Signals(number)
             raise KeyboardInterrupt
 
-    restore = catch(end, [number for number in ENDINGS if is_usual(signal.getsignal(number))])
+    restore = install_handler(
+        end, [number for number in TERMINATION_SIGNALS if is_default_handler(signal.getsignal(number))]
+    )
     try:
         yield
     except KeyboardInterrupt:
-        raise CommandError(f"interrupted: {consequence}", 128 + came, plain=True) from None
+        raise CommandError(f"interrupted: {consequence}", 128 + interrupted, plain=True) from None
     finally:
         restore()
 
 
-def different(source: str, target: str, code: int = 1) -> None:
+def check_different(source: str, target: str, code: int = 1) -> None:
     """End the command if both are the same file."""
     if os.path.realpath(source) == os.path.realpath(target):
         raise CommandError(f"Cannot use same file as input and output [{source}]", code, plain=True)
 
 
 @contextmanager
-def whole_or_nothing(target: str, *, folder: bool, force: bool) -> Iterator[str]:
+def write_atomically(target: str, *, folder: bool, force: bool) -> Iterator[str]:
     """Yield the name of a temporary file or folder, which becomes `target` on success and is removed otherwise.
 
     If the target folder exists, the new files are moved into it: files of the same names are replaced, others stay.
@@ -99,12 +101,12 @@ def whole_or_nothing(target: str, *, folder: bool, force: bool) -> Iterator[str]
     if parent and not os.path.isdir(parent):
         raise CommandError(f"the folder {parent} does not exist")
     work = f"{target}.{os.getpid()}.tmp"
-    part = os.path.join(work, os.path.basename(target))
+    temporary = os.path.join(work, os.path.basename(target))
     with interruptible(f"{target} was not written"):
         try:
             os.mkdir(work)
-            yield part
-            _move(part, target)
+            yield temporary
+            _move(temporary, target)
         except BagError as error:
             if error.path.startswith(work):
                 raise type(error)(target, error.reason, error.offset) from error
@@ -117,9 +119,9 @@ def whole_or_nothing(target: str, *, folder: bool, force: bool) -> Iterator[str]
             shutil.rmtree(work, ignore_errors=True)
 
 
-def _move(part: str, target: str) -> None:
-    if not os.path.isdir(target) or not os.path.isdir(part):
-        os.replace(part, target)
+def _move(temporary: str, target: str) -> None:
+    if not os.path.isdir(target) or not os.path.isdir(temporary):
+        os.replace(temporary, target)
         return
-    for name in sorted(os.listdir(part)):
-        _move(os.path.join(part, name), os.path.join(target, name))
+    for name in sorted(os.listdir(temporary)):
+        _move(os.path.join(temporary, name), os.path.join(target, name))

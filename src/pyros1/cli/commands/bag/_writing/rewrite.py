@@ -11,7 +11,7 @@ from typing import Any
 from pyros1.bag.errors import BagError
 from pyros1.cli.commands.bag._failures import report_bag_error
 from pyros1.cli.commands.bag._options import QUIET
-from pyros1.cli.commands.bag._writing.files import different, new_file
+from pyros1.cli.commands.bag._writing.files import check_different, new_file
 from pyros1.cli.failures import UsageError
 from pyros1.cli.records import Argument, Flag, Option
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
@@ -50,9 +50,9 @@ def rewrite_each(options: Any, paths: list[str], operation: Callable[[str, str],
         try:
             if options.output_dir is not None:
                 target = os.path.join(options.output_dir, os.path.basename(path))
-                different(path, target)
-                with new_file(target) as part:
-                    operation(path, part)
+                check_different(path, target)
+                with new_file(target) as temporary:
+                    operation(path, temporary)
                 continue
             stem, extension = os.path.splitext(path)
             backup = f"{stem}.orig{extension}"
@@ -60,17 +60,17 @@ def rewrite_each(options: Any, paths: list[str], operation: Callable[[str, str],
                 if not options.quiet:
                     print(f"Skipping {path}. Backup path {backup} already exists.", file=sys.stderr)
                 continue
-            with new_file(path) as part:
-                operation(path, part)
-                shutil.copymode(path, part)
-                _keep(path, backup)
+            with new_file(path) as temporary:
+                operation(path, temporary)
+                shutil.copymode(path, temporary)
+                _back_up(path, backup)
         except (BagError, OSError) as error:
             report_bag_error(error, path)
             failed = True
     return int(failed)
 
 
-def _keep(path: str, backup: str) -> None:
+def _back_up(path: str, backup: str) -> None:
     """Give a file a second name, so that a file of the first name exists at every moment."""
     link = f"{backup}.tmp"
     try:

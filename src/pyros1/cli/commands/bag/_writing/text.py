@@ -11,8 +11,8 @@ from pyros1.bag.export.tables import Table
 from pyros1.bag.export.topic_names import FileNames
 from pyros1.cli.clean_output import data_stream
 from pyros1.cli.failures import CommandError
+from pyros1.cli.shared.buffered_output import BufferedOutput
 from pyros1.cli.shared.forms import Json
-from pyros1.cli.shared.pieces import Pieces
 from pyros1.ground.timing import Time
 from pyros1.msgs import Message
 
@@ -52,7 +52,7 @@ class CsvWriter:
         new = file is None
         if file is None:
             file = self._files[topic] = self._open(topic)
-        with Pieces(file.write) as out:
+        with BufferedOutput(file.write) as out:
             if new:
                 self._table.head(message, out.add)
             self._table.row(message, time.to_nsec(), out.add)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
-_MOST_PLACES = 10_000
+_MAX_PLACES = 10_000
 _DEBUG, _INFO, _WARN, _ERROR, _CRITICAL = 10, 20, 30, 40, 50
 
 Place = tuple[str, int, int]
@@ -19,7 +19,7 @@ def _place(frame: FrameType) -> Place:
 
 
 def _remember(table: dict[Any, Any], key: Any, value: Any) -> None:
-    if len(table) >= _MOST_PLACES:
+    if len(table) >= _MAX_PLACES:
         table.clear()
     table[key] = value
 

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground.errors import NodeShutdownError
 from pyros1.ground.names import parse_arguments
-from pyros1.node.log.offered import QUEUE_SIZE
-from pyros1.node.log.sink import EVERYWHERE, Places, default_log_file
+from pyros1.node.log.services import QUEUE_SIZE
+from pyros1.node.log.sink import ALL_DESTINATIONS, Destinations, default_log_file
 from rospy.exceptions import ROSTimeMovedBackwardsException
 from rospy.impl.loggers import logerr
 
@@ -27,8 +27,8 @@ _STOCK = ("rospy", "rospy.internal", "rospy.service", "rospy.tcpros", "rospy.top
 """Loggers that stock has, too."""
 _CONFIG = "ROS_PYTHON_LOG_CONFIG_FILE"
 _LOG_FILE = "ROS_LOG_FILENAME"
-_PUBLISHED = Places(terminal=False, file=False)
-_FILED = Places(terminal=False, rosout=False)
+_PUBLISHED = Destinations(terminal=False, file=False)
+_FILED = Destinations(terminal=False, rosout=False)
 
 
 def python_level(level: int) -> int:
@@ -61,15 +61,15 @@ class Levels(MutableMapping[str, int]):
         return len(list(iter(self)))
 
 
-def _pass_on(log: Log, record: logging.LogRecord, text: str, places: Places) -> None:
-    log.pass_on(
+def _pass_on(log: Log, record: logging.LogRecord, text: str, destinations: Destinations) -> None:
+    log.log_record(
         ros_level(record.levelno),
         text,
         path=record.pathname,
         line=record.lineno,
         function=record.funcName or "",
         name=record.name,
-        places=places,
+        destinations=destinations,
     )
 
 
@@ -89,9 +89,9 @@ class RosOutHandler(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         """Write one record."""
         text = self.format(record)  # arguments that do not fit raise in the program, as in stock
-        places = EVERYWHERE if self._shows else _PUBLISHED
+        destinations = ALL_DESTINATIONS if self._shows else _PUBLISHED
         try:
-            _pass_on(self._log, record, text, places)
+            _pass_on(self._log, record, text, destinations)
         except Exception:  # noqa: BLE001 - as Python's handlers do it
             self.handleError(record)
 
@@ -156,7 +156,7 @@ class _Words:
     def __call__(self, error: BaseException) -> str:
         from pyros1.drop_in.start import pyros1_modules
 
-        word: str = pyros1_modules.word_on(error)  # type: ignore[no-untyped-call]  # it is for any Python
+        word: str = pyros1_modules.reason_for(error)  # type: ignore[no-untyped-call]  # it is for any Python
         if not word or word in self._said:
             return ""
         self._said.add(word)

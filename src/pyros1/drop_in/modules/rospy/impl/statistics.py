@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rospy.impl.topic_views import SubscriberImpl
 
 _HEADER = struct.Struct("<III")
-_MOST_PUBLISHERS = 1000
+_MAX_PUBLISHERS = 1000
 _LIMITS = ("min_elements", "max_elements", "min_size", "max_size")
 
 
@@ -53,7 +53,7 @@ class SubscriberStatisticsLogger:
     def _take(self, message: AnyMsg) -> None:
         sender = (message._connection_header or {}).get("callerid", "")
         if sender not in self._windows:
-            if len(self._windows) >= _MOST_PUBLISHERS:
+            if len(self._windows) >= _MAX_PUBLISHERS:
                 self._windows.clear()
             self._windows[sender] = Window(get_time(), self._limits)
         body: Any = message._buff

@@ -26,7 +26,7 @@ from pyros1.ground.errors import (
     ServiceUnavailableError,
     WaitTimeoutError,
 )
-from pyros1.net.bell import Event
+from pyros1.net.signal_safe import Event
 from rospy.core import logerr, logfatal, logwarn
 from rospy.exceptions import ROSException, ROSInterruptException, ROSSerializationException
 from rospy.impl.answering import Exchange, write_error

@@ -313,7 +313,7 @@ export function dot(model) {
   return [...lines, "}"].join("\n") + "\n";
 }
 
-// A name without control characters and marks that turn the direction of writing, as `pyros1.ground.shown.one_line` has it:
+// A name without control characters and marks that turn the direction of writing, as `pyros1.ground.terminal_text.one_line` has it:
 // people look at the file in a terminal.
 function shown(text) {
   return text.replace(STEERING, (letter) => SHORT[letter] || `\\${letter < "\u0100" ? "x" : "u"}${letter.charCodeAt(0).toString(16).padStart(letter < "\u0100" ? 2 : 4, "0")}`);

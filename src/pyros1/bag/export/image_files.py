@@ -1,0 +1,146 @@
+"""Image files from sensor_msgs/Image and CompressedImage."""
+
+from __future__ import annotations
+
+import os
+import re
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+from pyros1.bag.export.extras import extra
+from pyros1.bag.export.images import Pixels, pixels
+from pyros1.bag.export.topic_names import FileNames
+from pyros1.ground.errors import MessageError
+from pyros1.ground.timing import Time
+from pyros1.observe import png16
+from pyros1.observe.compressed_depth import HEAD, decode_depth
+from pyros1.observe.image_files import MAX_PIXELS, decode
+
+TYPES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
+"""Types of image messages."""
+
+_KINDS = {b"\xff\xd8": "jpg", b"\x89PNG": "png", b"BM": "bmp", b"II*\0": "tiff", b"MM\0*": "tiff", b"RIFF": "webp"}
+
+
+class PictureWriter:
+    """Writes images to ``folder/<topic>/<stamp>.png``; the stamp is the header's, or the bag's time if that is 0.
+
+    Numbers that PNG cannot store become TIFF files; compressed images are written unchanged, but compressed depths of
+    32FC1 become TIFF files of metres.
+
+    Args:
+        folder: the folder, which is created.
+        mosaic: whether to leave Bayer images as they are.
+
+    Raises:
+        Error: Pillow is not installed.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str], *, mosaic: bool = False) -> None:
+        self._image = extra("PIL.Image", "images")
+        self._folder = Path(folder)
+        self._mosaic = mosaic
+        self._names = FileNames()
+        self._used: dict[str, int] = {}
+        self._folder.mkdir()
+
+    def write_message(self, topic: str, message: Any, time: Time) -> None:
+        """Write an image.
+
+        Args:
+            topic: its topic.
+            message: one of `TYPES`.
+            time: its time in the bag.
+
+        Raises:
+            MessageError: the image is damaged, or its kind is not supported.
+            OSError: the disk is full, ...
+        """
+        stamp = message.header.stamp if message.header.stamp else time
+        if message._type == TYPES[0]:
+            image = pixels(message, mosaic=self._mosaic)
+            kind = picture_kind(image, str(message.encoding))
+            if image.dtype == "u2" and image.ndim == 3:
+                data = png16.write(image)
+            else:
+                data = _encoded(self._image.fromarray(image.astype("i4") if image.dtype == "i2" else image), kind)
+        elif _is_real_depth(str(message.format)):
+            kind = "tiff"
+            data = _encoded(self._image.fromarray(compressed_pixels(message)), kind)
+        else:
+            data, kind = compressed(message)
+        self._path(topic, stamp, kind).write_bytes(data)
+
+    def close(self) -> None:
+        """Do nothing: every image is already written."""
+
+    def abort(self) -> None:
+        """Do nothing: no file is open."""
+
+    def _path(self, topic: str, stamp: Time, kind: str) -> Path:
+        folder = self._folder / self._names[topic]
+        folder.mkdir(exist_ok=True)
+        stem = f"{stamp.secs}.{stamp.nsecs:09d}"
+        if (folder / f"{stem}.{kind}").exists():
+            number = self._used[f"{topic} {stem}"] = self._used.get(f"{topic} {stem}", 1) + 1
+            stem = f"{stem}_{number}"
+        return folder / f"{stem}.{kind}"
+
+
+def picture_kind(image: Pixels, encoding: str) -> str:
+    """Return the kind of file that stores an image without loss.
+
+    Raises:
+        MessageError: no kind does.
+    """
+    channels = 1 if image.ndim == 2 else image.shape[2]
+    if image.dtype in ("u1", "u2") and channels in (1, 3, 4):
+        return "png"
+    if channels == 1 and image.dtype in ("i2", "i4", "f4"):
+        return "tiff"
+    raise MessageError(f"PNG and TIFF files cannot store images of the encoding {encoding!r}; try --format video")
+
+
+def compressed(message: Any) -> tuple[bytes, str]:
+    """Return the content of an image file and its extension.
+
+    Args:
+        message: a sensor_msgs/CompressedImage.
+
+    Raises:
+        MessageError: the image is empty, or a depth image that is no such file: 32FC1, or not PNG.
+    """
+    data, form = bytes(message.data), str(message.format)
+    if "compressedDepth" in form:
+        if not form.startswith("16UC1") or not data[HEAD.size :].startswith(b"\x89PNG"):
+            raise MessageError(f"depth images of the format {form!r} are not supported, only 16UC1")
+        data = data[HEAD.size :]
+    if not data:
+        raise MessageError("the compressed image is empty")
+    for magic, kind in _KINDS.items():
+        if data.startswith(magic):
+            return data, kind
+    word = re.search(r"[A-Za-z]\w*", form.rpartition(";")[2])
+    return data, word[0].lower() if word else "bin"
+
+
+def compressed_pixels(message: Any, max_pixels: int = MAX_PIXELS) -> Pixels:
+    """Return the pixels of a sensor_msgs/CompressedImage: see `decode`, or `decode_depth` for compressed depths.
+
+    Raises:
+        MessageError: it cannot be read.
+        Error: Pillow is not installed.
+    """
+    form, data = str(message.format), bytes(message.data)
+    return decode_depth(form, data, max_pixels) if "compressedDepth" in form else decode(data, max_pixels)
+
+
+def _is_real_depth(form: str) -> bool:
+    return "compressedDepth" in form and form.startswith("32FC1")
+
+
+def _encoded(image: Any, kind: str) -> bytes:
+    file = BytesIO()
+    image.save(file, kind.upper())
+    return file.getvalue()

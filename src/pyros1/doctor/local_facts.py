@@ -1,0 +1,195 @@
+"""Collects facts about this machine and this shell."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import socket
+import sys
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from time import monotonic
+
+from pyros1.doctor.concurrent import run_concurrently
+from pyros1.doctor.disk import folder_size
+from pyros1.doctor.facts import Disk, LocalProcess, Machine
+from pyros1.doctor.probe import addresses
+from pyros1.ground.errors import Error, SettingError
+from pyros1.launch.running.logs import log_folder, ros_home
+from pyros1.net.hosts import DEFAULT_MASTER_URI, host_from_environment, interface_addresses, parse_uri
+from pyros1.net.xmlrpc_client import XmlRpcClient
+from pyros1.wire.local import is_local_enabled
+
+MASTER_PORTS = range(11311, 11321)
+"""Ports on this machine to search for masters, in addition to that in ROS_MASTER_URI."""
+_TIMEOUT = 2.0
+_SIZE_TIMEOUT = 1.0
+
+
+def collect_machine(environ: Mapping[str, str]) -> Machine:
+    """Return the facts about this machine, within about three seconds.
+
+    Args:
+        environ: environment variables.
+    """
+    hostname = socket.gethostname()
+    names = {hostname, environ.get("ROS_HOSTNAME", ""), environ.get("ROS_IP", "")}
+    master = _host_and_port(environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI)
+    if master is not None:
+        names.add(master[0])
+    processes = ros_processes()
+    names |= {address[0] for address in (_host_and_port(process.master_uri) for process in processes) if address}
+    found = run_concurrently({name: partial(addresses, name) for name in names if name}, _TIMEOUT)
+    logs = log_folder(environ)
+    missing = [
+        part for part in environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part and not os.path.isdir(part)
+    ]
+    return Machine(
+        environ=environ,
+        hostname=hostname,
+        interfaces=interface_addresses(),
+        resolved={name: None if isinstance(answer, Exception) else answer for name, answer in found.items()},
+        missing_paths=missing,
+        disks=[_disk(folder) for folder in dict.fromkeys((_existing(logs), _existing(ros_home(environ))))],
+        log_folder=str(logs),
+        log_size=folder_size(logs.resolve(), on_disk=True, deadline=monotonic() + _SIZE_TIMEOUT)
+        if logs.exists()
+        else 0,
+        masters=local_masters(environ),
+        processes=processes,
+        python=(sys.version_info[0], sys.version_info[1]),
+        setting_problems=setting_problems(environ),
+    )
+
+
+def setting_problems(environ: Mapping[str, str]) -> list[str]:
+    """Return what is wrong with variables of pyros1, so that no node starts."""
+    problems = []
+    for name in ("PYROS1_ALLOW", "PYROS1_BIND", "PYROS1_PORTS", "PYROS1_TRANSPORTS"):
+        value = environ.get(name, "")
+        try:
+            host_from_environment({name: value}, {})
+            is_local_enabled(value if name == "PYROS1_TRANSPORTS" else "")
+        except SettingError as error:
+            problems.append(str(error))
+    return problems
+
+
+def _host_and_port(uri: str) -> tuple[str, int] | None:
+    try:
+        return parse_uri(uri)
+    except Error:
+        return None
+
+
+def _existing(folder: Path) -> Path:
+    """Return the folder, or the closest existing folder above it, in which it would be created."""
+    while not folder.is_dir() and folder != folder.parent:
+        folder = folder.parent
+    return folder
+
+
+def _disk(folder: Path) -> Disk:
+    usage = shutil.disk_usage(folder)
+    return Disk(str(folder), usage.free, usage.total, os.access(folder, os.W_OK | os.X_OK))
+
+
+def local_masters(environ: Mapping[str, str]) -> list[str]:
+    """Return the URIs of the masters that answer on this machine."""
+    ports = dict.fromkeys(MASTER_PORTS)
+    own_master = _host_and_port(environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI)
+    if own_master is not None and own_master[0] in ("localhost", "127.0.0.1", socket.gethostname()):
+        ports[own_master[1]] = None
+    uris = [f"http://localhost:{port}/" for port in ports]
+    answers = run_concurrently({uri: partial(_is_master, uri) for uri in uris}, _TIMEOUT)
+    return [uri for uri, answer in answers.items() if answer is True]
+
+
+def _is_master(uri: str) -> bool:
+    client = XmlRpcClient(uri, timeout=_TIMEOUT / 2)
+    try:
+        return bool(client.call("getUri", "/roswtf")[0] == 1)  # a node has no such method
+    except (Error, LookupError, TypeError):
+        return False
+    finally:
+        client.close()
+
+
+def ros_processes() -> list[LocalProcess]:
+    """Return programs on this machine that have a ROS_MASTER_URI and a listening socket, as nodes do. Linux only."""
+    listening = _listening_sockets()
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        if int(folder.name) == os.getpid():
+            continue
+        try:
+            environ = _environ(folder)
+            if "ROS_MASTER_URI" not in environ or not _has_socket(folder, listening):
+                continue
+            words = (folder / "cmdline").read_bytes().decode(errors="replace").split("\0")
+        except OSError:
+            continue  # another user's process, or it has ended
+        host = environ.get("ROS_HOSTNAME") or environ.get("ROS_IP") or ""
+        found.append(LocalProcess(int(folder.name), _program(words), environ["ROS_MASTER_URI"], host))
+    return sorted(found)
+
+
+def _environ(folder: Path) -> dict[str, str]:
+    entries = (folder / "environ").read_bytes().decode(errors="replace").split("\0")
+    return dict(entry.split("=", 1) for entry in entries if "=" in entry)
+
+
+def _has_socket(folder: Path, sockets: set[str]) -> bool:
+    for name in os.listdir(folder / "fd"):
+        try:
+            if os.readlink(folder / "fd" / name) in sockets:
+                return True
+        except OSError:
+            continue
+    return False
+
+
+def _listening_sockets() -> set[str]:
+    """Return the listening sockets, as named in ``/proc/PID/fd``."""
+    found = set()
+    for table in ("/proc/net/tcp", "/proc/net/tcp6"):
+        try:
+            rows = Path(table).read_text().splitlines()[1:]
+        except OSError:
+            continue
+        found |= {f"socket:[{row[9]}]" for row in map(str.split, rows) if len(row) > 9 and row[3] == "0A"}
+    return found
+
+
+def _program(words: list[str]) -> str:
+    """Return the name to show for a command line: that of the script if an interpreter runs one."""
+    name = os.path.basename(words[0])
+    if re.fullmatch(r"python[\d.]*", name):
+        script = next((word for word in words[1:] if word and not word.startswith("-")), "")
+        name = f"{name} {os.path.basename(script)}".strip()
+    return name
+
+
+def check_packages(environ: Mapping[str, str]) -> list[str]:
+    """Return the problems in the ``package.xml`` of all packages."""
+    # Only --all needs these; defusedxml has no stubs.
+    from defusedxml.ElementTree import ParseError, parse  # type: ignore[import-untyped]  # noqa: PLC0415
+
+    from pyros1.finding.packages import PackageIndex  # noqa: PLC0415
+
+    problems = []
+    for name, folder in sorted(PackageIndex(environ).paths().items()):
+        file = folder / "package.xml"
+        if not file.is_file():
+            continue
+        try:
+            root = parse(file).getroot()
+        except (ParseError, ValueError, LookupError, OSError) as error:  # LookupError: an unknown encoding
+            problems.append(f"{name} ({file}): {error}")
+            continue
+        missing_tags = [tag for tag in ("name", "version", "description") if root.find(tag) is None]
+        if missing_tags:
+            problems.append(f"{name} ({file}): <{'>, <'.join(missing_tags)}> is missing")
+    return problems

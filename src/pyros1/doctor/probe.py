@@ -1,0 +1,218 @@
+"""Questions to single nodes and services, each with a timeout. They leave no traces in the nodes' logs."""
+
+from __future__ import annotations
+
+import socket
+from time import monotonic, time
+
+from pyros1.doctor.facts import HANGS, OTHER, REFUSED, TIMEOUT, UNRESOLVED, Failure, NodeFacts, ReportedType
+from pyros1.graph import NodeApi
+from pyros1.ground.errors import (
+    DeadlineError,
+    Error,
+    LengthError,
+    MasterError,
+    MessageError,
+    ProtocolError,
+    UnreachableError,
+    XmlRpcFault,
+)
+from pyros1.msgs import DefinitionCache
+from pyros1.net.hosts import parse_uri
+from pyros1.net.resolve import HostLookup
+from pyros1.net.xmlrpc_client import XmlRpcClient
+from pyros1.wire.header import HeaderReader, encode_header
+from pyros1.wire.xmlrpc import dumps_call
+
+NODE_TIMEOUT = 2.5
+"""Timeout for the answers of a node in seconds."""
+_CONNECT_TIMEOUT = 0.3
+_MAX_BYTES = 1 << 20
+"""Largest message, in bytes, that is looked at."""
+
+
+def failure_of(error: BaseException) -> Failure:
+    """Return why a question was not answered, from the error it ended with."""
+    causes: list[BaseException] = []
+    cause: BaseException | None = error
+    while cause is not None:
+        causes.append(cause)
+        cause = cause.__cause__
+    if any(isinstance(each, (DeadlineError, TimeoutError)) for each in causes):
+        return Failure(TIMEOUT, str(error))
+    if any(isinstance(each, socket.gaierror) for each in causes):
+        return Failure(UNRESOLVED, str(error))
+    if any(isinstance(each, ConnectionError) for each in causes):
+        return Failure(REFUSED, str(error))
+    if any(isinstance(each, OSError) for each in causes):  # no route to the host, network unreachable
+        return Failure(TIMEOUT, str(error))
+    return Failure(OTHER, str(error))
+
+
+def addresses(host: str) -> list[str] | None:
+    """Return the IP addresses of a host name, None if it cannot be resolved in time."""
+    try:
+        return HostLookup(host).wait(NODE_TIMEOUT)
+    except OSError:
+        return None
+
+
+def _accepts_connections(uri: str) -> bool:
+    """Return whether a node accepts connections: its process is there, and the way to it."""
+    try:
+        socket.create_connection(parse_uri(uri), _CONNECT_TIMEOUT).close()
+    except (OSError, Error):
+        return False
+    return True
+
+
+def _failure_reason(error: Error, uri: str) -> Failure:
+    """Return why a node did not answer."""
+    failure = failure_of(error)
+    if failure.kind == TIMEOUT and _accepts_connections(uri):
+        return Failure(HANGS, failure.text)
+    return failure
+
+
+def ask_whether_alive(caller_id: str, uri: str) -> Failure | None:
+    """Return why a node does not answer; None if it does."""
+    try:
+        api = NodeApi(caller_id, uri, NODE_TIMEOUT)
+    except ProtocolError as error:
+        return Failure(OTHER, str(error))
+    try:
+        api.pid()
+    except (MasterError, XmlRpcFault):
+        pass  # it answers, but does not tell its process id
+    except Error as error:
+        return _failure_reason(error, uri)
+    finally:
+        api.close()
+    return None
+
+
+def ask_node(caller_id: str, uri: str) -> NodeFacts:
+    """Ask a node for its connections and its clock."""
+    try:
+        host, port = parse_uri(uri)
+    except ProtocolError as error:
+        return NodeFacts(uri, uri, None, Failure(OTHER, str(error)))
+    found = addresses(host)
+    if found is None:
+        return NodeFacts(uri, host, None, Failure(UNRESOLVED, f"unknown host {host}"))
+    facts = NodeFacts(uri, host, found)
+    api = NodeApi(caller_id, uri, NODE_TIMEOUT)
+    try:
+        facts.connections = api.connections()
+        facts.clock_offset = clock_offset(caller_id, host, port)
+    except Error as error:
+        facts.failure = _failure_reason(error, uri)
+    finally:
+        api.close()
+    return facts
+
+
+def clock_offset(caller_id: str, host: str, port: int) -> float | None:
+    """Return how far a machine's clock is ahead of ours in seconds, by the ``Date`` of a node's HTTP answer.
+
+    Returns:
+        The offset, accurate to about a second; None if the answer has no date.
+    """
+    import http.client  # noqa: PLC0415 - slow to import, and needed for a running system only
+    from email.utils import parsedate_to_datetime  # noqa: PLC0415
+
+    connection = http.client.HTTPConnection(host, port, timeout=NODE_TIMEOUT)
+    try:
+        sent_at = time()
+        connection.request("POST", "/", dumps_call("getPid", (caller_id,)), {"Content-Type": "text/xml"})
+        date = connection.getresponse().getheader("Date")
+        now = (sent_at + time()) / 2
+        if date is None:
+            return None
+        # The date is in whole seconds.
+        return parsedate_to_datetime(date).timestamp() + 0.5 - now
+    except (OSError, http.client.HTTPException, ValueError, TypeError):
+        return None
+    finally:
+        connection.close()
+
+
+def ask_publisher(caller_id: str, uri: str, topic: str, listen: float = 0.0) -> ReportedType:
+    """Ask a publisher for type, md5sum and definition, with the header of a subscriber that accepts any type.
+
+    Args:
+        caller_id: name of the node that asks.
+        uri: URI of the publisher's node.
+        topic: the topic's name.
+        listen: seconds to wait for a message, to see whether it ends where it should.
+    """
+    api = XmlRpcClient(uri, timeout=NODE_TIMEOUT)
+    try:
+        answer = api.call("requestTopic", caller_id, topic, [["TCPROS"]])
+        code, text, protocol = answer
+        if code != 1 or not protocol or protocol[0] != "TCPROS":
+            return ReportedType(failure=Failure(OTHER, f"it refuses the connection: {text}"))
+        header_to_send = {"callerid": caller_id, "topic": topic, "type": "*", "md5sum": "*", "message_definition": ""}
+        header, body = _exchange_headers(str(protocol[1]), int(protocol[2]), header_to_send, listen)
+        if "error" in header:
+            return ReportedType(failure=Failure(OTHER, f"it refuses the connection: {header['error']}"))
+        kind, md5sum, text = header.get("type", "*"), header.get("md5sum", "*"), header.get("message_definition", "")
+        return ReportedType(kind, md5sum, None, text, 0 if body is None else _extra_bytes(kind, md5sum, text, body))
+    except (Error, OSError, ValueError, TypeError, LookupError) as error:
+        return ReportedType(failure=failure_of(error))
+    finally:
+        api.close()
+
+
+def _exchange_headers(
+    host: str, port: int, header_to_send: dict[str, str], listen: float = 0.0
+) -> tuple[dict[str, str], bytes | None]:
+    """Return a publisher's header, and the first message that comes within some seconds."""
+    reader = HeaderReader()
+    with socket.create_connection((host, port), NODE_TIMEOUT) as sock:
+        sock.sendall(encode_header(header_to_send))
+        header = _read_header(sock, reader, monotonic() + NODE_TIMEOUT)
+        return header, _first_message(sock, reader.rest, monotonic() + listen) if listen else None
+
+
+def _first_message(sock: socket.socket, data: bytes, deadline: float) -> bytes | None:
+    """Return a publisher's first message; None if it is large, or does not come in time."""
+    while (missing := _missing_bytes(data)) and monotonic() < deadline and len(data) + missing < _MAX_BYTES:
+        sock.settimeout(max(0.001, deadline - monotonic()))
+        try:
+            piece = sock.recv(missing)
+        except OSError:
+            return None
+        if not piece:
+            return None
+        data += piece
+    return None if missing else data[4 : 4 + int.from_bytes(data[:4], "little")]
+
+
+def _missing_bytes(data: bytes) -> int:
+    """Return how many bytes are missing to a whole frame."""
+    size = 4 + int.from_bytes(data[:4], "little") if len(data) >= 4 else 4
+    return max(0, size - len(data))
+
+
+def _extra_bytes(kind: str, md5sum: str, text: str, body: bytes) -> int:
+    """Return how many bytes are behind a message."""
+    try:
+        cls = DefinitionCache(by_name=True).get(kind, md5sum, text)
+        cls._decode(body, 0, len(body), True)
+    except LengthError as error:
+        return error.surplus
+    except MessageError:
+        pass  # another finding, or none of ours
+    return 0
+
+
+def _read_header(sock: socket.socket, reader: HeaderReader, deadline: float) -> dict[str, str]:
+    while True:
+        sock.settimeout(max(0.001, deadline - monotonic()))
+        data = sock.recv(4096)
+        if not data:
+            raise UnreachableError("the connection was closed before the answer")
+        header = reader.feed(data)
+        if header is not None:
+            return header

@@ -1,0 +1,83 @@
+"""Text from elsewhere, made safe to show in a terminal.
+
+A name, an error text or a message of another process may hold escape sequences, which move the cursor, change the
+window's title or hide text, line breaks, which forge lines of output, and marks that reverse the direction of writing.
+Text from elsewhere passes through here before a person sees it. Each such character is shown as Python would
+write it in a string: ``\\x1b``.
+"""
+
+from __future__ import annotations
+
+import re
+
+_CONTROL_CHARACTERS = "\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
+_UNPRINTABLE = _CONTROL_CHARACTERS + "\ud800-\udfff"  # and surrogates, which cannot be encoded
+# Compiled when a text needs them, which is rare: every command and node starts sooner.
+_EXCEPT_BYTES = f"\r(?!\n)|(?!\r)[{_CONTROL_CHARACTERS}]"
+_IN_LINES = f"\r(?!\n)|(?!\r)[{_UNPRINTABLE}]"
+_IN_ONE_LINE = f"[\t\n{_UNPRINTABLE}]"
+_EXCEPT_COLOURS = f"(\x1b\\[[0-9;]*m)|\r(?!\n)|(?!\r)[{_UNPRINTABLE}]"
+
+
+def one_line(value: object, max_length: int = 1000) -> str:
+    """Return a value's text as one line without control characters, for names and for parts of sentences.
+
+    Args:
+        value: anything; ``str`` makes the text.
+        max_length: characters to show; of a longer text, the rest is replaced by a note of its length.
+    """
+    text = str(value)
+    if len(text) > max_length:
+        text = f"{text[:max_length]}... ({len(text) - max_length} more characters)"
+    return text if text.isprintable() else re.sub(_IN_ONE_LINE, _escape, text)
+
+
+def lines(text: str, *, keep_bytes: bool = False) -> str:
+    """Return a text without control characters except line breaks and tabs, which are assumed to be wanted.
+
+    Args:
+        keep_bytes: keep the surrogates that stand for undecodable bytes in file names.
+    """
+    if text.replace("\n", "").isprintable():  # as nearly all are; much quicker than a search
+        return text
+    return re.sub(_EXCEPT_BYTES if keep_bytes else _IN_LINES, _escape, text)
+
+
+def coloured_lines(text: str) -> str:
+    """Return the same, but keep colours: for texts that a program writes itself, such as log texts."""
+    if text.replace("\n", "").isprintable():
+        return text
+    return re.sub(_EXCEPT_COLOURS, lambda found: found.group(1) or _escape(found), text)
+
+
+class UntrustedText(str):
+    """A text from elsewhere that keeps its value for programs, as a name to look up or a value in JSON, but is shown as
+    by `one_line` when it is printed or formatted. ``join`` and ``+`` use the raw value: join ``map(str, names)``
+    instead.
+    """
+
+    __slots__ = ()
+
+    def __str__(self) -> str:
+        return one_line(str.__str__(self), len(self))
+
+    def __format__(self, spec: str) -> str:
+        return format(str(self), spec)
+
+
+def untrusted(text: str) -> str:
+    """Return a text from elsewhere as `UntrustedText`, or the same object if it is harmless as it is."""
+    return text if text.isprintable() or not re.search(_IN_ONE_LINE, text) else UntrustedText(text)
+
+
+def json_text(text: str) -> str:
+    """Return JSON in which control characters are escaped, also those that JSON allows in strings."""
+    return (
+        text
+        if text.isascii() and "\x7f" not in text
+        else re.sub(_IN_LINES, lambda found: f"\\u{ord(found.group()):04x}", text)
+    )
+
+
+def _escape(found: re.Match[str]) -> str:
+    return repr(found.group())[1:-1]

@@ -1,0 +1,119 @@
+"""The journal of a core: what an earlier core left that was killed, and what this one keeps for the next."""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pyros1.launch.running.logs import ros_home
+
+if TYPE_CHECKING:
+    from pyros1.launch.running.console import Console
+    from pyros1.master.journal import Journal, JournalContents
+
+
+class CoreJournal:
+    """What a core goes on with.
+
+    Args:
+        environ: environment variables; ROS_HOME is used.
+        port: port of the master. Each host, port and user has a journal of its own.
+        console: told what is continued, and what is not and why.
+    """
+
+    def __init__(self, environ: Mapping[str, str], port: int, console: Console) -> None:
+        from pyros1.master.journal import Journal, JournalError, read  # noqa: PLC0415 - only for a core
+        from pyros1.master.recovery import any_reachable, stale_reason  # noqa: PLC0415 - as above
+
+        self._console = console
+        self.journal: Journal | None = None
+        self.found: JournalContents | None = None
+        path = _path(environ, port)
+        try:
+            self.journal = Journal(path, console.warning)
+        except JournalError as error:
+            console.warning(f"this master keeps no journal, so it cannot be restored after a restart: {error}")
+            return
+        try:
+            self.found = read(path)
+        except JournalError as error:
+            _set_aside(path, str(error), console)
+        if self.found is None:
+            return
+        reason = stale_reason(self.found, time.time(), any_reachable)
+        if reason:
+            _set_aside(path, f"it is not continued: {reason}", console)
+            self.found = None
+        else:
+            truncated = ", except for its last changes, which were not written" if self.found.truncated else ""
+            console.line(f"continuing the master that was killed (pid {self.found.pid}){truncated}")
+
+    @property
+    def run_id(self) -> str | None:
+        """The run id of the core that is continued; None if there is none."""
+        value: Any = None
+        for method, params in self.found.calls if self.found is not None else ():
+            if method == "setParam" and len(params) == 3:
+                key, new = params[1:]
+                if key == "/run_id":
+                    value = new
+                elif key == "/" and isinstance(new, dict):
+                    value = new.get("run_id")
+        return value if isinstance(value, str) else None
+
+    def report(self, reachable: int, unreachable: list[str]) -> None:
+        """Say which nodes are there. Called on the master's thread."""
+        unreachable = [
+            name for name in unreachable if name != "/rosout"
+        ]  # that was in the earlier core, and this one has its own
+        if not reachable and not unreachable:
+            return  # it had parameters only
+        text = f"continued with {reachable} {'node' if reachable == 1 else 'nodes'} of the earlier master"
+        if unreachable:
+            text += f"; gone meanwhile: {', '.join(unreachable[:20])}{' ...' if len(unreachable) > 20 else ''}"
+        self._console.line(text)
+
+    def drop(self) -> None:
+        """This core does not start: what was found is left for the next."""
+        if self.journal is not None:
+            self.journal.close(remove=False)
+            self.journal = None
+
+
+def set_aside_journal(environ: Mapping[str, str], port: int, console: Console) -> None:
+    """Set aside what an earlier core left: a master without a journal runs now, and none may go on behind its back.
+
+    Args:
+        environ, port, console: as for `CoreJournal`.
+    """
+    path = _path(environ, port)
+    if not path.exists():
+        return
+    from pyros1.master.journal import Journal, JournalError  # noqa: PLC0415 - rarely needed
+
+    try:
+        journal = Journal(path, console.warning)
+    except JournalError:
+        return  # another master uses it
+    _set_aside(path, "it is not continued, as this master keeps none", console)
+    journal.close(remove=False)
+
+
+def _path(environ: Mapping[str, str], port: int) -> Path:
+    host = re.sub(r"[^A-Za-z0-9._-]", "_", socket.gethostname())[:100]
+    return Path(ros_home(environ), "pyros1", f"master-{host}-{port}.journal")
+
+
+def _set_aside(path: Path, reason: str, console: Console) -> None:
+    old = path.with_suffix(".old")
+    try:
+        os.replace(path, old)
+    except OSError as error:
+        console.warning(f"the journal of an earlier master, {path}: {reason} ({error.strerror})")
+        return
+    console.warning(f"the journal of an earlier master, now {old}: {reason}")

@@ -1,0 +1,157 @@
+"""Receives messages that are large because of one byte array, such as images, without copying the array.
+
+The array of such a message can be received straight into its final ``bytes`` object, and the rest beside it.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import Any, NamedTuple
+
+from pyros1.ground.errors import DeserializationError, LengthError, MessageError
+from pyros1.msgs.base import AnyMsg, Message, View, message_class
+from pyros1.msgs.generator import split_type
+from pyros1.msgs.spec import STRUCT_CODES
+
+_EMPTY = bytes(4)
+_read_size = struct.Struct("<I").unpack_from
+
+
+class Layout(NamedTuple):
+    """Place of the byte array of a type.
+
+    Attributes:
+        field: name of its field.
+        tail: number of encoded bytes that follow the array.
+        has_length_field: whether the array has a length field; not so if the array is the whole message.
+    """
+
+    field: str
+    tail: int
+    has_length_field: bool = True
+
+
+class SplitBody:
+    """An encoded message in three pieces.
+
+    Args:
+        head: the bytes before the array, without its length.
+        data: the array.
+        tail: the bytes after it.
+        has_length_field: as in Layout.
+    """
+
+    __slots__ = ("data", "has_length_field", "head", "tail")
+
+    def __init__(self, head: bytes, data: bytes, tail: bytes, has_length_field: bool = True) -> None:
+        self.head = head
+        self.data = data
+        self.tail = tail
+        self.has_length_field = has_length_field
+
+    def array(self, *, in_place: bool) -> Any:
+        """Return the array as bytes; or, if it is in memory of others, as a read-only view of that, if wanted so."""
+        return self.data
+
+    def join(self) -> bytes:
+        """Return the body in one piece."""
+        if not self.has_length_field:
+            return self.data
+        return b"".join((self.head, len(self.data).to_bytes(4, "little"), self.data, self.tail))
+
+
+def layout(cls: type[Any]) -> Layout | None:
+    """Return the layout of a message class with a large byte array.
+
+    Returns:
+        The layout; None if it has no uint8[] field at its top level, or several, or fields of variable size after it.
+    """
+    if issubclass(cls, AnyMsg):
+        return Layout("_buff", 0, has_length_field=False)
+    try:
+        cls = message_class(cls)
+    except MessageError:
+        return None  # what a subscriber has in place of messages, as tf's listeners do
+    arrays = [i for i, slot_type in enumerate(cls._slot_types) if slot_type in ("uint8[]", "char[]")]
+    if len(arrays) != 1:
+        return None
+    tail = 0
+    for slot_type in cls._slot_types[arrays[0] + 1 :]:
+        size = _fixed_size(cls, slot_type)
+        if size is None:
+            return None
+        tail += size
+    return Layout(cls.__slots__[arrays[0]], tail)
+
+
+def _fixed_size(cls: type[Message], slot_type: str) -> int | None:
+    base, length = split_type(slot_type)
+    if length == -1 or base == "string":
+        return None
+    count = 1 if length is None else length
+    if base in STRUCT_CODES:
+        return count * struct.calcsize("<" + STRUCT_CODES[base])
+    nested = cls._classes.get(base)
+    size = 8 if nested is None else nested._fixed_size
+    return None if size is None else count * size
+
+
+def decode_split(
+    cls: type[Any], where: Layout | None, body: SplitBody, view: View | None = None, exact: bool = False
+) -> Any:
+    """Decode a message from its pieces.
+
+    Args:
+        cls: message class or AnyMsg.
+        where: its layout, or None, as also for a class that wants whole messages.
+        body: the pieces.
+        view: makes numeric arrays, see ``array_views.py``; None for bytes and tuples.
+        exact: whether the message must end with the body.
+
+    Raises:
+        LengthError: the message ends before or behind the end of the body, and ``exact`` is true.
+        DeserializationError: the bytes are not a message of this class.
+    """
+    if where is not None and where.has_length_field == body.has_length_field:
+        if not where.has_length_field:
+            return AnyMsg(body.data)
+        rest = b"".join((body.head, _EMPTY, body.tail))  # the same message with an empty array
+        try:
+            message = decode(cls, rest, view, exact=True)
+        except (DeserializationError, LengthError):
+            message = None
+        # If the array is not empty, the pieces were not cut at the array's borders.
+        if message is not None and not len(getattr(message, where.field)):
+            array = body.array(in_place=view is not None)
+            setattr(message, where.field, array if view is None else view(array, 0, len(array), "B"))
+            return message
+    return decode(cls, body.join(), view, exact)
+
+
+def decode(cls: type[Any], body: bytes, view: View | None, exact: bool = False) -> Any:
+    """Decode a whole body; arguments and errors as for `decode_split`."""
+    if view is None or issubclass(cls, AnyMsg):
+        return cls._decode(body, 0, len(body), exact)
+    return cls._decode_arrays(body, 0, len(body), view, exact)
+
+
+def split_frame(frame: list[Any], tail: int) -> SplitBody | None:
+    """Return the pieces of an encoder's frame, given as a list of buffers; None if it has another structure.
+
+    Args:
+        frame: u32 length, head and array length; the array; the tail, if there is any.
+        tail: number of bytes behind the array.
+    """
+    first, data = frame[0], frame[1]
+    last = frame[2] if len(frame) == 3 else b""
+    if (
+        len(frame) > 3
+        or len(last) != tail
+        or len(first) < 8
+        or first.__class__ is not bytes
+        or data.__class__ is not bytes
+    ):
+        return None
+    if _read_size(first, len(first) - 4)[0] != len(data):
+        return None
+    return SplitBody(first[4:-4], data, last)

@@ -1,0 +1,81 @@
+"""Values of numpy that stock's codecs accept with older versions of numpy: arrays of one element in fields of floats,
+and numpy's booleans in fields of integers.
+
+Newer versions of numpy no longer convert them (NumPy 2.4 the arrays), but programs for stock rely on it. The generated
+codecs do not look for them: `with_plain_numbers` is called when they have failed.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.msgs.base import Message
+from pyros1.msgs.check import encoding_error
+from pyros1.msgs.generator import fields_of, split_type
+from pyros1.msgs.spec import STRUCT_CODES
+
+
+def with_plain_numbers(cls: type[Message], codec: str, message: Any, error: Exception) -> Any:
+    """Return what a codec makes of a message in which it has met a wrong value, with plain numbers in place of these.
+
+    Args:
+        cls: the message's class.
+        codec: name of the codec, an attribute of the class.
+        message: the message; it stays as it is.
+        error: the codec's error.
+
+    Raises:
+        SerializationError: the value is wrong; the text names its field.
+    """
+    plain = _plain_message(cls, message)
+    if plain is message:
+        raise encoding_error(cls, message, error) from error
+    return getattr(cls, codec)(plain)
+
+
+def _plain_message(cls: type[Message], message: Any) -> Any:
+    """Return the message, or, if it has such values, a copy without them."""
+    changed = {}
+    for name, slot_type in fields_of(cls):
+        value = getattr(message, name, None)
+        base, length = split_type(slot_type)
+        code = STRUCT_CODES.get(base, "")
+        if length is None:
+            plain = _plain_message(cls._classes[base], value) if base in cls._classes else _plain(code, value)
+        else:
+            plain = _plain_array(code, value)
+        if plain is not value:
+            changed[name] = plain
+    if not changed:
+        return message
+    copy = cls.__new__(cls)
+    for name in cls.__slots__:
+        setattr(copy, name, changed[name] if name in changed else getattr(message, name, None))
+    return copy
+
+
+def _plain_array(code: str, values: Any) -> Any:
+    """Return a list in place of an array or list of such values. Of messages in arrays, their own codecs take care."""
+    if not code or isinstance(values, (str, bytes)) or not hasattr(values, "__len__"):
+        return values
+    if code == "B" and not isinstance(values, (list, tuple)):
+        return values
+    try:
+        given = list(values)
+    except TypeError:  # an array of numpy's without a dimension
+        return values
+    plain = [_plain(code, value) for value in given]
+    return values if all(map(lambda new, old: new is old, plain, given)) else plain
+
+
+def _plain(code: str, value: Any) -> Any:
+    kind = getattr(getattr(value, "dtype", None), "kind", "")
+    if code and code in "fd":
+        if kind not in ("", "c") and hasattr(value, "__len__") and value.size == 1:
+            try:
+                return float(value.item())
+            except (TypeError, ValueError):
+                return value
+    elif code and kind == "b" and not hasattr(value, "__len__"):
+        return int(value)
+    return value

@@ -1,0 +1,39 @@
+"""Reports of a loop's errors on stderr, if it has no other handler of errors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from pyros1.ground import terminal_text
+from pyros1.net.background_writer import BackgroundWriter, write_to_terminal
+from pyros1.net.rate_limit import RepeatCounter
+
+
+class ReportingLoop(Protocol):
+    """The part of a loop that is needed here."""
+
+    name: str
+
+    def call_later(self, seconds: float, function: Callable[..., object], *args: Any) -> Any: ...
+
+
+class ErrorReports:
+    """Writes to stderr without waiting for it, and counts what repeats.
+
+    Args:
+        loop: the loop whose errors are reported.
+    """
+
+    def __init__(self, loop: ReportingLoop) -> None:
+        self._repeats = RepeatCounter(loop.call_later)
+        self._thread = BackgroundWriter(f"{loop.name}:errors", write_to_terminal)
+
+    def log(self, text: str) -> None:
+        """Write a text of one or more lines."""
+        self._repeats.log("", terminal_text.lines(text), lambda line: self._thread.write("stderr", line + "\n"))
+
+    def close(self) -> None:
+        """Write what is left, for at most a second."""
+        self._repeats.close()
+        self._thread.close()

@@ -1,0 +1,219 @@
+"""The links of a publication to its subscribers: how they come, what they are told, and how they go."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import socket
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, Protocol
+
+from pyros1.net.keepalive import keep_alive
+from pyros1.node.publishing.local_link import LocalLink
+from pyros1.node.publishing.tcp_link import TcpLink, WaitingLink
+from pyros1.node.strand import Strand
+from pyros1.wire.handshake import Refusal, TopicType, answer_subscriber, is_true
+from pyros1.wire.header import encode_header
+from pyros1.wire.local import TOKEN_SIZE
+from pyros1.wire.outqueue import Frame
+
+if TYPE_CHECKING:
+    from pyros1.node.context import Context
+    from pyros1.node.publishing.pool import Pool
+    from pyros1.node.publishing.shared_link import SharedLink
+    from pyros1.node.publishing.udp_link import UdpLink
+    from pyros1.node.subscribing.sources import Receiver
+
+MAX_LINKS = 1024
+
+
+class Link(Protocol):
+    """The part of a link that a publication needs. `start`, `send` and `recover` are called in the topic's strand."""
+
+    peer: str
+    messages: int
+    bytes_sent: int
+    transport: str
+    address: str
+
+    @property
+    def dropped(self) -> int: ...
+    @property
+    def waiting(self) -> int: ...
+    @property
+    def connected(self) -> bool: ...
+    def start(self) -> None: ...
+    def send(self, frame: Frame) -> None: ...
+    def recover(self) -> None: ...
+    def wait(self) -> None: ...
+    def close(self) -> None: ...
+    def finish(self, deadline: float) -> None: ...
+
+
+class PublisherLinks:
+    """The part of a publication that has links.
+
+    Args:
+        context: the node.
+        topic: full name.
+        message_class: class of the messages; with AnyMsg, ``type_`` gives their real type.
+        type_: type name, md5 sum and definition that are sent to subscribers.
+        queue_size: most waiting messages per slow subscriber; 0: no limit; None: publishing waits for subscribers.
+        latch: keep the last message and give it to every new subscriber.
+        headers: more fields of the connection header.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        topic: str,
+        message_class: type[Any],
+        type_: TopicType,
+        queue_size: int | None,
+        latch: bool,
+        headers: Mapping[str, str],
+    ) -> None:
+        self.context = context
+        self.topic = topic
+        self.message_class = message_class
+        self.type = type_
+        self.queue_size = queue_size
+        self.latch = latch
+        self.headers = dict(headers)
+        self.links: tuple[Link, ...] = ()
+        self._remote: tuple[Link, ...] = ()  # the links that take frames
+        self._local: tuple[LocalLink, ...] = ()  # the links that take messages
+        self._shared: tuple[SharedLink, ...] = ()  # those of `_remote` that share memory
+        self._pool: Pool | None = None
+        self.on_change: list[Callable[[], None]] = []
+        self._connections = itertools.count(1)  # over UDP
+        self._latched: dict[object, Frame] = {}  # by source: each has its own, as in roscpp
+        # It guards numbers, latched message and links, so that all of them see one order of messages.
+        self.strand = Strand(context.loop.call_soon, self._recover)
+        self._closed = False
+
+    def _recover(self) -> None:
+        """Let all links recover after a signal handler has raised in the middle of a job."""
+        for link in self.links:
+            link.recover()
+
+    def accept(self, sock: socket.socket, header: dict[str, str]) -> None:
+        """Answer a subscriber's header and link it. On the loop.
+
+        Raises:
+            Refusal: the subscriber wants another type.
+        """
+        answer = self._answer(header)
+        self._check_num_links()
+        if sock.family == getattr(socket, "AF_UNIX", None):
+            self._link_shared(sock, header, answer)
+            return
+        keep_alive(sock)
+        if is_true(header.get("tcp_nodelay")):
+            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        greeting = encode_header(answer)
+        link_class: Any = WaitingLink if self.queue_size is None else TcpLink
+        link = link_class(self.context.loop, self.strand, sock, header, greeting, self.queue_size, self._remove)
+        self.strand.do(self._add, link)
+
+    def _link_shared(self, sock: socket.socket, header: dict[str, str], answer: dict[str, str]) -> None:
+        """Link a subscriber of this machine that shares memory with this process. On the loop."""
+        from pyros1.node.publishing import shared_link  # noqa: PLC0415 - needs modules that only Linux has
+        from pyros1.node.publishing.pool import Pool  # noqa: PLC0415
+
+        if self._pool is None:
+            self._pool = Pool()
+        kind = shared_link.WaitingSharedLink if self.queue_size is None else shared_link.SharedLink
+        loop, token = self.context.loop, os.urandom(TOKEN_SIZE)
+        link = kind(loop, self.strand, sock, header, answer, self.queue_size, self._remove, self._pool, token)
+        self.strand.do(self._add, link)
+
+    def accept_datagrams(self, header: dict[str, str], peer_address: tuple[str, int], size: int) -> UdpLink:
+        """Link a subscriber that wants datagrams. On the loop.
+
+        Args:
+            header: the subscriber's connection header.
+            peer_address: the subscriber's host and port.
+            size: bytes of the largest datagram.
+
+        Raises:
+            Refusal: the subscriber wants another type, or cannot be reached.
+        """
+        from pyros1.node.publishing.udp_link import UdpLink  # noqa: PLC0415 - few nodes need it
+
+        answer = self._answer(header)
+        self._check_num_links()
+        number = next(self._connections)
+        link = UdpLink(self.context.loop, self.strand, header, answer, peer_address, size, number, self._remove)
+        if not link.connected:
+            raise Refusal(f"cannot send datagrams to {peer_address[0]}:{peer_address[1]}")
+        self.strand.do(self._add, link)
+        return link
+
+    def connect_local(
+        self, receiver: Receiver, uri: str, header: dict[str, str], on_closed: Callable[[LocalLink], None]
+    ) -> LocalLink:
+        """Link a subscription of the same process, without a socket.
+
+        Args:
+            receiver: takes the messages.
+            uri: URI of this node's slave API.
+            header: the connection header that the subscriber would send.
+            on_closed: called when the link has ended.
+
+        Raises:
+            Refusal: the subscription wants another type.
+        """
+        try:
+            answer = self._answer(header)
+        except Refusal as refusal:  # over TCP the server logs it
+            self.context.log.warn("refused a connection from %s for %s: %s", header["callerid"], self.topic, refusal)
+            raise
+        _ = self.message_class._copy  # as in __init__
+        inbox_bytes = self.context.local_room
+        link = LocalLink(
+            self.strand, receiver, uri, header, answer, self.queue_size, inbox_bytes, self._remove, on_closed
+        )
+        self.strand.do(self._add, link)
+        return link
+
+    def _check_num_links(self) -> None:
+        if len(self.links) >= MAX_LINKS:
+            raise Refusal(f"[{self.topic}] has {MAX_LINKS} subscribers already")
+
+    def _answer(self, header: dict[str, str]) -> dict[str, str]:
+        if self._closed:
+            raise self._gone()
+        return answer_subscriber(header, self.context.name, self.topic, self.type, self.latch, self.headers)
+
+    def _add(self, link: Link) -> None:
+        if self._closed:
+            link.close()
+            return
+        self._set_links((*self.links, link))
+        link.start()
+        for frame in self._latched.values():
+            link.send(frame)
+
+    def _gone(self) -> Refusal:
+        return Refusal(f"[{self.context.name}] is no longer a publisher of [{self.topic}]")
+
+    def _remove(self, link: Link) -> None:
+        self.strand.do(self._remove_now, link)
+
+    def _remove_now(self, link: Link) -> None:
+        self._set_links(tuple(other for other in self.links if other is not link))
+        if self._pool is not None and not self._shared:
+            self._pool.close()  # nobody reads it, and it may be much
+
+    def _set_links(self, links: tuple[Link, ...]) -> None:
+        self.links = links
+        self._local = tuple(link for link in links if isinstance(link, LocalLink))
+        self._remote = tuple(link for link in links if not isinstance(link, LocalLink))
+        self._shared = tuple(link for link in self._remote if link.transport == "LOCAL")  # type: ignore[misc]  # SharedLinks
+        if self.on_change:
+            self.context.loop.call_soon(self._changed)  # code of other parts does not belong in the strand
+
+    def _changed(self) -> None:
+        for callback in tuple(self.on_change):
+            callback()

@@ -1,0 +1,152 @@
+"""The services that a node provides, and their registration with the master."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pyros1.ground.errors import NodeError
+from pyros1.node import checks
+from pyros1.node.services.client import ServiceClient, wait_for_service
+from pyros1.node.services.server import MAX_CALLS, ServiceServer
+from pyros1.node.services.workers import Workers
+
+if TYPE_CHECKING:
+    from pyros1.msgs import Service
+    from pyros1.net.master_client import MasterClient
+    from pyros1.node.context import Context
+    from pyros1.node.registrar import Registrar
+
+_PROVIDE = "advertise_service(name, type, handler)"
+MAX_THREADS = 16 * MAX_CALLS
+"""Most calls of all services of a node at the same time."""
+
+
+class Services:
+    """The services that a node provides, by full name.
+
+    Args:
+        context: the node.
+        registrar: the node's registrations with the master.
+        address: returns the ``rosrpc://`` URI of the node.
+
+    Attributes:
+        servers: by name; replaced as a whole on changes, so that readers need no lock. Also ``context.services``.
+    """
+
+    def __init__(self, context: Context, registrar: Callable[[], Registrar], address: Callable[[], str]) -> None:
+        self.servers: dict[str, ServiceServer] = {}
+        self._context = context
+        self._registrar = registrar
+        self._address = address
+        self._workers = Workers(f"{context.name}:service", MAX_THREADS)
+        self._lock = threading.RLock()
+
+    def advertise(
+        self, name: str, service_class: type[Service], handler: Callable[[Any], Any], direct: bool = False
+    ) -> ServiceServer:
+        """Provide a service; see ``Node.advertise_service``.
+
+        Args:
+            direct: whether to answer at once, even in a node that spins.
+        """
+        self._context.check_process()
+        with self._lock:
+            self._context.check_running()
+            if name in self.servers:
+                raise NodeError(f"this node already provides service {name}")
+            server = ServiceServer(
+                self._context, self._workers, name, self._address(), service_class, handler, self._unadvertise, direct
+            )
+            self._set({**self.servers, name: server})
+        if not direct:  # its clients of this machine find the socket by the service's URI
+            self._context.loop.call_soon(self._context.local_name)
+        try:
+            self._registrar().register("registerService", name, server.uri, self._context.uri)
+        except BaseException:
+            self._drop(server)
+            raise
+        return server
+
+    def _unadvertise(self, server: ServiceServer) -> None:
+        if self._context.is_forked:
+            return
+        if not self._context.stopping.is_set():
+            self._registrar().unregister("registerService", server.name, server.uri, self._context.uri)
+        self._drop(server)
+
+    def _drop(self, server: ServiceServer) -> None:
+        with self._lock:
+            self._set({k: v for k, v in self.servers.items() if v is not server})
+        server.close()
+
+    def _set(self, servers: dict[str, ServiceServer]) -> None:
+        self.servers = servers
+        self._context.services = {**servers}
+
+    def close(self) -> None:
+        """End all calls and their threads."""
+        for server in self.servers.values():
+            server.close()
+        self._workers.close()
+
+
+class ServiceMethods:
+    """What a node offers of services; one of its base classes."""
+
+    resolve: Callable[[str], str]
+    master: MasterClient
+    _context: Context
+    _services: Services
+
+    def advertise_service(self, name: str, type: type[Service] | str, handler: Callable[[Any], Any]) -> ServiceServer:
+        """Provide a service.
+
+        Args:
+            name: name of the service.
+            type: service class, or a type's name such as "std_srvs/SetBool".
+            handler: called with the request; returns a response, or the values of its fields as a tuple, list or dict,
+                or the value of its only field. The caller gets the text of an exception. Calls may overlap.
+
+        Raises:
+            NodeError: this node provides the service already.
+        """
+        checks.check_name(name, _PROVIDE)
+        checks.check_callback(handler, _PROVIDE, "handler", type)
+        return self._services.advertise(self.resolve(name), checks.service_class(type, "advertise_service"), handler)
+
+    def service(
+        self,
+        name: str,
+        type: type[Service] | str,
+        *,
+        persistent: bool = False,
+        headers: Mapping[str, str] | None = None,
+    ) -> ServiceClient:
+        """Return a client that calls a service.
+
+        Args:
+            name: name of the service.
+            type: service class, or a type's name.
+            persistent: whether to keep the connection between calls: faster, but bound to this provider. After a
+                broken connection the next call makes a new one.
+            headers: more fields for the connection header.
+        """
+        checks.check_name(name, "service(name, type)")
+        checks.check_headers(headers)
+        cls = checks.service_class(type, "service")
+        return ServiceClient(self._context, self.master, self.resolve(name), cls, persistent, headers or {})
+
+    def wait_for_service(self, name: str, timeout: float | None = None) -> None:
+        """Wait until a service is provided and its provider answers.
+
+        Args:
+            timeout: seconds; None waits until the node shuts down.
+
+        Raises:
+            WaitTimeoutError: the service did not answer in time.
+            NodeShutdownError: the node is shutting down.
+        """
+        checks.check_name(name, "wait_for_service(name, timeout)")
+        wait_for_service(self._context, self.master, self.resolve(name), timeout)

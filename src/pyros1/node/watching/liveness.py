@@ -1,0 +1,131 @@
+"""What is known of a watched node, as a state machine. Pure.
+
+A node is *unseen* until it answers for the first time, then *found*, and *lost* when it
+
+* closed its port: it ended, or was killed (told at once);
+* did not answer for ``limit`` seconds: it hangs, is stopped, or its machine or the way to it is gone;
+* is another process, or the master names another place for it: it was replaced, which is a loss and a find.
+
+A lost node that answers again is found. The master's silence, and that it does not know a node (any more), mean nothing
+for a node that answers: a new master does not know stock's nodes.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import NamedTuple
+
+
+class State(Enum):
+    """The states of a watched node."""
+
+    UNSEEN = "unseen"
+    FOUND = "found"
+    LOST = "lost"
+
+
+class Sighting(NamedTuple):
+    """News of a watched node.
+
+    Attributes:
+        name: its full name.
+        alive: whether it was found, not lost.
+        reason: for people: how it was lost or found.
+        silent: seconds since it answered last; 0 if it was found.
+        uri: of its slave API.
+        pid: its process id; None if it does not tell.
+    """
+
+    name: str
+    alive: bool
+    reason: str
+    silent: float
+    uri: str
+    pid: int | None
+
+    def __str__(self) -> str:
+        return f"{self.name} is {'found' if self.alive else 'lost'}: {self.reason}"
+
+
+class WatchedNode:
+    """A node that is watched. Times are monotonic, in seconds.
+
+    Args:
+        name: its full name.
+        limit: seconds without an answer after which it counts as lost.
+
+    Attributes:
+        state: what it is now.
+        uri: where to ask for it; empty before the master knew it.
+    """
+
+    def __init__(self, name: str, limit: float) -> None:
+        self.name = name
+        self.state = State.UNSEEN
+        self.uri = ""
+        self._limit = limit
+        self._pid: int | None = None
+        self._last_answer = 0.0
+        self._failing_since: float | None = None
+
+    def remaining_time(self, now: float) -> float:
+        """Return the seconds that a question asked now may take."""
+        if self.state is not State.FOUND or self._failing_since is None:
+            return self._limit
+        return max(0.0, self._failing_since + self._limit - now)
+
+    def is_new(self, pid: int | None) -> bool:
+        """Return whether an answer with that process id comes from a process that has not been found here."""
+        return self.state is State.UNSEEN or pid != self._pid
+
+    def looked_up(self, uri: str, now: float) -> list[Sighting]:
+        """Take the place that the master names."""
+        if uri == self.uri:
+            return []
+        news = self._mark_lost(f"replaced by a node of the same name at {uri}", now)
+        self.uri = uri
+        self._pid = None
+        return news
+
+    def answered(self, pid: int | None, now: float) -> list[Sighting]:
+        """Take an answer of the node at `uri`."""
+        news: list[Sighting] = []
+        if self.state is State.FOUND and pid != self._pid:
+            news = self._mark_lost("replaced: another process answers in its place", now)
+        came_back = self.state is State.LOST and self._pid == pid
+        self._pid = pid
+        self._last_answer = now
+        self._failing_since = None
+        if self.state is not State.FOUND:
+            self.state = State.FOUND
+            news.append(self._sighting("it answers again" if came_back else "it answers", 0.0))
+        return news
+
+    def failed(self, reason: str, asked_at: float, now: float, closed: bool = False) -> list[Sighting]:
+        """Take note that the node at `uri` did not answer.
+
+        Args:
+            reason: for people.
+            asked_at: when it was asked.
+            closed: whether its machine says that its port is closed.
+        """
+        if self._failing_since is None:
+            self._failing_since = asked_at
+        if closed:
+            return self._mark_lost(f"its port is closed: it has exited ({reason})", now)
+        # A timer may come some microseconds early.
+        return self._mark_lost(reason, now) if now >= self._failing_since + self._limit - 1e-3 else []
+
+    def stalled(self) -> None:
+        """Take note that this process itself stood still, so that the last failure says nothing."""
+        self._failing_since = None
+
+    def _mark_lost(self, reason: str, now: float) -> list[Sighting]:
+        self._failing_since = None
+        if self.state is not State.FOUND:
+            return []
+        self.state = State.LOST
+        return [self._sighting(reason, now - self._last_answer)]
+
+    def _sighting(self, reason: str, silent: float) -> Sighting:
+        return Sighting(self.name, self.state is State.FOUND, reason, silent, self.uri, self._pid)

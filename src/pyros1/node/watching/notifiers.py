@@ -1,0 +1,141 @@
+"""Calls of the program's functions with news, where the node's callbacks run: never on the loop."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol
+
+from pyros1.ground.errors import NodeShutdownError
+
+if TYPE_CHECKING:
+    from pyros1.node.callback_queue import CallbackQueue
+
+
+MAX_PENDING = 100
+"""Most news that wait for one function."""
+
+
+class Log(Protocol):
+    """The part of a log that is needed here."""
+
+    def exception(self, text: object, *args: object, error: BaseException | None = None) -> None: ...
+
+
+class Notifier:
+    """Calls functions one after the other, in the thread that spins, or else in a thread that exists while there is
+    something to tell.
+
+    Args:
+        what: the news, for the thread's name and the log.
+        log: for functions that raise.
+        callbacks: the callback queue of a node that spins; None for a thread.
+        max_pending: most calls that wait; beyond that the oldest are dropped. None for no limit.
+    """
+
+    def __init__(
+        self, what: str, log: Log, callbacks: CallbackQueue | None = None, max_pending: int | None = MAX_PENDING
+    ) -> None:
+        self._what = what
+        self._log = log
+        self._callbacks = callbacks
+        self._max_pending = max_pending
+        self._jobs: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque(maxlen=max_pending)
+        self._queued: deque[None] = deque()  # one for each call that waits in the callback queue
+        self._lock = threading.Lock()
+        self._busy = False
+        self._closed = False
+        self._thread: threading.Thread | None = None
+
+    def notify(self, function: Callable[..., object], *news: Any) -> None:
+        """Call ``function(*news)`` soon. Any thread, but no signal handler."""
+        if self._closed:
+            return
+        self._jobs.append((function, news))
+        if self._callbacks is not None:
+            if (
+                self._max_pending is None or len(self._queued) < self._max_pending
+            ):  # else there are no more jobs than queued calls
+                self._queued.append(None)
+                self._callbacks.push(self._notify_from_queue)
+            return
+        with self._lock:
+            if self._busy:
+                return
+            self._busy = True
+        self._thread = threading.Thread(target=self._run, name=self._what, daemon=True)
+        self._thread.start()
+
+    def close(self, timeout: float = 0.0) -> None:
+        """Make no further calls; wait at most ``timeout`` seconds for one that is running, unless it calls this."""
+        self._closed = True
+        self._jobs.clear()
+        thread = self._thread
+        if thread is not None and thread is not threading.current_thread() and timeout > 0:
+            thread.join(timeout)
+
+    def _run(self) -> None:
+        while True:
+            with self._lock:
+                if not self._jobs:
+                    self._busy = False
+                    return
+            self._notify_next()
+
+    def _notify_from_queue(self) -> None:
+        self._queued.popleft()
+        self._notify_next()
+
+    def _notify_next(self) -> None:
+        try:
+            function, news = self._jobs.popleft()
+        except IndexError:  # it was dropped
+            return
+        try:
+            function(*news)
+        except NodeShutdownError:
+            pass  # it waited for something when the node began to shut down
+        except SystemExit as error:
+            if self._callbacks is not None:
+                raise  # it runs in the program's own thread
+            text = f"{self._what}: sys.exit() ends a program only from its main thread; call node.shutdown()"
+            self._log.exception(text, error=error)
+        except BaseException as error:  # the program's code: later news are still told
+            if self._callbacks is not None and not isinstance(error, Exception):
+                raise
+            self._log.exception(f"bad function for {self._what}: {function!r}", error=error)
+
+
+class Notifiers:
+    """The notifiers of a node.
+
+    Args:
+        log, callbacks: as for each `Notifier`.
+    """
+
+    def __init__(self, log: Log, callbacks: CallbackQueue | None) -> None:
+        self._log = log
+        self._callbacks = callbacks
+        self._notifiers: dict[Notifier, None] = {}
+
+    def make(self, what: str) -> Notifier:
+        """Return a new one."""
+        notifier = Notifier(what, self._log, self._callbacks)
+        self._notifiers[notifier] = None
+        return notifier
+
+    def end(self, notifier: Notifier) -> None:
+        """Make no more of its calls."""
+        notifier.close()
+        self._notifiers.pop(notifier, None)
+
+    def close(self, timeout: float) -> None:
+        """Make no more calls; wait at most ``timeout`` seconds for those that are running."""
+        deadline = time.monotonic() + timeout
+        notifiers = list(self._notifiers)
+        for notifier in notifiers:
+            notifier.close()
+        for notifier in notifiers:
+            notifier.close(max(0.0, deadline - time.monotonic()))

@@ -1,0 +1,161 @@
+"""Parameters of homogeneous matrices, such as the axis of a rotation: see `pyros1.tf.transformations`."""
+
+from __future__ import annotations
+
+from math import atan, atan2
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pyros1.tf.rotation import EPS
+from pyros1.tf.transformations.angles import euler_from_matrix
+from pyros1.tf.transformations.vectors import Array, unit_vector
+
+_TOLERANCE = 1e-8
+_MIN_ANGLE = 1e-12  # a smaller rotation or shear is a rounding error
+
+
+def translation_from_matrix(matrix: ArrayLike) -> Array:
+    """Return the translation vector (3,) of a matrix (4, 4)."""
+    m = np.asarray(matrix, np.float64)
+    return np.array(m[:3, 3])
+
+
+def rotation_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array]:
+    """Return angle, direction (3,) and a point (x, y, z, 1) of the axis about which a matrix (4, 4) rotates.
+
+    The point is that of the axis nearest to the origin, even if the matrix moves along the axis.
+
+    Raises:
+        ValueError: the matrix does something else.
+    """
+    m = np.asarray(matrix, np.float64)
+    point, turn = _fixed_point(m), m[:3, :3]
+    direction = _eigenvector(turn.T, 1.0)
+    double_sine = direction @ (turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1])
+    return atan2(double_sine, turn.trace() - 1.0), direction, point
+
+
+def reflection_from_matrix(matrix: ArrayLike) -> tuple[Array, Array]:
+    """Return a point (x, y, z, 1) and the normal (3,) of the plane at which a matrix (4, 4) reflects.
+
+    The point is that of the plane nearest to the origin.
+
+    Raises:
+        ValueError: the matrix does something else.
+    """
+    m = np.asarray(matrix, np.float64)
+    normal = _eigenvector(m[:3, :3], -1.0)
+    return _fixed_point(m), normal
+
+
+def scale_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array | None]:
+    """Return factor, origin (x, y, z, 1) and direction (3,) of a matrix (4, 4) that scales; direction None: all.
+
+    Raises:
+        ValueError: the matrix does something else.
+    """
+    m = np.asarray(matrix, np.float64)
+    origin, trace = _fixed_point(m), float(m[:3, :3].trace())
+    try:
+        return trace - 2.0, origin, _eigenvector(m[:3, :3], trace - 2.0)
+    except ValueError:
+        return trace / 3.0, origin, None
+
+
+def shear_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array, Array]:
+    """Return angle, direction (3,), a point (x, y, z, 1) and the plane's normal (3,) of a matrix (4, 4) that shears.
+
+    The point is that of the plane nearest to the origin.
+
+    Raises:
+        ValueError: the matrix does something else, or nothing.
+    """
+    m = np.asarray(matrix, np.float64)
+    point = _fixed_point(m)
+    directions, (size, *others), normals = np.linalg.svd(m[:3, :3] - np.identity(3))
+    direction, normal = directions[:, 0], normals[0]
+    if size < _TOLERANCE or max(*others, abs(direction @ normal)) > _TOLERANCE:
+        raise ValueError("the matrix is not a shear")
+    return atan(size), direction, point, normal
+
+
+def projection_from_matrix(
+    matrix: ArrayLike, pseudo: bool = False
+) -> tuple[Array, Array, Array | None, Array | None, bool]:
+    """Return the arguments from which `projection_matrix` makes a matrix (4, 4).
+
+    Args:
+        matrix: a projection matrix (4, 4).
+        pseudo: whether it keeps the depth, which cannot be seen from its elements.
+
+    Returns:
+        The plane's point nearest to the origin (x, y, z, 1), its normal (3,), direction (3,) and perspective (3,), of
+        which one is None, and pseudo.
+
+    Raises:
+        ValueError: it is not a projection.
+    """
+    m = np.asarray(matrix, np.float64)
+    size = np.linalg.norm(m[3, :3])
+    if size < _TOLERANCE and not pseudo:
+        return _fixed_point(m), _eigenvector(m[:3, :3].T, 0.0), _eigenvector(m[:3, :3], 0.0), None, False
+    if size < EPS:
+        raise ValueError("the matrix is not a projection")
+    linear, normal, eye = m[:3, :3] / size, -m[3, :3] / size, m[3, 3] / size
+    # See projection_matrix: the elements are distance - q nT, where the trace of q nT is q.n.
+    distance = (linear.trace() + eye + pseudo) / 3.0
+    perspective = distance * normal - linear @ normal - pseudo * normal
+    return np.append((eye - distance) * normal, 1.0), normal, None, perspective, pseudo
+
+
+def decompose_matrix(matrix: ArrayLike) -> tuple[Array, list[float], list[float], Array, Array]:
+    """Return scale (3,), shear, angles, translation (3,) and perspective (4,), the arguments of `compose_matrix`.
+
+    Raises:
+        ValueError: the matrix (4, 4) is singular, or its last element is 0.
+    """
+    m = np.asarray(matrix, np.float64)
+    if abs(m[3, 3]) < EPS:
+        raise ValueError("the last element of the matrix is 0")
+    m = m / m[3, 3]
+    flat = m.copy()
+    flat[3] = 0.0, 0.0, 0.0, 1.0
+    if not np.linalg.det(flat):
+        raise ValueError("the matrix is singular")
+    turn, rest = np.linalg.qr(m[:3, :3])
+    signs = np.copysign(1.0, rest.diagonal())
+    signs *= np.sign(np.linalg.det(turn * signs))  # left-handed axes are not a rotation
+    turn, rest = turn * signs, (rest.T * signs).T
+    scale = rest.diagonal().copy()
+    shear: list[float] = (rest / scale)[[0, 0, 1], [1, 2, 2]].tolist()
+    return scale, shear, list(euler_from_matrix(turn)), m[:3, 3].copy(), m[3] @ np.linalg.inv(flat)
+
+
+def _eigenvector(matrix: Array, value: float) -> Array:
+    """Return the unit eigenvector (3,) of a matrix (3, 3) for an eigenvalue; of several the last.
+
+    Raises:
+        ValueError: there is no such vector.
+    """
+    values, vectors = np.linalg.eig(matrix)
+    apart = abs(values - value)[::-1]
+    nearest = apart.argmin()
+    if not apart[nearest] < _TOLERANCE:
+        raise ValueError(f"the matrix has no eigenvalue {value:g}, so it does something else")
+    return unit_vector(vectors[:, 2 - nearest].real)
+
+
+def _fixed_point(matrix: Array) -> Array:
+    """Return the point (x, y, z, 1) nearest to the origin among those that a matrix (4, 4) moves least.
+
+    Raises:
+        ValueError: its last row is not 0, 0, 0, 1, or it contains infinite numbers or nan.
+    """
+    if not np.isfinite(matrix).all():  # LAPACK would search forever in some of them
+        raise ValueError("the matrix contains infinite numbers or nan")
+    if not abs(matrix[3] - (0.0, 0.0, 0.0, 1.0)).max() < _TOLERANCE:
+        raise ValueError("the last row of the matrix must be 0, 0, 0, 1")
+    moving = np.identity(3) - matrix[:3, :3]
+    moving[abs(moving) < _MIN_ANGLE] = 0.0
+    return np.append(np.linalg.lstsq(moving, matrix[:3, 3], _TOLERANCE)[0], 1.0)

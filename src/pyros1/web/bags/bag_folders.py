@@ -1,0 +1,132 @@
+"""The folders whose bags pages may see. A path is followed to its end first, so links lead nowhere else."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Container, Iterable
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from pyros1.ground.terminal_text import untrusted
+from pyros1.web.server.wire import RequestError
+
+SUFFIXES = (".bag", ".bag.active")
+_MAX_ENTRIES = 20_000
+"""Most entries of a folder that are looked at."""
+_MAX_LISTED = 2_000
+
+
+class BagFolders:
+    """The folders.
+
+    Args:
+        roots: folders, and single files; those that are not there are left out.
+        also_allowed: files that may be added while the shelf is in use.
+    """
+
+    def __init__(self, roots: Iterable[str], also_allowed: Container[Path] = ()) -> None:
+        self._also_allowed = also_allowed
+        found = [Path(os.path.realpath(root)) for root in roots]
+        self.folders = list(dict.fromkeys(path for path in found if path.is_dir()))
+        self._files = {path for path in found if path.is_file()}
+
+    def file(self, text: str) -> Path:
+        """Return the path of a bag.
+
+        Raises:
+            RequestError: there is no such file, or pages may not see it.
+        """
+        path = self._resolved(text)
+        if path not in self._files and not self._is_inside(path) and path not in self._also_allowed:
+            raise RequestError(
+                f"{_safe(text)} is outside of the folders that this server shows (--bags); open it with pyros1 web bag"
+            )
+        try:
+            mode = path.stat().st_mode
+        except OSError as error:
+            raise RequestError(f"{_safe(text)}: {error.strerror}") from None
+        if not stat.S_ISREG(mode):
+            raise RequestError(f"{_safe(text)} is not a file")
+        return path
+
+    def folder(self, text: str) -> Path:
+        """Return the path of a folder.
+
+        Raises:
+            RequestError: there is no such folder, or pages may not see it.
+        """
+        path = self._resolved(text)
+        if not self._is_inside(path):
+            raise RequestError(f"{_safe(text)} is outside of the folders that this server shows (--bags)")
+        if not path.is_dir():
+            raise RequestError(f"{_safe(text)} is not a folder")
+        return path
+
+    def listing(self, text: str) -> dict[str, Any]:
+        """Return what is in a folder.
+
+        Args:
+            text: its path; empty for the only folder, or a list of all.
+
+        Returns:
+            ``{"folder", "up", "folders": [{"name", "path"}], "files": [{"name", "path", "size", "time"}], "more",
+            "writable"}``. Names that are not UTF-8 are left out; ``up`` is null where one may not go up.
+
+        Raises:
+            RequestError: as for `folder`.
+        """
+        if not text:
+            if len(self.folders) != 1:
+                roots = [{"name": str(path), "path": str(path)} for path in self.folders]
+                return {"folder": "", "up": None, "folders": roots, "files": [], "more": False, "writable": False}
+            text = str(self.folders[0])
+        folder = self.folder(text)
+        folders: list[dict[str, Any]] = []
+        files: list[dict[str, Any]] = []
+        try:
+            with os.scandir(folder) as entries:
+                scanned = list(islice(entries, _MAX_ENTRIES + 1))
+        except OSError as error:
+            raise RequestError(f"{_safe(text)}: {error.strerror}") from None
+        for entry in sorted(scanned[:_MAX_ENTRIES], key=lambda entry: entry.name.lower()):
+            self._add_entry(entry, folders, files)
+        has_more = len(scanned) > _MAX_ENTRIES or len(folders) > _MAX_LISTED or len(files) > _MAX_LISTED
+        up = str(folder.parent) if self._is_inside(folder.parent) else "" if len(self.folders) > 1 else None
+        return {
+            "folder": str(folder),
+            "up": up,
+            "folders": folders[:_MAX_LISTED],
+            "files": files[:_MAX_LISTED],
+            "more": has_more,
+            "writable": os.access(folder, os.W_OK | os.X_OK),
+        }
+
+    def _add_entry(self, entry: os.DirEntry[str], folders: list[dict[str, Any]], files: list[dict[str, Any]]) -> None:
+        if entry.name.startswith(".") or not entry.name.isprintable():
+            return
+        try:
+            if entry.is_symlink() and not self._is_inside(Path(os.path.realpath(entry.path))):
+                return
+            if entry.is_dir():
+                folders.append({"name": entry.name, "path": entry.path})
+            elif entry.name.endswith(SUFFIXES) and entry.is_file():
+                facts = entry.stat()
+                files.append({"name": entry.name, "path": entry.path, "size": facts.st_size, "time": facts.st_mtime})
+        except OSError:
+            return  # it has gone, or is not ours to see
+
+    def _is_inside(self, path: Path) -> bool:
+        return any(path == folder or folder in path.parents for folder in self.folders)
+
+    @staticmethod
+    def _resolved(text: str) -> Path:
+        try:
+            return Path(os.path.realpath(text))
+        except (ValueError, OSError):
+            raise RequestError(f"{_safe(text)} is not a path") from None
+
+
+def _safe(text: str) -> str:
+    return untrusted(text[:300])

@@ -1,0 +1,280 @@
+"""An open bag: one reader, whoever looks."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pyros1.bag.api import Bag, BagMessage
+from pyros1.bag.errors import BagError
+from pyros1.bag.format.contents import Messages
+from pyros1.bag.format.files import Chunk
+from pyros1.bag.format.index import ENTRY, entry_places
+from pyros1.bag.format.reader import BagReader
+from pyros1.bag.format.records import NS
+from pyros1.bag.info import summarize
+from pyros1.ground.terminal_text import untrusted
+from pyros1.ground.timing import Time
+from pyros1.web.bags.density import Density
+from pyros1.web.server.wire import RequestError
+
+MAX_TOPICS = 5_000
+"""Most topics of a bag that are shown."""
+IMAGES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
+_MAX_CACHED_BYTES = 64 << 20
+"""Most bytes of chunks that are kept, so that a cursor that moves by little reads nothing."""
+_MAX_CACHED_TIMES = 4_000_000
+"""Most times of messages that are kept, 8 bytes each."""
+_MAX_DAMAGES = 5
+_MAX_CHUNKS_READ = 200
+"""Most chunks whose index is read in one look; that takes up to 0.3 s."""
+_MAX_CHUNKS_UNPACKED = 20
+"""The same for bags without an index, whose chunks are unpacked for it."""
+
+
+@dataclass(frozen=True)
+class BagTopic:
+    """A topic of a bag.
+
+    Attributes:
+        name: as recorded.
+        type: type of its messages.
+        count: number of messages.
+        publishers: number of connections.
+    """
+
+    name: str
+    type: str
+    count: int
+    publishers: int
+
+
+class OpenBag:
+    """A bag that is open.
+
+    Args:
+        path: the file.
+        may_see: whether pages may see a topic, by its name with a slash in front.
+        progress: called with bytes read and the file's size, while a bag without an index is scanned; it may raise to
+            end that.
+
+    Attributes:
+        bag: what reads it; threads may use it at the same time.
+        topics: those that pages may see, by name.
+
+    Raises:
+        BagError: it cannot be read; the text says why, and what to do.
+        RequestError: the file cannot be opened.
+    """
+
+    def __init__(self, path: str, may_see: Callable[[str], bool], progress: Callable[[int], object]) -> None:
+        try:
+            self.bag: Bag = _SharedBag(path, progress=progress)
+        except OSError as error:
+            raise RequestError(f"{untrusted(path)}: {error.strerror or error}") from None
+        try:
+            self.topics = self._topics(may_see)
+            self.begin, self.end = self.bag.reader.start, self.bag.reader.end
+            self._rows = {name: row for row, name in enumerate(self.topics)}
+            rows = {number: self._rows.get(one.topic, -1) for number, one in self.bag.reader.connections.items()}
+            self._row_of = rows
+            self._density = Density(
+                (chunk.start, chunk.end, [(rows.get(conn, -1), count) for conn, count in chunk.counts.items()])
+                for chunk in self.bag.reader.chunks
+            )
+        except BaseException:
+            self.bag.close()
+            raise
+        self._times: OrderedDict[int, list[tuple[int, NDArray[np.int64]]]] = OrderedDict()
+        self._cached_count = 0
+        self._lock = threading.Lock()
+
+    @property
+    def length(self) -> float:
+        """Seconds between the first and the last message."""
+        return (self.end - self.begin) / NS
+
+    def nanoseconds(self, seconds: float) -> int:
+        """Return an absolute time from one in seconds since the bag's beginning."""
+        return self.begin + round(seconds * NS)
+
+    def seconds(self, time: int) -> float:
+        """Return the reverse of `nanoseconds`."""
+        return (time - self.begin) / NS
+
+    def facts(self) -> dict[str, Any]:
+        """Return what is in the bag, for the page."""
+        reader = self.bag.reader
+        problems = []
+        try:
+            summary = summarize(reader)
+            storage = {name: [one.chunks, one.size, one.stored] for name, one in summary.storage.items()}
+            version, encryption = summary.version, summary.encryption
+        except BagError as error:
+            storage, version, encryption = {}, "2.0", reader.file.encrypted
+            problems.append(str(error))
+        if reader.file.version == 102:
+            problems.append(
+                "an old bag of version 1.2, which has no times in its index; `pyros1 bag reindex` converts it"
+            )
+        elif reader.scanned:
+            problems.append(
+                "this bag was not closed, or is damaged: it was read from end to end; `pyros1 bag reindex` repairs it"
+            )
+        problems += [f"at byte {one.offset}: {untrusted(one.reason)}" for one in reader.damages[:_MAX_DAMAGES]]
+        if len(reader.damages) > _MAX_DAMAGES:
+            problems.append(f"and {len(reader.damages) - _MAX_DAMAGES} more damaged places")
+        topics = list(self.topics.values())[:MAX_TOPICS]
+        return {
+            "path": untrusted(reader.path),
+            "size": reader.file.size,
+            "version": version,
+            "encryption": encryption,
+            "storage": storage,
+            "start": self.begin / NS,
+            "length": self.length,
+            "messages": sum(topic.count for topic in self.topics.values()),
+            "topics": [
+                {
+                    "name": untrusted(topic.name),
+                    "type": untrusted(topic.type),
+                    "count": topic.count,
+                    "publishers": topic.publishers,
+                    "image": topic.type in IMAGES,
+                }
+                for topic in topics
+            ],
+            "more": max(0, len(self.topics) - len(topics)),
+            "problems": problems,
+        }
+
+    def names(self, wanted: Iterable[str]) -> list[str]:
+        """Return the topics of some names, as recorded. Names that are no topics here are left out."""
+        return [topic.name for name in wanted if (topic := self.topic(name)) is not None]
+
+    def topic(self, name: str) -> BagTopic | None:
+        """Return a topic by its name, with or without the slash in front; None if there is none."""
+        other = name[1:] if name.startswith("/") else f"/{name}"
+        return self.topics.get(name) or self.topics.get(other)
+
+    def histogram(self, begin: float, end: float, columns: int, topics: list[str]) -> tuple[NDArray[np.float32], bool]:
+        """Return where messages are; see `Density.histogram`. Times are in seconds since the bag's beginning."""
+        first = self.nanoseconds(begin)
+        last = max(first + columns, self.nanoseconds(end))
+        rows = [self._rows[name] for name in topics]
+        max_chunks = _MAX_CHUNKS_UNPACKED if self.bag.reader.scanned else _MAX_CHUNKS_READ
+        return self._density.histogram(first, last, columns, rows, self._times_of, max_chunks)
+
+    def at(self, time: float, topics: Collection[str]) -> dict[str, BagMessage]:
+        """Return the last message of each topic at or before a time in seconds since the bag's beginning."""
+        return self.bag.at(Time.from_nsec(max(0, self.nanoseconds(time))), topics) if topics else {}
+
+    def step(self, time: float, topics: Collection[str], forward: bool) -> float | None:
+        """Return the time of the next message of some topics after a time, or of the one before it; None at the end."""
+        now = self.nanoseconds(time)
+        ids = self.bag.reader.ids(topics)
+        if forward:
+            return next((self.seconds(each.time) for each in self.bag.reader.messages(ids, now + 1)), None)
+        if now <= self.begin:
+            return None
+        previous = self.bag.at(Time.from_nsec(now - 1), topics)
+        return max((self.seconds(each.time.to_nsec()) for each in previous.values()), default=None)
+
+    def find_topic(self, text: str) -> tuple[str, str, str] | None:
+        """Return topic, type and the rest of ``/topic/field``; a topic recorded without a slash is found with one."""
+        parts = text.split("/")
+        for size in range(len(parts), 0, -1):
+            topic = self.topic("/".join(parts[:size]))
+            if topic is not None:
+                return topic.name, topic.type, "/".join(("", *parts[size:])) if parts[size:] else ""
+        return None
+
+    def close(self) -> None:
+        """Close the file."""
+        self.bag.close()
+
+    def _topics(self, may_see: Callable[[str], bool]) -> dict[str, BagTopic]:
+        reader = self.bag.reader
+        counts: dict[int, int] = {}
+        for chunk in reader.chunks:
+            for conn, count in chunk.counts.items():
+                counts[conn] = counts.get(conn, 0) + count
+        found: dict[str, BagTopic] = {}
+        for number, one in reader.connections.items():
+            if may_see("/" + one.topic.lstrip("/")):
+                known = found.get(one.topic, BagTopic(one.topic, one.type, 0, 0))
+                found[one.topic] = BagTopic(
+                    one.topic, known.type, known.count + counts.get(number, 0), known.publishers + 1
+                )
+        return dict(sorted(found.items()))
+
+    def _times_of(self, number: int) -> Iterable[tuple[int, NDArray[np.int64]]]:
+        """Return the times of a chunk's messages by row, from its index; see `Density.histogram`."""
+        with self._lock:
+            known = self._times.get(number)
+            if known is not None:
+                self._times.move_to_end(number)
+        if known is None:
+            known = self._read_times(self.bag.reader.chunks[number])
+            with self._lock:
+                self._times[number] = known
+                self._cached_count += sum(len(times) for _, times in known)
+                while self._cached_count > _MAX_CACHED_TIMES and len(self._times) > 1:
+                    _, old = self._times.popitem(last=False)
+                    self._cached_count -= sum(len(times) for _, times in old)
+        return known
+
+    def _read_times(self, chunk: Chunk) -> list[tuple[int, NDArray[np.int64]]]:
+        reader = self.bag.reader
+        index_places = None if reader.scanned else entry_places(reader.file, chunk, reader.header(chunk))
+        if index_places is None:
+            found = reader.content(chunk)[1]
+            conns, times = np.asarray(found.conns, np.int64), np.asarray(found.times, np.int64)
+            return [(self._row_of.get(int(conn), -1), times[conns == conn]) for conn in np.unique(conns)]
+        by_row = []
+        for conn, start, size in index_places:
+            data = reader.file.read(start, size)
+            entries = np.frombuffer(data[: len(data) // ENTRY.size * ENTRY.size], "<u4").reshape(-1, 3)
+            by_row.append((self._row_of.get(conn, -1), entries[:, 0].astype(np.int64) * NS + entries[:, 1]))
+        return by_row
+
+
+class _CachingReader(BagReader):
+    """Keeps the chunks that were read last, up to a number of bytes."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        self._cache: OrderedDict[int, tuple[bytes, Messages]] = OrderedDict()
+        self._cache_size = 0
+        self._cache_lock = threading.Lock()
+        super().__init__(*args, **options)
+
+    def content(self, chunk: Chunk) -> tuple[bytes, Messages]:
+        with self._cache_lock:
+            known = self._cache.get(chunk.pos)
+            if known is not None:
+                self._cache.move_to_end(chunk.pos)
+                return known
+        found = super().content(chunk)
+        size = _size(found)
+        if size <= _MAX_CACHED_BYTES // 4:
+            with self._cache_lock:
+                if chunk.pos not in self._cache:
+                    self._cache[chunk.pos] = found
+                    self._cache_size += size
+                while self._cache_size > _MAX_CACHED_BYTES:
+                    self._cache_size -= _size(self._cache.popitem(last=False)[1])
+        return found
+
+
+class _SharedBag(Bag):
+    reader_class = _CachingReader
+
+
+def _size(content: tuple[bytes, Messages]) -> int:
+    return len(content[0]) + Messages.SIZE * len(content[1])

@@ -1,0 +1,186 @@
+"""A bag that is played into the running system, with one player after the other: each seek makes a new one."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from time import monotonic
+from typing import Any
+
+from pyros1.bag.play.control import Control
+from pyros1.bag.play.player import Player, PlayOptions, Status
+from pyros1.bag.play.source import Bags
+from pyros1.ground.errors import Error
+from pyros1.ground.terminal_text import untrusted
+from pyros1.node import Node
+from pyros1.web.bags.open_bag import OpenBag
+
+_CONNECT_TIMEOUT = 0.3
+"""Seconds that subscribers have to connect before the first message."""
+_MIN_LOOP_SECONDS = 0.1
+"""Seconds from one beginning to the next in a loop, however short the bag is."""
+_MAX_UNPLAYABLE = 20
+CLOCK_RATE = 100.0
+
+
+@dataclass(frozen=True)
+class PlaybackSettings:
+    """How to play.
+
+    Attributes:
+        rate: factor of the speed.
+        loop: whether to begin again at the end.
+        paused: whether to wait.
+        clock: whether to publish /clock.
+        topics: the topics.
+    """
+
+    rate: float = 1.0
+    loop: bool = False
+    paused: bool = False
+    clock: bool = False
+    topics: frozenset[str] = frozenset()
+
+
+class Playback:
+    """A bag that is played, in a thread.
+
+    Args:
+        node: the node that publishes; it stays as it is.
+        bag: the bag, which must stay open.
+        settings: how.
+        start: where to begin, in seconds since the bag's beginning.
+        changed: called, from the thread, when `status` says something else.
+    """
+
+    def __init__(
+        self, node: Node, bag: OpenBag, settings: PlaybackSettings, start: float, changed: Callable[[], object]
+    ) -> None:
+        self._node = node
+        self._bag = bag
+        self._settings = settings
+        self._time = start
+        self._changed = changed
+        self._lock = threading.Lock()
+        self._control: Control | None = None
+        self._restart = False  # from self._time
+        self._closed = False
+        self._waiting = threading.Event()  # rung when there is something to do after the end of the bag
+        self._state = "paused" if settings.paused else "running"
+        self._problem = ""
+        self._dropped = 0
+        self._unplayable: dict[str, str] = {}
+        self._thread = threading.Thread(target=self._run, name="web: plays", daemon=True)
+        self._thread.start()
+
+    def change(self, settings: PlaybackSettings, start: float | None) -> None:
+        """Play in another way from now on, or from another time."""
+        with self._lock:
+            old, self._settings = self._settings, settings
+            if start is not None:
+                self._time = start
+            if start is not None or replace(old, paused=settings.paused, loop=settings.loop) != settings:
+                self._restart = True
+                if self._control is not None:
+                    self._control.end()
+            elif self._control is not None:
+                self._control.set_paused(settings.paused)
+            if self._restart or old.paused != settings.paused:
+                self._waiting.set()
+
+    def status(self) -> dict[str, Any]:
+        """Return how it goes; the time is in seconds since the bag's beginning."""
+        with self._lock:
+            unplayable = dict(list(self._unplayable.items())[:_MAX_UNPLAYABLE])
+            return {
+                "state": self._state,
+                "time": self._time,
+                "problem": self._problem,
+                "dropped": self._dropped,
+                "unplayable": {untrusted(topic): untrusted(reason) for topic, reason in unplayable.items()},
+            }
+
+    def close(self) -> None:
+        """Stop, and wait for the end."""
+        with self._lock:
+            self._closed = True
+            if self._control is not None:
+                self._control.end()
+            self._waiting.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        player: Player | None = None
+        while not self._closed:
+            self._waiting.clear()
+            began, problem = monotonic(), ""
+            try:
+                player = self._play(player)
+            except (Error, OSError) as error:
+                player, problem = None, str(error)
+            except Exception as error:  # noqa: BLE001 - a fault of ours, of which the page shall know
+                player, problem = None, f"an internal error of this server: {error!r:.500}"
+            with self._lock:
+                self._problem = problem
+                if self._closed or self._restart:
+                    continue
+                loop = self._settings.loop and not problem
+                if loop:
+                    self._time = 0.0
+                else:
+                    self._state, self._time = ("failed", self._time) if problem else ("ended", self._bag.length)
+            self._changed()
+            if loop:
+                self._waiting.wait(max(0.0, _MIN_LOOP_SECONDS - (monotonic() - began)))
+                continue
+            self._waiting.wait()  # ends with a change, or `close`
+            with self._lock:
+                if not self._restart and not self._closed:
+                    self._time = 0.0  # to go on at the end is to begin again
+        if player is not None:
+            player.close()
+
+    def _play(self, previous: Player | None) -> Player:
+        """Play to the end of the bag, or until something changes. The player before ends when the new one is there."""
+        with self._lock:
+            settings, start, self._restart = self._settings, self._time, False
+            control = self._control = Control(settings.paused)
+            if self._closed:
+                control.end()
+            self._state = "paused" if settings.paused else "running"
+        options = PlayOptions(rate=settings.rate, start=start, clock_rate=CLOCK_RATE if settings.clock else 0.0)
+        with Bags([self._bag.bag.reader], settings.topics) as bags:
+            try:
+                player = Player(self._node, bags, options, control, self._on_status)
+            finally:
+                if previous is not None:
+                    previous.close()
+            try:
+                with self._lock:
+                    self._unplayable = player.unplayable
+                player.read_ahead()
+                if previous is None:
+                    self._connect(control)
+                player.run()
+            except BaseException:
+                player.close()
+                raise
+            finally:
+                with self._lock:
+                    self._control = None
+                control.close()
+                self._dropped = player.dropped()
+        return player
+
+    @staticmethod
+    def _connect(control: Control) -> None:
+        deadline = monotonic() + _CONNECT_TIMEOUT
+        while not control.ended and (remaining := deadline - monotonic()) > 0:
+            control.wait(remaining)
+
+    def _on_status(self, status: Status) -> None:
+        with self._lock:
+            if not self._restart:
+                self._time, self._state = max(0.0, status.passed), status.state.lower()
+        self._changed()

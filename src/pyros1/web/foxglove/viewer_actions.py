@@ -1,0 +1,129 @@
+"""What is done for a viewer in threads: publishing, services, parameters and files. Each function may take seconds."""
+
+from __future__ import annotations
+
+import contextlib
+from time import monotonic
+from typing import Any
+
+from pyros1.ground.errors import Error, ParameterNotSetError
+from pyros1.msgs import Message, load_service
+from pyros1.web.foxglove import frames, machine, parameters, payloads, requests
+from pyros1.web.foxglove.frames import Frame, Level
+from pyros1.web.foxglove.requests import ClientChannel, FrameError
+from pyros1.web.foxglove.shared import ViewerContext
+from pyros1.web.service_exchanges import ServiceExchanges
+
+_CONNECT_TIMEOUT = 0.5
+"""Seconds that subscribers have to connect before the first message of a viewer's channel."""
+_CALL_TIMEOUT = 60.0
+"""Seconds that a service has to answer."""
+
+
+class Publishers:
+    """The topics on which one viewer publishes. One thread at a time."""
+
+    def __init__(self, shared: ViewerContext) -> None:
+        self._robot = shared.robot
+        self._publishers: dict[int, tuple[type[Message], Any]] = {}
+        self._connect_deadlines: dict[int, float] = {}  # until when the first message waits for subscribers
+
+    def advertise(self, channel: ClientChannel) -> None:
+        """Begin to publish.
+
+        Raises:
+            Error: the topic's name or type is wrong, or the server publishes it with another type.
+        """
+        node = self._robot.node
+        name = self._robot.full_name(channel.topic)
+        self._robot.check_visible(name)
+        cls = payloads.message_class(channel)
+        self._publishers[channel.id] = cls, node.advertise(name, cls)
+        self._connect_deadlines[channel.id] = monotonic() + _CONNECT_TIMEOUT
+
+    def publish(self, channel: ClientChannel, payload: bytes) -> None:
+        """Publish a message.
+
+        Raises:
+            Error: it is not such a message, or the channel could not be announced.
+        """
+        if channel.id not in self._publishers:
+            self.advertise(channel)  # it failed before, but may work now
+        cls, publisher = self._publishers[channel.id]
+        message = payloads.decode(cls, channel.encoding, payload, self._robot.node.now())
+        deadline = self._connect_deadlines.pop(channel.id, None)
+        if deadline is not None and deadline > monotonic():
+            publisher.wait_for_subscribers(timeout=deadline - monotonic())
+        publisher.publish(message)
+
+    def unadvertise(self, channel: ClientChannel) -> None:
+        """End publishing."""
+        self._connect_deadlines.pop(channel.id, None)
+        _, publisher = self._publishers.pop(channel.id, (None, None))
+        if publisher is not None:
+            publisher.unregister()
+
+    def close(self) -> None:
+        """End all."""
+        publishers, self._publishers = self._publishers, {}
+        for _, publisher in publishers.values():
+            publisher.unregister()
+
+
+def call_service(exchanges: ServiceExchanges, shared: ViewerContext, call: machine.Call) -> Frame:
+    """Call a service; return the frame of its answer."""
+    number = call.service.id
+    try:
+        node = shared.robot.node
+        cls = load_service(call.service.type)
+        request = payloads.decode(cls._request_class, call.encoding, call.payload, node.now())
+        response = exchanges.call(node, call.service.name, cls, request, _CALL_TIMEOUT)
+        return frames.service_response(number, call.call, call.encoding, payloads.encode(response, call.encoding))
+    except Error as error:
+        return frames.service_failure(number, call.call, str(error))
+
+
+def fetch(shared: ViewerContext, request: requests.FetchAsset) -> Frame:
+    """Return the frame with a file."""
+    try:
+        return frames.asset(request.id, shared.files.read(request.uri))
+    except Error as error:
+        return frames.asset_failure(request.id, str(error))
+
+
+def get_parameters(shared: ViewerContext, request: requests.GetParameters) -> list[Frame]:
+    """Return frames with parameters.
+
+    Raises:
+        MasterUnreachableError: the master does not answer.
+    """
+    return [frames.parameter_values(parameters.entries(shared.parameters(0.0), request.names), request.id)]
+
+
+def set_parameters(shared: ViewerContext, request: requests.SetParameters) -> list[Frame]:
+    """Set parameters; return frames with what is wrong, and with their values if the viewer wants to know.
+
+    Raises:
+        MasterUnreachableError: the master does not answer.
+    """
+    found: list[Frame] = []
+    for parameter in request.parameters:
+        try:
+            _set_parameter(shared, parameter)
+        except Error as error:
+            found.append(frames.status(Level.ERROR, f"{parameter.name[:200]} cannot be set: {error}"))
+    if request.id is not None and request.parameters:
+        names = tuple(each.name for each in request.parameters)
+        found += get_parameters(shared, requests.GetParameters(names, request.id))
+    return found
+
+
+def _set_parameter(shared: ViewerContext, parameter: requests.SetParameter) -> None:
+    name = "/" + parameter.name.strip("/")
+    if name == "/":
+        raise FrameError("it would replace all parameters")
+    if parameter.value is None:
+        with contextlib.suppress(ParameterNotSetError):
+            shared.robot.parameters.delete(name)
+    else:
+        shared.robot.parameters.set(name, parameters.value_to_set(parameter))

@@ -1,0 +1,176 @@
+"""Definitions of messages as the page's forms need them. Pure but for the definitions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pyros1.ground.errors import MessageError
+from pyros1.msgs import Message
+from pyros1.msgs.json_form import to_json
+from pyros1.msgs.spec import Constant, parse_message
+from pyros1.values.writing import dump
+
+_MAX_DEPTH = 12
+_SAFE = 1 << 53
+_INTEGERS = frozenset(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)) | {"byte", "char"}
+_COUNTED_FIELDS = frozenset({"id", "seq"})
+"""Fields that are counted, whatever constants a type has."""
+
+
+def form(cls: type[Message]) -> dict[str, Any]:
+    """Return what a form for a message needs.
+
+    Returns:
+        - type: its name
+        - text: its definition
+        - fields: a list of name, type, the fields of the type or null, and the choices: a list of name and value
+        - default: a message with default values, as JSON; orientations are those without rotation
+    """
+    return {"type": cls._type, "text": cls._full_text, "fields": _fields(cls, 0), "default": _default_value(cls)}
+
+
+def _default_value(cls: type[Message]) -> dict[str, Any]:
+    value: dict[str, Any] = to_json(cls())
+    if cls._type == "geometry_msgs/Quaternion":
+        value["w"] = 1.0  # with zeros alone it is no orientation, and programs refuse it
+    for name, kind in zip(cls.__slots__, cls._slot_types, strict=True):
+        if (nested := cls._classes.get(kind)) is not None:
+            value[name] = _default_value(nested)
+    return value
+
+
+def numbers(cls: type[Message], path: str, depth: int = 0) -> Iterator[str]:
+    """Yield the paths of the fields of a message that are numbers; of arrays, those of the first element."""
+    for name, kind in zip(cls.__slots__, cls._slot_types, strict=True):
+        base, bracket, _ = kind.partition("[")
+        inner = f"{path}/{name}[0]" if bracket else f"{path}/{name}"
+        if "/" not in base:
+            if base != "string":
+                yield inner
+        elif depth < _MAX_DEPTH:
+            yield from numbers(cls._classes[base], inner, depth + 1)
+
+
+def to_yaml(value: Mapping[str, Any]) -> str:
+    """Return a message as YAML text, as ``pyros1 topic pub`` takes it.
+
+    Args:
+        value: the message as `pyros1.msgs.json_form.to_json` returns it; bytes are base64 text here and there.
+    """
+
+    def short(part: Any) -> bool:
+        inner = part.values() if isinstance(part, Mapping) else part
+        return not any(isinstance(each, (list, dict)) for each in inner) and (
+            isinstance(part, list) or part.keys() == {"secs", "nsecs"}
+        )
+
+    return dump(value, inline=short, ordered=True)
+
+
+def from_yaml(cls: type[Message], value: Any) -> Any:
+    """Return a message as JSON in which every field has a value, from what YAML text says: some of the fields.
+
+    Raises:
+        MessageError: there is no such field, or this is no message.
+    """
+    if value is None:
+        value = {}
+    if not isinstance(value, dict):
+        raise MessageError(f"a message is written as fields with values, not as {_plain(value)!r}")
+    found: dict[str, Any] = to_json(cls())
+    kinds = dict(zip(cls.__slots__, cls._slot_types, strict=True))
+    for name, field_value in value.items():
+        if name not in kinds:
+            raise MessageError(f"{cls._type} has no field {str(name)[:100]!r}")
+        nested = cls._classes.get(kinds[name].partition("[")[0])
+        if nested is not None and "[" not in kinds[name] and isinstance(field_value, dict):
+            found[name] = from_yaml(nested, field_value)
+        elif nested is not None and isinstance(field_value, list):
+            found[name] = [from_yaml(nested, each) for each in field_value]
+        else:
+            found[name] = _plain(field_value)
+    return found
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, float) and not math.isfinite(value):
+        return "NaN" if math.isnan(value) else f"{'-' * (value < 0)}Infinity"
+    if isinstance(value, dict):
+        return {str(key): _plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(inner) for inner in value]
+    if isinstance(value, (bytes, bytearray)):
+        return list(value)
+    return value if isinstance(value, (str, int, float, bool)) or value is None else str(value)
+
+
+def for_page(value: Any) -> Any:
+    """Return a value for a page: integers that JavaScript would round are texts, and so are floats without an end."""
+    if isinstance(value, dict):
+        return {name: for_page(inner) for name, inner in value.items()}
+    if isinstance(value, list):
+        return [for_page(inner) for inner in value]
+    if isinstance(value, float):
+        return _plain(value)
+    return str(value) if isinstance(value, int) and not -_SAFE < value < _SAFE else value
+
+
+def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
+    """Return for fields of a message which constants of the message they may be meant for, as name and value.
+
+    A definition does not say that. Constants that begin with a field's name belong to it; the others to the fields of
+    their type, or, if there is none, to those that are integers as they are: one run of values to each, or all to all.
+    """
+    try:
+        constants = parse_message(cls._type, cls._full_text.split("\n" + "=" * 10, 1)[0]).constants
+    except MessageError:
+        return {}
+    fields = [pair for pair in zip(cls.__slots__, cls._slot_types, strict=True) if pair[0] not in _COUNTED_FIELDS]
+    found: dict[str, list[list[Any]]] = {}
+    unassigned: list[Constant] = []
+    for constant in constants:
+        owners = [
+            name
+            for name, kind in fields
+            if constant.name.upper().startswith(f"{name.upper()}_")
+            and (kind == constant.type or {kind, constant.type} <= _INTEGERS)
+        ]
+        if owners:
+            found.setdefault(max(owners, key=len), []).append([constant.name, for_page(constant.value)])
+        else:
+            unassigned.append(constant)
+    for kind in dict.fromkeys(constant.type for constant in unassigned):
+        names = [name for name, field_kind in fields if field_kind == kind]
+        if not names and kind in _INTEGERS:
+            names = [name for name, field_kind in fields if field_kind in _INTEGERS]
+        runs = _runs([constant for constant in unassigned if constant.type == kind])
+        for number, name in enumerate(names):
+            field_runs = [runs[number]] if len(runs) == len(names) else runs
+            found.setdefault(name, []).extend([each.name, for_page(each.value)] for run in field_runs for each in run)
+    return found
+
+
+def _runs(constants: list[Constant]) -> list[list[Constant]]:
+    """Divide constants where their values begin anew: there may be a run for each field, in order."""
+    runs: list[list[Constant]] = []
+    for constant in constants:
+        before = runs[-1][-1].value if runs else None
+        if before is None or (
+            not isinstance(before, str) and not isinstance(constant.value, str) and constant.value < before
+        ):
+            runs.append([])
+        runs[-1].append(constant)
+    return runs
+
+
+def _fields(cls: type[Message], depth: int) -> list[list[Any]]:
+    words = choices(cls)
+    slots = zip(cls.__slots__, cls._slot_types, strict=True)
+    return [[name, kind, _inner(cls, kind, depth), words.get(name)] for name, kind in slots]
+
+
+def _inner(cls: type[Message], kind: str, depth: int) -> list[list[Any]] | None:
+    nested = cls._classes.get(kind.partition("[")[0])
+    return None if nested is None or depth >= _MAX_DEPTH else _fields(nested, depth + 1)

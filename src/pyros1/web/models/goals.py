@@ -1,0 +1,78 @@
+"""Goals of an action's server, as its topics tell of them. Pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+MAX_GOALS = 50
+"""Most goals that are kept; the oldest are forgotten."""
+_ACTIVE = frozenset({0, 1, 6, 7})
+LOST = 9
+"""Statuses of goals that go on, and of one that its server does not know any more."""
+_MAX_MISSED = 2
+"""Lists of the server in a row in which a goal is missing that was there: it was started again."""
+
+
+@dataclass
+class Goal:
+    """A goal.
+
+    Attributes:
+        id: its name. stamp: when it was sent, in seconds.
+        status: a number of actionlib_msgs/GoalStatus. text: what the server says.
+        feedback, result: the newest messages; None for none. feedbacks: how many there were.
+        missed: in how many of the server's last lists it was missing; None if it has not been in one yet.
+    """
+
+    id: str
+    stamp: float = 0.0
+    status: int = 0
+    text: str = ""
+    feedback: Any = None
+    feedbacks: int = 0
+    result: Any = None
+    missed: int | None = None
+
+
+class Goals:
+    """Collects what comes on the topics of an action."""
+
+    def __init__(self) -> None:
+        self._goals: dict[str, Goal] = {}
+
+    def add_statuses(self, array: Any) -> None:
+        """Take an actionlib_msgs/GoalStatusArray."""
+        for status in array.status_list[-MAX_GOALS:]:
+            self._goal_of(status).missed = 0
+        known = {status.goal_id.id for status in array.status_list}
+        for goal in self._goals.values():
+            if goal.id not in known and goal.missed is not None:
+                goal.missed += 1
+                if goal.missed >= _MAX_MISSED and goal.status in _ACTIVE:
+                    goal.status = LOST
+
+    def add_feedback(self, message: Any) -> None:
+        """Take a message of the feedback topic."""
+        goal = self._goal_of(message.status)
+        goal.feedback = message.feedback
+        goal.feedbacks += 1
+
+    def add_result(self, message: Any) -> None:
+        """Take a message of the result topic."""
+        self._goal_of(message.status).result = message.result
+
+    def all(self) -> list[Goal]:
+        """Return the goals, newest first."""
+        return sorted(self._goals.values(), key=lambda goal: goal.stamp, reverse=True)
+
+    def _goal_of(self, status: Any) -> Goal:
+        name = status.goal_id.id
+        goal = self._goals.get(name)
+        if goal is None:
+            if len(self._goals) >= MAX_GOALS:
+                del self._goals[min(self._goals.values(), key=lambda each: each.stamp).id]
+            goal = self._goals[name] = Goal(name)
+        goal.stamp, goal.status = status.goal_id.stamp.to_sec(), status.status
+        goal.text = status.text[:500]
+        return goal

@@ -1,0 +1,77 @@
+"""What the panel of joints shows and sends. Pure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from pyros1.ground.names import is_legal_name
+from pyros1.urdf.joints import SLIDERS, JointStates, Options, options
+from pyros1.urdf.model import UrdfError
+from pyros1.web.server.wire import RequestError
+
+MAX_JOINTS = 1_000
+"""Most joints that are shown, and that one change may move."""
+_MAX_SOURCES = 20
+
+
+def facts(states: JointStates) -> list[dict[str, Any]]:
+    """Return the joints, at most `MAX_JOINTS`: name, type, lower, upper and zero; and ``follows`` for mimics."""
+    return [_joint(states, name) for name in states.names[:MAX_JOINTS]]
+
+
+def _joint(states: JointStates, name: str) -> dict[str, Any]:
+    mimic = states.followers.get(name)
+    joint = states.free[mimic.joint if mimic else name]
+    limits = [joint.lower, joint.zero, joint.upper]
+    if mimic:
+        limits = [position * mimic.multiplier + mimic.offset for position in limits]
+    found = {
+        "name": name,
+        "type": states.kinds[name],
+        "lower": min(limits[::2]),
+        "upper": max(limits[::2]),
+        "zero": limits[1],
+    }
+    return {**found, "follows": mimic.joint} if mimic else found
+
+
+def publisher_options(params: object) -> Options:
+    """Return the options of a node that publishes joints; the usual ones if its parameters have another meaning."""
+    values = params if isinstance(params, Mapping) else {}
+    try:
+        return options(values.get)
+    except UrdfError:
+        return Options()
+
+
+def sources(node: str, params: object) -> list[str]:
+    """Return topics on which a node may take positions, the best first.
+
+    Args:
+        node: its full name.
+        params: its private parameters.
+    """
+    listed = params.get("source_list", []) if isinstance(params, Mapping) else []
+    names = [each for each in listed if isinstance(each, str) and each] if isinstance(listed, (list, tuple)) else []
+    namespace = node.rpartition("/")[0]
+    full_names = [each if each.startswith("/") else f"{namespace}/{each}" for each in names[:_MAX_SOURCES]]
+    return [f"{node}/{SLIDERS}", *filter(is_legal_name, full_names)]
+
+
+def positions(value: object) -> dict[str, float]:
+    """Return where a page says that joints shall be.
+
+    Args:
+        value: an object: joint -> radians or metres.
+
+    Raises:
+        RequestError: it is none.
+    """
+    if not isinstance(value, dict) or len(value) > MAX_JOINTS:
+        raise RequestError(f"positions are an object with at most {MAX_JOINTS} joints")
+    for position in value.values():
+        if isinstance(position, bool) or not isinstance(position, (int, float)) or not math.isfinite(position):
+            raise RequestError("a position is a number")
+    return value

@@ -1,0 +1,133 @@
+"""What launches run, for a page, and the last lines of log files."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pyros1.launch.running.control import Report, Status
+
+MAX_PROCESSES = 500
+"""Most processes of a launch that a page gets."""
+_MAX_TAIL_BYTES = 32_000
+_MAX_LINES = 200
+_SUFFIXES = (".log", "-stdout.log", "-stderr.log")
+_EXITS = {
+    126: "the program cannot be executed",
+    127: "a command was not found",
+    255: "a connection was lost, or the program says so",
+}
+
+CpuTime = tuple[float, float]
+"""A time and the CPU time used until then, both in seconds."""
+
+
+def describe(report: Report, now: float, earlier: Mapping[tuple[str, int], CpuTime]) -> dict[str, Any]:
+    """Return a launch for a page.
+
+    Args:
+        report: the launch.
+        now: seconds of a clock that does not jump.
+        earlier: what processes had used at an earlier time, by label and process id; see `cpu_times`.
+
+    Returns:
+        ``{"title", "pid", "uptime", "expected", "refusal", "count", "processes": [{"label", "node", "state", "pid",
+        "starts", "uptime", "cpu" (a percentage), "memory", "machine", "exit", "required", "respawn", "log"}]}``, with
+        null for what is unknown.
+    """
+    processes = report.processes
+    if len(processes) > MAX_PROCESSES:  # those that need a look are not left out
+        processes = sorted(processes, key=lambda entry: entry.state == "running")[:MAX_PROCESSES]
+    return {
+        "title": report.title,
+        "pid": report.pid,
+        "uptime": _known(report.uptime),
+        "expected": report.expected,
+        "refusal": report.refusal,
+        "count": len(report.processes),
+        "processes": [_describe(entry, now, earlier) for entry in processes],
+    }
+
+
+def _describe(entry: Status, now: float, earlier: Mapping[tuple[str, int], CpuTime]) -> dict[str, Any]:
+    is_running = entry.state in ("running", "stopping")
+    return {
+        "label": entry.label,
+        "node": entry.node,
+        "state": entry.state,
+        "pid": entry.pid if is_running and entry.pid > 0 else None,
+        "starts": entry.starts,
+        "uptime": _known(entry.uptime),
+        "cpu": _percentage(entry, now, earlier.get((entry.label, entry.pid))),
+        "memory": _known(entry.memory),
+        "machine": entry.machine,
+        "exit": "" if is_running or entry.exit_code is None else describe_exit(entry.exit_code),
+        "required": entry.required,
+        "respawn": entry.respawn,
+        "log": bool(entry.log),
+    }
+
+
+def cpu_times(report: Report, now: float) -> dict[tuple[str, int], CpuTime]:
+    """Return what the processes of a launch have used until now, by label and process id."""
+    return {(entry.label, entry.pid): (now, entry.cpu) for entry in report.processes if entry.cpu >= 0}
+
+
+def _percentage(entry: Status, now: float, earlier: CpuTime | None) -> float | None:
+    if earlier is None or entry.cpu < 0 or now <= earlier[0]:
+        return None
+    return max(0.0, round(100 * (entry.cpu - earlier[1]) / (now - earlier[0]), 1))
+
+
+def _known(value: float) -> float | None:
+    return value if 0 <= value < float("inf") else None
+
+
+def describe_exit(code: int) -> str:
+    """Return an exit code in words.
+
+    Args:
+        code: negative for a signal.
+    """
+    if code < 0:
+        try:
+            return f"ended by {signal.Signals(-code).name}"
+        except ValueError:
+            return f"ended by signal {-code}"
+    if code == 0:
+        return "exit code 0"
+    reason = _EXITS.get(code)
+    return f"exit code {code}: {reason}" if reason else f"exit code {code}"
+
+
+def log_files(base: str, folder: Path) -> list[Path]:
+    """Return the log files of a process that are there.
+
+    A launch says where they are, and whoever reaches the master can claim to be a launch, so only files in one folder
+    count.
+
+    Args:
+        base: their path without ``.log``.
+        folder: the folder of log files of this environment.
+    """
+    log_folder = folder.resolve()
+    paths = [Path(base + suffix).resolve() for suffix in _SUFFIXES]
+    return [path for path in paths if path.is_relative_to(log_folder) and path.is_file()]
+
+
+def tail(path: Path) -> str:
+    """Return the last lines of a text file.
+
+    Raises:
+        OSError: it cannot be read.
+    """
+    with path.open("rb") as file:
+        size = file.seek(0, 2)
+        file.seek(max(0, size - _MAX_TAIL_BYTES))
+        data = file.read(_MAX_TAIL_BYTES)
+    text = data.decode(errors="replace")
+    if size > len(data):
+        text = text.partition("\n")[2] or text
+    return "\n".join(text.splitlines()[-_MAX_LINES:])

@@ -1,0 +1,117 @@
+"""Parameters as a page shows them. Pure."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+from pyros1.values import YamlError, load_yaml
+from pyros1.values.writing import dump
+
+MAX_PARAMETERS = 20_000
+"""Most parameters that are shown."""
+_MAX_TEXT = 300
+"""Most characters of a value that are shown; the whole value is asked for when it is edited."""
+_MAX_ITEMS = 60
+_SPECIAL = {"nan": ".nan", "inf": ".inf", "-inf": "-.inf"}
+_KINDS = {str: "text", bool: "bool", int: "int", float: "double", list: "list", tuple: "list", dict: "dict"}
+
+
+class ValueSummary(NamedTuple):
+    """A parameter: the kind of its value, the begin of the value as text, and whether there is more of it."""
+
+    kind: str
+    text: str
+    more: bool
+
+
+def flatten(tree: Any) -> Iterator[tuple[str, Any]]:
+    """Yield full names and values of a tree of parameters; a dictionary without entries is a value."""
+    waiting: list[tuple[str, Any]] = [("", tree)]
+    while waiting:
+        name, value = waiting.pop()
+        if isinstance(value, dict) and (value or not name):
+            waiting.extend((f"{name}/{key!s}", inner) for key, inner in reversed(value.items()))
+        else:
+            yield name, value
+
+
+def summarize(value: Any) -> ValueSummary:
+    """Return what is shown of a value."""
+    kind = _KINDS.get(value.__class__, "null" if value is None else "other")
+    if isinstance(value, str):
+        return ValueSummary(kind, value[:_MAX_TEXT], len(value) > _MAX_TEXT)
+    if isinstance(value, float):
+        return ValueSummary(kind, str(value) if math.isfinite(value) else _SPECIAL[str(value)], False)
+    if isinstance(value, (bool, int)):
+        return ValueSummary(kind, str(value).lower(), False)
+    cut = isinstance(value, (list, tuple)) and len(value) > _MAX_ITEMS
+    try:
+        text = dump(value[:_MAX_ITEMS] if cut else value, inline=lambda _: True).removesuffix("...\n").strip()
+    except YamlError:
+        text = str(value)
+    text = " ".join(text.split())
+    return ValueSummary(kind, text[:_MAX_TEXT], cut or len(text) > _MAX_TEXT)
+
+
+class Changes:
+    """Tells what has changed between two looks at the parameters."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, ValueSummary] | None = None
+        self._raw = ""
+
+    def update(self, tree: Any, may_see: Callable[[str], bool]) -> dict[str, Any] | None:
+        """Return what has changed since the last look.
+
+        Args:
+            tree: all parameters.
+            may_see: returns whether a parameter of this name is shown.
+
+        Returns:
+            ``all``: whether ``set`` has all parameters; ``set``: name -> `ValueSummary`; ``gone``: names; ``more``: how
+            many are not shown, because there are too many. None if nothing has changed.
+        """
+        raw = repr(tree)  # 1, 1.0 and true are equal, but not the same
+        if self._known is not None and raw == self._raw:
+            return None
+        self._raw = raw
+        visible = [(name, value) for name, value in flatten(tree) if may_see(name)]
+        current = {name: summarize(value) for name, value in sorted(visible[:MAX_PARAMETERS], key=lambda pair: pair[0])}
+        previous, self._known = self._known, current
+        more = max(0, len(visible) - MAX_PARAMETERS)
+        if previous is None:
+            return {"all": True, "set": current, "gone": [], "more": more}
+        changed = {name: value for name, value in current.items() if previous.get(name) != value}
+        removed = [name for name in previous if name not in current]
+        return {"all": False, "set": changed, "gone": removed, "more": more} if changed or removed else None
+
+
+def pretty(value: Any) -> str:
+    """Return the YAML text of a value for editing: flat lists in brackets, text of several lines as it is.
+
+    Raises:
+        YamlError: see `pyros1.values.dump_yaml`.
+    """
+
+    if isinstance(value, str) and "\n" in value:
+        text = _block(value)
+        with contextlib.suppress(YamlError):
+            if load_yaml(text) == value:
+                return text
+
+    def flat(part: Any) -> bool:
+        items: Any = part.values() if isinstance(part, Mapping) else part
+        return not any(isinstance(item, (list, dict)) for item in items)
+
+    return dump(value, inline=lambda part: isinstance(part, list) and flat(part), ordered=True).removesuffix("...\n")
+
+
+def _block(value: str) -> str:
+    """Return text of several lines as a YAML block; not every text can be one."""
+    end = "-" if not value.endswith("\n") else "+" if value.endswith("\n\n") or not value.strip("\n") else ""
+    lines = value.removesuffix("\n").split("\n") if end != "-" else value.split("\n")
+    indent = "2" if lines[0].startswith((" ", "\t")) or not lines[0] else ""  # else it is seen
+    return f"|{indent}{end}\n" + "".join(f"  {line}\n" if line else "\n" for line in lines)

@@ -1,0 +1,59 @@
+"""Publishes again and again, in a thread, until it is told to end."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from time import monotonic
+
+from pyros1.ground.errors import Error
+
+
+class RepeatedPublisher:
+    """Runs a function at a rate. A turn that comes too late is left out.
+
+    Args:
+        publish: publishes, and returns the number of subscribers; it may raise an `Error`, and is tried again.
+        hz: how often per second, more than 0.
+
+    Attributes:
+        sent: how often it has been done.
+        subscribers: what the last time returned.
+        problem: why the last time failed; empty if it did not.
+    """
+
+    def __init__(self, publish: Callable[[], int], hz: float) -> None:
+        self.publish = publish
+        self.hz = hz
+        self.sent = 0
+        self.subscribers = 0
+        self.problem = ""
+        self._ended = threading.Event()
+        self._changed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="web: publishes at a rate", daemon=True)
+        self._thread.start()
+
+    def change(self, publish: Callable[[], int], hz: float) -> None:
+        """Go on with another function and rate, at once."""
+        self.publish, self.hz = publish, hz
+        self._changed.set()
+
+    def close(self) -> None:
+        """End, after the turn that runs."""
+        self._ended.set()
+        self._changed.set()
+        self._thread.join(5)
+
+    def _run(self) -> None:
+        due = monotonic()
+        while not self._ended.is_set():
+            try:
+                self.subscribers = self.publish()
+                self.sent += 1
+                self.problem = ""
+            except Error as error:
+                self.problem = str(error)
+            due = max(due + 1 / self.hz, monotonic())
+            if self._changed.wait(max(0.0, due - monotonic())):
+                self._changed.clear()
+                due = monotonic()

@@ -1,0 +1,127 @@
+"""Services that a client provides: calls go to it as frames, and wait in threads of the node for the answers."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from itertools import count
+
+from pyros1.ground.errors import MessageError, ServiceRefusal
+from pyros1.msgs import Message, load_service
+from pyros1.web.robot import Robot
+from pyros1.web.rosbridge import frames
+from pyros1.web.rosbridge.operations import MAX_CALL_SECONDS, BridgeError, Id, ServiceResponse
+from pyros1.web.rosbridge.outbox import Outbox
+from pyros1.web.rosbridge.values import for_json, from_args
+
+MAX_SERVICES = 200
+MAX_CALLS = 100
+"""Most calls of a client's services that wait for it."""
+
+
+class ProvidedServices:
+    """The services of one client.
+
+    Args:
+        robot: where they are provided.
+        outbox: of the client.
+    """
+
+    def __init__(self, robot: Robot, outbox: Outbox) -> None:
+        self._robot = robot
+        self._outbox = outbox
+        self._unadvertisers: dict[str, Callable[[], None]] = {}  # of each service, by the client's name for it
+        self._lock = threading.Lock()
+        self._waiting: dict[str, _Call] = {}
+        self._numbers = count(1)
+        self._closed = False
+
+    def advertise(self, name: str, kind: str) -> None:
+        """Provide a service, in place of any other client that does.
+
+        Raises:
+            BridgeError: the client has too many.
+            Error: no such type, or the server's node itself provides it.
+        """
+        full = self._robot.full_name(name)
+        self._robot.check_visible(full)
+        cls = load_service(kind)
+        if name not in self._unadvertisers and len(self._unadvertisers) >= MAX_SERVICES:
+            raise BridgeError(f"a client provides at most {MAX_SERVICES} services")
+        self._unadvertisers[name] = self._robot.client_services.provide(
+            full, cls, lambda request: self._call_client(name, cls._response_class, request)
+        )
+
+    def unadvertise(self, name: str) -> None:
+        """Provide a service no longer.
+
+        Raises:
+            BridgeError: the client does not provide it.
+        """
+        unadvertise_service = self._unadvertisers.pop(name, None)
+        if unadvertise_service is None:
+            raise BridgeError(f"you do not provide {name}")
+        unadvertise_service()
+        self._cancel_calls(name)
+
+    def answer(self, id: Id, response: ServiceResponse) -> None:
+        """Give an answer to who waits for it.
+
+        Raises:
+            BridgeError: nobody does.
+        """
+        call = self._waiting.get(id) if isinstance(id, str) else None
+        if call is None or call.service != response.service:
+            raise BridgeError(f"no caller is waiting for this answer of {response.service}")
+        call.response = response
+        call.done.set()
+
+    def close(self) -> None:
+        """End all."""
+        with self._lock:
+            self._closed = True
+        for name in list(self._unadvertisers):
+            self.unadvertise(name)
+
+    def _cancel_calls(self, name: str) -> None:
+        with self._lock:
+            calls = [call for call in self._waiting.values() if call.service == name]
+        for call in calls:
+            call.done.set()
+
+    def _call_client(self, name: str, cls: type[Message], request: Message) -> Message:
+        call = _Call(name)
+        id = f"service_request:{name}:{next(self._numbers)}"
+        with self._lock:
+            if self._closed or len(self._waiting) >= MAX_CALLS or self._outbox.is_overfull():
+                raise ServiceRefusal(f"the client that provides {name} is too busy")
+            self._waiting[id] = call
+        try:
+            self._outbox.enqueue(frames.call(name, id, for_json(request)))
+            answered = call.done.wait(MAX_CALL_SECONDS)
+        finally:
+            with self._lock:
+                del self._waiting[id]
+        response = call.response
+        if response is None:
+            raise ServiceRefusal(
+                f"the client that provides {name} has disconnected"
+                if answered
+                else f"{name}: the client does not answer"
+            )
+        if not response.result:
+            reason = response.values if isinstance(response.values, str) else frames.text(response.values)
+            raise ServiceRefusal(reason[:1000])
+        try:
+            answer = from_args(cls, response.values, self._robot.node.now())
+            cls._encode(answer)  # who encodes it later cannot say whose fault it is
+            return answer
+        except MessageError as error:
+            raise ServiceRefusal(f"the client that provides {name} gave a wrong answer: {error}"[:1000]) from None
+
+
+class _Call:
+    def __init__(self, service: str) -> None:
+        self.service = service
+        self.done = threading.Event()
+        self.response: ServiceResponse | None = None

@@ -1,0 +1,93 @@
+"""Calls of services for a client."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.graph import probe_service
+from pyros1.ground.errors import Error, ServiceError
+from pyros1.msgs import load_service
+from pyros1.web.robot import Robot
+from pyros1.web.rosbridge import frames, rosapi
+from pyros1.web.rosbridge.operations import BridgeError, CallService, Id
+from pyros1.web.rosbridge.outbox import Frame
+from pyros1.web.rosbridge.values import for_cbor, for_json, from_args
+from pyros1.web.service_exchanges import ServiceExchanges
+
+_PROBE_TIMEOUT = 2.0
+MAX_CHARACTERS = 64 << 20
+"""Most characters, or bytes, of an answer."""
+_MAX_TYPES = 1000
+
+
+class ServiceCaller:
+    """The calls of one client.
+
+    Args:
+        robot: whose services are called.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._exchanges = ServiceExchanges()
+        self._types: dict[tuple[str, str], str] = {}
+
+    def answer(self, id: Id, call: CallService) -> list[Frame]:
+        """Call a service and return the frames of the answer, whatever happens. It may take long."""
+        try:
+            values, result = self._values(call), True
+        except Error as error:
+            values, result = str(error), False
+        answer = frames.response(call.service, id, values, result)
+        try:
+            cbor = call.compression.startswith("cbor")
+            encoded = frames.binary(answer) if cbor else frames.text(answer)
+            if len(encoded) > MAX_CHARACTERS:
+                raise BridgeError(f"the answer has {len(encoded)} characters; at most {MAX_CHARACTERS} are sent")
+            if isinstance(encoded, bytes):
+                return [encoded]
+            return [*frames.packed(encoded, call.compression, call.fragment_size, f"{id}:parts")]
+        except BridgeError as error:
+            return [frames.text(frames.response(call.service, id, str(error), False))]
+
+    def close(self) -> None:
+        """End all calls."""
+        self._exchanges.close()
+
+    def _values(self, call: CallService) -> Any:
+        name = self._robot.full_name(call.service)
+        if rosapi.has(name):
+            return rosapi.run(self._robot, name, call.args)
+        if self._robot.access.read_only:
+            raise BridgeError("this server is read-only (--read-only)")
+        self._robot.check_visible(name)
+        key = (name, self._uri(name))
+        try:
+            response = self._exchange(name, self._type(*key), call)
+        except ServiceError:
+            self._types.pop(key, None)  # perhaps another node is there now
+            raise
+        return (for_cbor if call.compression.startswith("cbor") else for_json)(response)
+
+    def _exchange(self, name: str, kind: str, call: CallService) -> Any:
+        node = self._robot.node
+        cls = load_service(kind)
+        request = from_args(cls._request_class, call.args, node.now())
+        return self._exchanges.call(node, name, cls, request, call.timeout)
+
+    def _uri(self, name: str) -> str:
+        uri = self._robot.graph.service_uri(name)
+        if uri is None:
+            raise BridgeError(f"Service {name} does not exist")
+        return uri
+
+    def _type(self, name: str, uri: str) -> str:
+        kind = self._types.get((name, uri))
+        if kind is None:
+            kind = probe_service(name, uri, self._robot.node.name, _PROBE_TIMEOUT).get("type", "")
+            if not kind:
+                raise BridgeError(f"the provider of {name} does not report its type")
+            if len(self._types) >= _MAX_TYPES:
+                self._types.clear()
+            self._types[name, uri] = kind
+        return kind

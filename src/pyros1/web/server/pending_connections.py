@@ -1,0 +1,68 @@
+"""Connections that have not come in yet: whoever reaches the port can open them, without a token, and say nothing."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+from asyncio import BaseTransport
+from typing import TYPE_CHECKING, Any
+
+from websockets.asyncio.server import ServerConnection
+
+if TYPE_CHECKING:
+    from pyros1.net.allowlist import Allowlist
+
+MAX_PENDING = 128
+"""Most connections that have not come in. The oldest make room, as those of pages come in within moments."""
+
+ACCEPTED_TIMEOUT = 6_000
+"""Milliseconds within which a client takes of what is sent, or its connection ends. Whoever takes nothing gets no ping
+either: it waits behind the rest."""
+
+
+class PendingConnections:
+    """The connections that have not come in.
+
+    Args:
+        allowlist: decides from which machines one may connect; None: from all.
+        max_pending: how many.
+    """
+
+    def __init__(self, allowlist: Allowlist | None = None, max_pending: int = MAX_PENDING) -> None:
+        self._allowlist = allowlist
+        self._max_pending = max_pending
+        self._transports: dict[_Connection, BaseTransport] = {}
+
+    def connection(self, *args: Any, **options: Any) -> ServerConnection:
+        """Return a connection; for the argument ``create_connection`` of websockets."""
+        return _Connection(self, *args, **options)
+
+    def add(self, connection: _Connection, transport: BaseTransport) -> None:
+        """Take a new connection, or end it before anything is read."""
+        peer, local = transport.get_extra_info("peername"), transport.get_extra_info("sockname")
+        if self._allowlist is not None and not (peer and local and self._allowlist.allows(peer[0], local[0])):
+            transport.abort()  # type: ignore[attr-defined]
+            return
+        with contextlib.suppress(AttributeError, OSError):  # systems without it keep the connection for longer
+            transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, ACCEPTED_TIMEOUT)
+        self._transports[connection] = transport
+        while len(self._transports) > self._max_pending:
+            self._transports.pop(next(iter(self._transports))).abort()  # type: ignore[attr-defined]
+
+    def remove(self, connection: object) -> None:
+        """Forget a connection that has come in, or gone."""
+        self._transports.pop(connection, None)  # type: ignore[call-overload]
+
+
+class _Connection(ServerConnection):
+    def __init__(self, pending_connections: PendingConnections, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self._pending_connections = pending_connections
+
+    def connection_made(self, transport: BaseTransport) -> None:
+        super().connection_made(transport)
+        self._pending_connections.add(self, transport)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._pending_connections.remove(self)
+        super().connection_lost(exc)

@@ -1,0 +1,54 @@
+"""Calls of services, which may take long: each connection has its own, and they end with it."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+from pyros1.node import Node
+from pyros1.web.server.wire import RequestError
+
+MAX_CONCURRENT_CALLS = 16
+"""Most calls of a connection that run at the same time."""
+
+
+class ServiceExchanges:
+    """The calls of one connection."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._pending: set[Any] = set()
+        self._closed = False
+
+    def call(self, node: Node, name: str, service_class: Any, request: Any, timeout: float) -> Any:
+        """Call a service and return the response.
+
+        Args:
+            node: the node that calls.
+            name: the service's full name.
+            service_class: its type.
+            request: the request.
+            timeout: seconds.
+
+        Raises:
+            RequestError: the connection has ended.
+            ServiceError: the call failed.
+        """
+        with node.service(name, service_class) as client:
+            with self._lock:
+                if self._closed:
+                    raise RequestError("the caller has disconnected")
+                self._pending.add(client)
+            try:
+                return client.call(request, timeout)
+            finally:
+                with self._lock:
+                    self._pending.discard(client)
+
+    def close(self) -> None:
+        """End all calls."""
+        with self._lock:
+            self._closed = True
+            pending = list(self._pending)
+        for client in pending:
+            client.close()

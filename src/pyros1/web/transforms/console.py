@@ -1,0 +1,132 @@
+"""The log of all nodes, from /rosout: its latest messages are kept, so that a page that is loaded again has them."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable
+from itertools import islice
+from typing import Any, NamedTuple
+
+from pyros1.node import Node
+
+_QUEUE = 20_000
+"""Most messages of each node that wait here; no node is held back."""
+SIZE = 50_000
+"""Most messages that are kept."""
+_MAX_TEXT_LENGTH = 20_000
+"""Most characters of a message that are kept."""
+_MAX_TOPICS = 50
+_MAX_NAME_LENGTH = 500
+MAX_CHARACTERS = 50_000_000
+"""Most characters of all texts that are kept."""
+
+
+class Entry(NamedTuple):
+    """A message of the log."""
+
+    number: int
+    time: float
+    level: int
+    node: str
+    text: str
+    file: str
+    function: str
+    line: int
+    topics: list[str]
+    nanoseconds: int
+    """Of the time, within its second: the time alone is not that exact."""
+
+
+class Console:
+    """The log.
+
+    Args:
+        size: most messages that are kept.
+
+    Attributes:
+        run: name of this run of the server; the numbers of messages begin anew with each.
+    """
+
+    def __init__(self, size: int = SIZE) -> None:
+        self.run = secrets.token_hex(8)
+        self._lock = threading.Lock()
+        self._entries: deque[Entry] = deque(maxlen=size)
+        self._count = 0
+        self._characters = 0
+        self._listeners: tuple[Callable[[], object], ...] = ()
+
+    def start(self, node: Node) -> None:
+        """Collect the messages of a system, until the node ends."""
+        # Not /rosout_agg, where a node of the launcher collects them: it may be missing, and messages would be late.
+        node.subscribe("/rosout", "rosgraph_msgs/Log", self.take, queue_size=_QUEUE)
+
+    def take(self, message: Any) -> None:
+        """Keep a rosgraph_msgs/Log message."""
+        text = message.msg[: _MAX_TEXT_LENGTH + 1]
+        if len(text) > _MAX_TEXT_LENGTH:
+            text = f"{text[:_MAX_TEXT_LENGTH]}..."
+        file, function = message.file[:_MAX_NAME_LENGTH], message.function[:_MAX_NAME_LENGTH]
+        topics = [topic[:_MAX_NAME_LENGTH] for topic in message.topics[:_MAX_TOPICS]]
+        name, stamp = message.name[:_MAX_NAME_LENGTH], message.header.stamp
+        with self._lock:
+            self._count += 1
+            if len(self._entries) == self._entries.maxlen:
+                self._forget()
+            level, line = message.level, message.line
+            entry = Entry(self._count, stamp.to_sec(), level, name, text, file, function, line, topics, stamp.nsecs)
+            self._characters += _characters(entry)
+            while self._characters > MAX_CHARACTERS and self._entries:
+                self._forget()
+            self._entries.append(entry)
+        for listener in self._listeners:
+            listener()
+
+    def _forget(self) -> None:
+        self._characters -= _characters(self._entries.popleft())
+
+    def after(self, number: int, max_entries: int, characters: int = MAX_CHARACTERS) -> tuple[list[Entry], int]:
+        """Return the messages behind one.
+
+        Args:
+            number: of the last message that is known; 0 for none.
+            max_entries: how many to return. If there are more, these are the oldest of them.
+            characters: how many their texts may have; one message is returned in any case.
+
+        Returns:
+            The messages, and how many before them were dropped here.
+        """
+        with self._lock:
+            first = self._entries[0].number if self._entries else self._count + 1
+            number = min(number, self._count)
+            start = max(number + 1, first)
+            entries = list(_slice(self._entries, start - first, max_entries))
+        for count, entry in enumerate(entries):
+            characters -= _characters(entry)
+            if characters < 0 and count:
+                del entries[count:]
+                break
+        return entries, start - number - 1
+
+    def listen(self, listener: Callable[[], object]) -> Callable[[], None]:
+        """Call a function, in a thread of the node, after each message; return what ends this."""
+        with self._lock:
+            self._listeners = (*self._listeners, listener)
+
+        def end() -> None:
+            with self._lock:
+                self._listeners = tuple(each for each in self._listeners if each is not listener)
+
+        return end
+
+
+def _characters(entry: Entry) -> int:
+    return sum(map(len, (entry.text, entry.node, entry.file, entry.function, *entry.topics)))
+
+
+def _slice(entries: deque[Entry], start: int, max_entries: int) -> Iterable[Entry]:
+    if start > len(entries) // 2:  # a deque is walked from its end if that is nearer
+        last = len(entries) - start
+        return reversed(list(islice(reversed(entries), max(0, last - max_entries), last)))
+    return islice(entries, start, start + max_entries)

@@ -1,0 +1,151 @@
+"""Curves of a plot: which values of which messages, and the points that have not been shown yet."""
+
+from __future__ import annotations
+
+import math
+import re
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.ground.errors import Error, MessageError
+from pyros1.ground.timing import TVal
+from pyros1.msgs import Message
+from pyros1.observe.expression import Expression, ExpressionError
+from pyros1.observe.fields import FieldPath, FieldPathError
+from pyros1.web.transforms.decimation import decimate
+
+MAX_PARTS = 50
+"""Most elements of an array that are curves of their own."""
+MAX_POINTS = 20_000
+"""Most points of a part that wait for the page; then every other ones are left out, but no spikes."""
+_WITH_EXPRESSION = re.compile(r"\s*(/[\w/]+)\s*:\s*(.+?)\s*\Z", re.DOTALL)
+
+FindTopic = Callable[[str], "tuple[str, str, str] | None"]
+"""Splits ``/topic/field`` into topic, type and the rest; see `pyros1.graph.Graph.find_topic`."""
+
+
+class CurveError(Error):
+    """A curve cannot be drawn."""
+
+
+class Curve:
+    """Values of a topic's messages over time.
+
+    Args:
+        text: ``/topic/field``, ``/topic`` if its messages have one field, ``/topic/array[2]``, ``/topic/array[0:3]``,
+            or ``/topic: EXPRESSION`` where ``m`` is the message, as
+            ``/odom: hypot(m.twist.twist.linear.x, m.twist.twist.linear.y)``.
+        stamped: whether the time of a point is that of the message's header, not that of its arrival.
+
+    Attributes:
+        problem: what is wrong with it now; empty for nothing.
+        has_data: whether a message has come.
+
+    Raises:
+        CurveError: the text is malformed.
+    """
+
+    def __init__(self, text: str, stamped: bool = False) -> None:
+        self.text = text.strip()
+        self.problem = ""
+        self.has_data = False
+        self._stamped = stamped
+        self._lock = threading.Lock()
+        self._points: dict[int, tuple[list[float], list[float]]] = {}
+        self._read: Callable[[Any], Any] | None = None
+        match = _WITH_EXPRESSION.match(text)
+        self._expression: Expression | None = None
+        self._topic = ""
+        if match:
+            self._topic = match[1]
+            try:
+                self._expression = Expression(match[2])
+            except ExpressionError as error:
+                raise CurveError(str(error)) from None
+        elif not self.text.startswith("/"):
+            raise CurveError(f"a curve is /topic/field, not {self.text[:100]!r}")
+
+    def find(self, find_topic: FindTopic) -> str | None:
+        """Return the curve's topic; None while the master does not know it.
+
+        Raises:
+            CurveError: what is behind the topic's name is not a field.
+        """
+        if self._expression is not None:
+            found = find_topic(self._topic)
+            self._read = self._evaluate
+            return found[0] if found and not found[2] else None
+        found = find_topic(self.text)
+        if found is None:
+            return None
+        try:
+            path = FieldPath(found[2])
+        except FieldPathError as error:
+            raise CurveError(str(error)) from None
+        self._read = lambda message: _value(path, message)
+        return found[0]
+
+    def add(self, message: Any, arrived: float) -> None:
+        """Add the point of a message, or say what is wrong with it."""
+        self.has_data = True
+        try:
+            value = self._read(message) if self._read else None
+            numbers = _numbers(value)
+        except (CurveError, FieldPathError, ExpressionError, MessageError) as error:
+            self.problem = str(error)
+            return
+        self.problem = ""
+        time = arrived
+        if self._stamped and getattr(message, "_has_header", False):
+            time = message.header.stamp.to_sec()
+        with self._lock:
+            for part, number in numbers:
+                times, values = self._points.setdefault(part, ([], []))
+                times.append(time)
+                values.append(number)
+                if len(times) > MAX_POINTS:
+                    times[:], values[:] = decimate(times, values, MAX_POINTS // 2)
+
+    def take(self, max_points: int) -> dict[int, tuple[list[float], list[float]]]:
+        """Return the points since the last call, as part -> times, values. The only part of a number is -1.
+
+        Args:
+            max_points: points of each part.
+        """
+        with self._lock:
+            points, self._points = self._points, {}
+        return {part: decimate(times, values, max_points) for part, (times, values) in sorted(points.items())}
+
+    def _evaluate(self, message: Any) -> Any:
+        return self._expression({"m": message}) if self._expression else None
+
+
+def _value(path: FieldPath, message: Any) -> Any:
+    try:
+        return path.get(message)[0]
+    except FieldPathError as error:
+        path.type_in(type(message))  # says better what is wrong with the names
+        raise CurveError(f"no such element now, index out of range: {path.text}") from error
+
+
+def _numbers(value: Any) -> list[tuple[int, float]]:
+    if isinstance(value, (list, tuple, bytes)):
+        if len(value) > MAX_PARTS:
+            raise CurveError(f"an array of {len(value)} elements: choose some, as in [0] or [0:3]")
+        return [(part, _number(element)) for part, element in enumerate(value)]
+    return [(-1, _number(value))]
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, Message) and len(value.__slots__) == 1:  # the number in a std_msgs/Float64
+        value = getattr(value, value.__slots__[0])
+    if isinstance(value, TVal):
+        return float(value.to_sec())
+    if not isinstance(value, (int, float)):
+        what = "a text" if isinstance(value, str) else "a message: choose one of its fields"
+        raise CurveError(f"not a number, but {what}")
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf

@@ -1,0 +1,35 @@
+"""Fewer points of a curve that look the same: spikes stay. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+PER_BUCKET = 4
+"""Points that are kept of each part of a curve: its first, least, greatest and last."""
+
+
+def decimate(times: Sequence[float], values: Sequence[float], max_points: int) -> tuple[list[float], list[float]]:
+    """Return at most so many points of a curve, in their order.
+
+    The points are divided into parts of equal numbers; of each, the first, the least, the greatest and the last are
+    kept. NaN is neither the least nor the greatest, but may be the first or the last.
+
+    Args:
+        times: of the points.
+        values: of the points, as many.
+        max_points: points to return, at least 4.
+    """
+    count = len(times)
+    if count <= max_points:
+        return list(times), list(values)
+    buckets = max(1, max_points // PER_BUCKET)
+    kept: list[int] = []
+    for bucket in range(buckets):
+        begin, end = bucket * count // buckets, (bucket + 1) * count // buckets
+        numbers = [index for index in range(begin, end) if values[index] == values[index]]
+        selected = {begin, end - 1}
+        if numbers:
+            selected.add(min(numbers, key=values.__getitem__))
+            selected.add(max(numbers, key=values.__getitem__))
+        kept += sorted(selected)
+    return [times[index] for index in kept], [values[index] for index in kept]

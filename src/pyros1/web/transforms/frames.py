@@ -1,0 +1,135 @@
+"""The tree of coordinate frames, as /tf and /tf_static tell it: who says what, how often, how old it is. Pure."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+MAX_FRAMES = 2_000
+"""Most frames that are kept; others are counted only."""
+_WINDOW = 50
+"""Messages over which a rate is measured."""
+_MAX_SOURCES = 8
+"""Most publishers, and parents, of a frame that are named."""
+_MAX_BACKWARD_STEP = 0.5
+"""Seconds by which the time goes back when a bag or a simulation begins again."""
+
+
+class _Frame:
+    def __init__(self) -> None:
+        self.static = False
+        self.sources: dict[tuple[str, str], float] = {}  # (publisher, parent) -> when
+        self.arrivals: deque[float] = deque(maxlen=_WINDOW)
+        self.stamp = 0.0
+        self.transform: list[float] = []
+
+
+class Frames:
+    """All frames that have been told of."""
+
+    def __init__(self) -> None:
+        self._frames: dict[str, _Frame] = {}
+        self._now = float("-inf")
+        self.ignored = 0
+
+    def add(self, transforms: Any, publisher: str, static: bool, now: float) -> None:
+        """Take the transforms of a tf2_msgs/TFMessage.
+
+        Args:
+            transforms: geometry_msgs/TransformStamped messages.
+            publisher: name of the node.
+            static: whether it came on /tf_static.
+            now: the time in seconds.
+        """
+        if not static:  # these may have come before somebody looked
+            self._advance_time(now)
+        for each in transforms:
+            child, parent = each.child_frame_id.lstrip("/"), each.header.frame_id.lstrip("/")
+            frame = self._frames.get(child)
+            if frame is None:
+                if len(self._frames) >= MAX_FRAMES:
+                    self.ignored += 1
+                    continue
+                frame = self._frames[child] = _Frame()
+            frame.static = static
+            source = (publisher, parent)
+            frame.sources.pop(source, None)
+            while len(frame.sources) >= _MAX_SOURCES:
+                del frame.sources[next(iter(frame.sources))]
+            frame.sources[source] = now
+            frame.arrivals.append(now)
+            frame.stamp = each.header.stamp.to_sec()
+            translation, rotation = each.transform.translation, each.transform.rotation
+            frame.transform = [
+                translation.x,
+                translation.y,
+                translation.z,
+                rotation.x,
+                rotation.y,
+                rotation.z,
+                rotation.w,
+            ]
+
+    def describe(self, now: float, recent: float = 5.0) -> dict[str, Any]:
+        """Return all frames for JSON.
+
+        Args:
+            now: the time in seconds.
+            recent: seconds; two parents that were both told within it are a fault.
+
+        Returns:
+            - frames: a list of name, parent, publishers, static, hz or null, age in seconds or null, transform (x, y, z
+              in metres, quaternion x, y, z, w) and problem, sorted by name
+            - roots: names of frames without parents
+            - ignored: number of transforms of frames beyond the limit
+        """
+        self._advance_time(now)
+        parents = {name: self._parent(frame) for name, frame in self._frames.items()}
+        frames = []
+        for name, frame in sorted(self._frames.items()):
+            recent_sources = [pair for pair, when in frame.sources.items() if frame.static or when > now - recent]
+            recent_sources = recent_sources or [next(reversed(frame.sources))]
+            frames.append(
+                {
+                    "name": name,
+                    "parent": parents[name],
+                    "publishers": sorted({publisher for publisher, _ in recent_sources}),
+                    "static": frame.static,
+                    "hz": None if frame.static else _rate(frame.arrivals, now),
+                    "age": None if frame.static else max(0.0, now - frame.stamp),
+                    "transform": frame.transform,
+                    "problem": _problem(name, {parent for _, parent in recent_sources}, parents),
+                }
+            )
+        roots = sorted({parent for parent in parents.values() if parent not in parents})
+        return {"frames": frames, "roots": roots, "ignored": self.ignored}
+
+    def _advance_time(self, now: float) -> None:
+        if now < self._now - _MAX_BACKWARD_STEP:  # what was told is of times to come; static frames stay
+            self._frames = {name: frame for name, frame in self._frames.items() if frame.static}
+            self._now = now
+        self._now = max(self._now, now)
+
+    @staticmethod
+    def _parent(frame: _Frame) -> str:
+        return next(reversed(frame.sources))[1]
+
+
+def _rate(arrivals: deque[float], now: float) -> float:
+    if len(arrivals) < 2 or now - arrivals[-1] > max(2.0, 5 * (arrivals[-1] - arrivals[0]) / (len(arrivals) - 1)):
+        return 0.0
+    time = arrivals[-1] - arrivals[0]
+    return (len(arrivals) - 1) / time if time > 0 else 0.0
+
+
+def _problem(name: str, claimed_parents: set[str], parents: dict[str, str]) -> str:
+    if len(claimed_parents) > 1:
+        return f"has {len(claimed_parents)} parents: {', '.join(sorted(claimed_parents))}; a frame can have only one"
+    seen = {name}
+    ancestor = parents[name]
+    while ancestor in parents:
+        if ancestor in seen:
+            return f"is in a loop with {ancestor}" if ancestor != name else "is its own ancestor"
+        seen.add(ancestor)
+        ancestor = parents[ancestor]
+    return ""

@@ -1,0 +1,64 @@
+"""The size that a compressed picture claims to have: a small file may unpack to more than a computer holds. Pure."""
+
+from __future__ import annotations
+
+import struct
+
+MAX_PIXELS = 60_000_000
+"""Most pixels of a picture that is unpacked, here or on a page."""
+_MAX_SEGMENTS = 1_000
+_STANDALONE_MARKERS = {0x01, *range(0xD0, 0xD9)}
+"""Marks of JPEG without a segment."""
+_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
+"""Marks of JPEG whose segments tell the size."""
+
+
+def picture_size(data: bytes) -> tuple[int, int] | None:
+    """Return width and height that a PNG, JPEG, WebP, GIF or BMP file claims to have; None if it is no such file."""
+    try:
+        if data[:8] == b"\x89PNG\r\n\x1a\n":
+            return struct.unpack_from(">II", data, 16)
+        if data[:2] == b"\xff\xd8":
+            return _jpeg(data)
+        if data[:4] == b"RIFF" and data[8:12] == b"WEBP":
+            return _webp(data)
+        if data[:3] == b"GIF":
+            return struct.unpack_from("<HH", data, 6)
+        if data[:2] == b"BM":
+            width, height = struct.unpack_from("<ii", data, 18)
+            return abs(width), abs(height)
+    except struct.error:
+        pass  # it is cut off
+    return None
+
+
+def _jpeg(data: bytes) -> tuple[int, int] | None:
+    position = 2
+    for _ in range(_MAX_SEGMENTS):
+        position = data.find(b"\xff", position)
+        while position >= 0 and data[position + 1 : position + 2] == b"\xff":
+            position += 1
+        mark = data[position + 1] if 0 <= position < len(data) - 1 else 0
+        if not mark:
+            return None
+        position += 2
+        if mark in _FRAMES:
+            height, width = struct.unpack_from(">HH", data, position + 3)
+            return width, height
+        if mark not in _STANDALONE_MARKERS:
+            position += struct.unpack_from(">H", data, position)[0]
+    return None
+
+
+def _webp(data: bytes) -> tuple[int, int] | None:
+    match data[12:16]:
+        case b"VP8 ":
+            width, height = struct.unpack_from("<HH", data, 26)
+            return width & 0x3FFF, height & 0x3FFF
+        case b"VP8L":
+            bits = struct.unpack_from("<I", data, 21)[0]
+            return (bits & 0x3FFF) + 1, (bits >> 14 & 0x3FFF) + 1
+        case b"VP8X":
+            width, height = struct.unpack("<II", data[24:27] + b"\0" + data[27:30] + b"\0")
+            return width + 1, height + 1
+    return None

@@ -1,0 +1,102 @@
+"""Waiting for what comes at once: when it looks first, and when it sleeps."""
+
+from __future__ import annotations
+
+import pytest
+
+from pyros1.net import spin_wait
+from pyros1.net.spin_wait import BUSY_TIME, MAX_SERIES_GAP, PREEMPTION_GAP, SPIN_TIME, SpinWait
+
+
+class Peer:
+    """What comes after a time each, on a clock of its own that goes on with each look at it."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.now = 100.0
+        self.comes = 0.0
+        self.calls: list[str] = []
+        self.step = 1e-6
+        monkeypatch.setattr(spin_wait, "perf_counter", lambda: self.now)
+        monkeypatch.setattr(spin_wait, "DONTWAIT", 64)
+
+    def receive(self, flags: int) -> str:
+        self.now += self.step
+        if flags:
+            if not self.calls or self.calls[-1] != "look":
+                self.calls.append("look")
+            if self.now < self.comes:
+                raise BlockingIOError
+        else:
+            self.calls.append("sleep")
+            self.now = max(self.now, self.comes)
+        return "data"
+
+    def how(self, waiting: SpinWait, seconds: float) -> list[str]:
+        """Return how it waits for data that come in so many seconds."""
+        self.calls = []
+        self.comes = self.now + seconds
+        assert waiting.wait(self.receive) == "data"
+        return self.calls
+
+
+@pytest.fixture
+def peer(monkeypatch: pytest.MonkeyPatch) -> Peer:
+    return Peer(monkeypatch)
+
+
+def test_a_series_of_short_waits_looks(peer: Peer) -> None:
+    waiting = SpinWait()
+    assert peer.how(waiting, SPIN_TIME / 2) == ["sleep"]
+    for _ in range(3):
+        assert peer.how(waiting, SPIN_TIME / 2) == ["look"]
+        peer.now += MAX_SERIES_GAP / 2
+
+
+def test_who_looked_in_vain_sleeps_until_waits_are_short_again(peer: Peer) -> None:
+    waiting = SpinWait()
+    peer.how(waiting, SPIN_TIME / 2)
+    start = peer.now
+    assert peer.how(waiting, 1.0) == ["look", "sleep"]
+    assert peer.now == pytest.approx(start + 1.0)
+    assert peer.how(waiting, SPIN_TIME / 2) == ["sleep"]
+    assert peer.how(waiting, SPIN_TIME / 2) == ["look"]
+
+
+def test_calls_now_and_then_sleep(peer: Peer) -> None:
+    waiting = SpinWait()
+    for _ in range(3):
+        assert peer.how(waiting, SPIN_TIME / 2) == ["sleep"]
+        peer.now += MAX_SERIES_GAP
+
+
+def test_on_a_busy_machine_waits_sleep(peer: Peer) -> None:
+    waiting = SpinWait()
+    peer.how(waiting, SPIN_TIME / 2)
+    peer.step = 2 * PREEMPTION_GAP  # others have the processor between two looks
+    assert peer.how(waiting, 5 * PREEMPTION_GAP) == ["look", "sleep"]
+    peer.step = 1e-6
+    busy = peer.now
+    while peer.now < busy + BUSY_TIME - MAX_SERIES_GAP:
+        assert peer.how(waiting, SPIN_TIME / 2) == ["sleep"]
+        peer.now += MAX_SERIES_GAP / 2
+    peer.now += MAX_SERIES_GAP
+    peer.how(waiting, SPIN_TIME / 2)
+    assert peer.how(waiting, SPIN_TIME / 2) == ["look"]
+
+
+def test_systems_without_such_a_look(peer: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(spin_wait, "DONTWAIT", 0)
+    waiting = SpinWait()
+    for _ in range(3):
+        assert peer.how(waiting, SPIN_TIME / 2) == ["sleep"]
+
+
+def test_the_end_of_a_wait_that_sleeps(peer: Peer) -> None:
+    def late(flags: int) -> str:
+        raise BlockingIOError
+
+    waiting = SpinWait()
+    peer.how(waiting, SPIN_TIME / 2)
+    peer.now += MAX_SERIES_GAP
+    with pytest.raises(BlockingIOError):
+        waiting.wait(late)
