@@ -1,4 +1,8 @@
-"""Other systems: modules are imported, nodes and commands run, where Python lacks what only Unix has, as on Windows."""
+"""Other systems: modules are imported, nodes and commands run, where Python lacks what only Unix has, as on Windows.
+
+Feature: nodes, core, launch, bags and tools do not need Unix-only features -- tested with them hidden; never tried on
+    Windows itself: [systems](src/pyros1/guide/howto/systems.md)
+"""
 
 from __future__ import annotations
 

@@ -6,6 +6,7 @@ import ast
 import os
 import re
 import subprocess
+import sys
 from functools import cache
 from pathlib import Path
 
@@ -75,6 +76,7 @@ def module_of(path: Path) -> str:
 
 
 def test_imports_run_one_way() -> None:
+    """Feature: imports go one way, and the core does no I/O"""
     for path in sources():
         room = room_of(path)
         if room in OUTSIDE:
@@ -177,27 +179,25 @@ def test_top_level_folders() -> None:
     assert found <= allowed, f"no other folders at the top level: {found - allowed}"
 
 
-def feature_rows() -> list[tuple[str, str]]:
-    """Return (feature, reference to its test) of the README's feature table, and of such tables in the guide."""
-    files = [ROOT / "README.md", *sorted((SOURCE / "guide" / "howto").glob("*.md"))]
-    text = "\n".join(path.read_text(encoding="utf-8") for path in files)
-    rows = re.findall(r"^\|\s*([^|]+?)\s*\|.*\|\s*`((?:tests|interop)/[^`]+)`\s*\|$", text, re.MULTILINE)
-    return [(feature, reference) for feature, reference in rows]
+def test_the_page_of_features_is_current() -> None:
+    command = [sys.executable, str(ROOT / "interop" / "features.py"), "--check"]
+    assert subprocess.run(command, timeout=60, check=False).returncode == 0, "run python interop/features.py"
+    assert (ROOT / "interop" / "features.md").read_text(encoding="utf-8").count("\n| ") >= 100
 
 
-def test_readme_has_a_feature_table() -> None:
-    assert len(feature_rows()) >= 10
+HOWTO_TESTS = [
+    (page.name, reference)
+    for page in sorted((SOURCE / "guide" / "howto").glob("*.md"))
+    for reference in re.findall(r"`((?:tests|interop)/[\w/]+\.py(?:::\w+)?)`", page.read_text(encoding="utf-8"))
+]
 
 
-@pytest.mark.parametrize(("feature", "reference"), feature_rows())
-def test_readme_features_are_backed_by_tests(feature: str, reference: str) -> None:
+@pytest.mark.parametrize(("page", "reference"), HOWTO_TESTS)
+def test_tests_that_how_to_pages_name_exist(page: str, reference: str) -> None:
     file, _, name = reference.partition("::")
     path = ROOT / file
-    assert path.exists(), f"{feature}: there is no {file}"
-    if name:
-        assert re.search(rf"def {re.escape(name)}\b", path.read_text(encoding="utf-8")), (
-            f"{feature}: no {name} in {file}"
-        )
+    assert path.exists(), f"{page}: there is no {file}"
+    assert not name or re.search(rf"def {re.escape(name)}\b", path.read_text(encoding="utf-8")), f"{page}: {reference}"
 
 
 # Names with an underscore that stock's message classes have, too: programs use them.

@@ -1,4 +1,7 @@
-"""The reference: each public name has a docstring, the code in these runs, and the pages are made without a warning."""
+"""The reference: each public name has a docstring, the code in these runs, and the pages are made without a warning.
+
+Feature: an API reference -- `python interop/reference.py` (extra `docs`); the code in docstrings is run
+"""
 
 from __future__ import annotations
 

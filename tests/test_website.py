@@ -38,6 +38,9 @@ def links(file: Path) -> Iterator[str]:
 
 
 def test_links_lead_somewhere(site: Path) -> None:
+    """Feature: a website with the guide, the how-to pages and the reference -- `python interop/website.py`; a
+    workflow publishes it on GitHub
+    """
     files = [file for file in site.rglob("*.html") if "reference" not in file.parts]
     assert len(files) == 1 + len(steps()) + len(pages())
     for file in files:

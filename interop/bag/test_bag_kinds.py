@@ -1,4 +1,7 @@
-"""Every kind of bag that our own tests read, whole and damaged, before stock rosbag: they must be bags to it, too."""
+"""Every kind of bag that our own tests read, whole and damaged, before stock rosbag: they must be bags to it, too.
+
+Feature: bags of version 1.2
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""`pyros1 bag record` beside stock's recorder on the same topics, under both masters: what is in the files."""
+"""`pyros1 bag record` beside stock's recorder on the same topics, under both masters: what is in the files.
+
+Feature: recordings of both systems -- have the same contents, and each plays the other's
+"""
 
 from __future__ import annotations
 

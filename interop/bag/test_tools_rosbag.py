@@ -1,6 +1,8 @@
 """Stock rosbag and `pyros1 bag` on the same files: what they say, what they make of them; no master is needed.
 
 Besides the bags that stock makes here, those in the folder that ``PYROS1_BAGS`` names are compared.
+
+Feature: bags: info equals stock's, byte for byte -- also for damaged and old files
 """
 
 from __future__ import annotations

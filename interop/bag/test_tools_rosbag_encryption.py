@@ -1,4 +1,7 @@
-"""Encrypted bags (L144): stock rosbag reads what `pyros1 bag encrypt` makes, and we what it makes, with a real gpg."""
+"""Encrypted bags (L144): stock rosbag reads what `pyros1 bag encrypt` makes, and we what it makes, with a real gpg.
+
+Feature: encrypted bags -- `pyros1 bag encrypt, decrypt` (extra `encryption`, and gpg)
+"""
 
 from __future__ import annotations
 

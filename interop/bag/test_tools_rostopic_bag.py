@@ -1,4 +1,7 @@
-"""``rostopic list -b`` and ``echo -b`` against ours, on a bag of messages with and without a header (L27, L35, L36)."""
+"""``rostopic list -b`` and ``echo -b`` against ours, on a bag of messages with and without a header (L27, L35, L36).
+
+Feature: topics and messages in bags, as rostopic shows them -- `topic list -b`, `topic echo -b`
+"""
 
 from __future__ import annotations
 

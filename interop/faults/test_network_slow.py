@@ -1,4 +1,7 @@
-"""Links that are slow, and lose, delay and reorder packets."""
+"""Links that are slow, and lose, delay and reorder packets.
+
+Feature: large messages and parameters on a 10 kB/s link -- everything else keeps working meanwhile
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""A host that vanishes: nothing comes from it, and nobody is told. Links end in a bounded time, and come again."""
+"""A host that vanishes: nothing comes from it, and nobody is told. Links end in a bounded time, and come again.
+
+Feature: network faults: hosts that disappear, peers that stop halfway, slow links, lost packets, unresponsive name
+    servers -- each compared with stock: the time until it is noticed, and what is lost:
+    [interop/faults.md](interop/faults.md)
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Publishers are killed and started again, many times: subscribers link anew, lose nothing then, and do not grow."""
+"""Publishers are killed and started again, many times: subscribers link anew, lose nothing then, and do not grow.
+
+Feature: process faults: killed, stopped, hung, another program on their port, callbacks that raise or do not return
+    -- each compared with stock: [interop/faults.md](interop/faults.md)
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Processes that stand still (SIGSTOP): others go on, in bounded memory and time, and all is well afterwards."""
+"""Processes that stand still (SIGSTOP): others go on, in bounded memory and time, and all is well afterwards.
+
+Feature: process faults: killed, stopped, hung, another program on their port, callbacks that raise or do not return
+"""
 
 from __future__ import annotations
 

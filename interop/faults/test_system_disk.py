@@ -1,4 +1,7 @@
-"""The disk is full: log files, journal and dumps say so once, keep what they have, and go on when there is room."""
+"""The disk is full: log files, journal and dumps say so once, keep what they have, and go on when there is room.
+
+Feature: system faults: no file descriptors left, a full disk, a clock that jumps, hundreds of nodes at once
+"""
 
 from __future__ import annotations
 

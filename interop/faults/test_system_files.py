@@ -1,4 +1,8 @@
-"""A process can open no more files: it says so once, stays quiet, and takes whoever waits when it can again."""
+"""A process can open no more files: it says so once, stays quiet, and takes whoever waits when it can again.
+
+Feature: system faults: no file descriptors left, a full disk, a clock that jumps, hundreds of nodes at once --
+    reported once; everything recovers afterwards
+"""
 
 from __future__ import annotations
 

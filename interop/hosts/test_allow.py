@@ -1,4 +1,8 @@
-"""Who may connect: others are turned away from every port of ours before a byte of theirs is read."""
+"""Who may connect: others are turned away from every port of ours before a byte of theirs is read.
+
+Feature: unwanted connections are refused before a byte is read -- `--allow`, `PYROS1_ALLOW`: master, rosout, nodes,
+    launchers, UDP, web pages
+"""
 
 from __future__ import annotations
 
@@ -133,7 +137,10 @@ def test_a_page_lets_in_the_same_machines(place: Place) -> None:
 
 
 def test_what_listens_at_one_address() -> None:
-    """Stock's core listens at all, ours where ``--bind`` says, and is reached only there."""
+    """Stock's core listens at all, ours where ``--bind`` says, and is reached only there.
+
+    Feature: the address to listen on can be set -- `--bind`, `PYROS1_BIND`
+    """
     with Network() as network:
         robot, other = network.add("robot"), network.add("other")
         robot.must("ip addr add 10.89.0.1/24 dev eth0")

@@ -1,6 +1,8 @@
 """Nodes of ours and of stock on several hosts: who is reached, and what is said of those who are not.
 
 All combinations of addresses: `combinations.py`, run by hand, makes the table in interop/hosts.md.
+
+Feature: our nodes and stock's on several hosts -- three hosts, IPv6, NAT, an unplugged cable
 """
 
 from __future__ import annotations
@@ -71,7 +73,10 @@ def test_one_way_through_a_router() -> None:
 
 
 def test_a_firewall_that_lets_only_a_range_of_ports_through() -> None:
-    """Ours can be told which ports to use, also for datagrams; stock's nodes need no more than that to reach them."""
+    """Ours can be told which ports to use, also for datagrams; stock's nodes need no more than that to reach them.
+
+    Feature: nodes behind a firewall that allows only some ports -- `PYROS1_PORTS`, also for UDP
+    """
     with Network() as network:
         robot, laptop = network.add("robot"), network.add("laptop")
         robot.firewall("tcp dport 11311 accept", "tcp dport 40000-40009 accept", "udp dport 40000-40009 accept")
@@ -104,7 +109,11 @@ def test_a_firewall_that_lets_only_a_range_of_ports_through() -> None:
 
 
 def test_wrong_addresses_are_named_with_the_cure() -> None:
-    """In the subscriber's log, by calls and commands; for a subscriber that is wrong, in the core's terminal."""
+    """In the subscriber's log, by calls and commands; for a subscriber that is wrong, in the core's terminal.
+
+    Feature: errors name an unreachable address, and say what to set where -- in logs, call errors, `topic
+        echo`, `node info`, `wtf`, and the core's terminal
+    """
     wrong: dict[str, tuple[dict[str, str], str]] = {
         "localhost": ({"ROS_HOSTNAME": "localhost"}, r"localhost:\d+: Connection refused.*unset ROS_HOSTNAME.*ROS_IP"),
         "unknown": ({"ROS_HOSTNAME": "nobody"}, r"host name 'nobody' cannot be resolved here.*ROS_IP.*/etc/hosts"),

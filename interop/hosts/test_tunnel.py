@@ -1,4 +1,7 @@
-"""The guide's recipes for networks that are not trusted: only ssh or WireGuard is let in, and ROS goes through it."""
+"""The guide's recipes for networks that are not trusted: only ssh or WireGuard is let in, and ROS goes through it.
+
+Feature: all of ROS through ssh -- `ssh -w` both ways, `ssh -L` one way
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""A stock launcher whose remote machine has pyros1 alone: the ``roslaunch -c`` that it starts is ours (L151-L153)."""
+"""A stock launcher whose remote machine has pyros1 alone: the ``roslaunch -c`` that it starts is ours (L151-L153).
+
+Feature: a stock launcher's nodes on our machine -- `pyros1 launch -c`
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,8 @@
 """The same launch files through stock roslaunch and pyros1: the answers must be the same, or both refuse.
 
 ``launch_corpus/README.md`` says which file shows what, and where pyros1 differs on purpose.
+
+Feature: launch files mean the same as for roslaunch -- parameters, nodes, arguments compared
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Nodes on another machine, through a real sshd on this one; pyros1 or stock ROS finds them there (X49-X54, X91)."""
+"""Nodes on another machine, through a real sshd on this one; pyros1 or stock ROS finds them there (X49-X54, X91).
+
+Feature: nodes on other machines, over `ssh` -- with pyros1 or stock ROS there
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""What nodes get from stock roslaunch and from ours: command line, environment, folder, group, log files (X83-X86)."""
+"""What nodes get from stock roslaunch and from ours: command line, environment, folder, group, log files (X83-X86).
+
+Feature: launched nodes get the same environment as from roslaunch -- command line, environment variables, working
+    directory, session, log files
+"""
 
 from __future__ import annotations
 

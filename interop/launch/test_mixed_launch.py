@@ -1,4 +1,7 @@
-"""One launch file with stock nodes and pyros1's, started by stock roslaunch and by ours, under both masters."""
+"""One launch file with stock nodes and pyros1's, started by stock roslaunch and by ours, under both masters.
+
+Feature: stock roslaunch starts our nodes, ours starts stock nodes
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The same tests under stock rostest and `pyros1 test`: exit codes, result files, what the summaries count (L186)."""
+"""The same tests under stock rostest and `pyros1 test`: exit codes, result files, what the summaries count (L186).
+
+Feature: launch tests run as with rostest -- same result files
+"""
 
 from __future__ import annotations
 

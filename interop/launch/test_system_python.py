@@ -1,4 +1,7 @@
-"""Scripts of Debian's ROS packages ask for the first Python on the PATH, here one without their modules: they run."""
+"""Scripts of Debian's ROS packages ask for the first Python on the PATH, here one without their modules: they run.
+
+Feature: Debian's scripts run from a virtual environment -- for example its joint_state_publisher
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,8 @@
 """camera_calibration, as Debian's package installs it, on stock's modules and on ours. It needs OpenCV, so both run in
-the interpreter of the system, where OpenCV is; PYROS1_ROSPY prefers our modules to stock's."""
+the interpreter of the system, where OpenCV is; PYROS1_ROSPY prefers our modules to stock's.
+
+Feature: camera_calibration without its window -- same results on stock's modules and on ours
+"""
 
 from __future__ import annotations
 

@@ -160,7 +160,10 @@ rospy.spin()
 
 
 def test_updaters(master: Master, launcher: Master) -> None:
-    """The same messages from an updater on stock, heard by ours, and the other way round."""
+    """The same messages from an updater on stock, heard by ours, and the other way round.
+
+    Feature: diagnostics: updater and tasks; equal to diagnostic_updater -- `pyros1.diagnostics`
+    """
     said, heard = [], []
     for face, other in (("stock", "ours"), ("ours", "stock")):
         updater = start(face, launcher, UPDATER)

@@ -359,7 +359,11 @@ def test_servers_and_clients(master: Master, launcher: Master, package: Path, se
 
 
 def test_our_servers_say_the_same_as_stocks(master: Master, launcher: Master, package: Path) -> None:
-    """All that a stock client sees of a server on ours is what it sees of one on stock."""
+    """All that a stock client sees of a server on ours is what it sees of one on stock.
+
+    Feature: dynamic_reconfigure servers and clients, with stock's on the other side; `.cfg` files need no
+        build -- `pyros1.reconfigure`
+    """
     seen = []
     for face in ("stock", "ours"):
         process = start(face, launcher, SERVER, **both(package))

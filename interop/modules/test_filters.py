@@ -67,6 +67,9 @@ for case in range(60):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_random_sequences(master: Master, seed: int) -> None:
+    """Feature: filters: messages with equal or similar stamps, caches; equal to message_filters on random
+    sequences -- `pyros1.filters`; `async for` over sets
+    """
     printed = same(master, PROGRAM, str(seed))
     assert printed.count("set (") > 500
 

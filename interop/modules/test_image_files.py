@@ -1,5 +1,9 @@
 """Compressed images of every codec, depth and number of channels: read and written by cv_bridge with OpenCV, as stock
-has it, by ours with Pillow alone, and by ours with OpenCV. The files are random; a failure names their seed."""
+has it, by ours with Pillow alone, and by ours with OpenCV. The files are random; a failure names their seed.
+
+Feature: compressed images as OpenCV reads and writes them -- `cv_bridge` with Pillow alone, or with OpenCV: JPEG, and
+    PNG of 1 to 16 bits, with opacity
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What programs do with rosbag: recipes as in the wiki's cookbook, on stock's module and ours."""
+"""What programs do with rosbag: recipes as in the wiki's cookbook, on stock's module and ours.
+
+Feature: `import rosbag` as in stock: all modes, raw messages, connection headers, reindex, exceptions
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The end of rospy's node: the same program on stock's modules and on ours (P03-P05)."""
+"""The end of rospy's node: the same program on stock's modules and on ours (P03-P05).
+
+Feature: rospy's signals, shutdown hooks and exits -- a robot stops before its node exits
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The names of rospy's modules, and how they are called: ours beside stock's (P40, P42, P43)."""
+"""The names of rospy's modules, and how they are called: ours beside stock's (P40, P42, P43).
+
+Feature: rospy's names, parameters and behaviour -- the same programs run on stock's modules, on ours, and with one
+    side on each
+"""
 
 from __future__ import annotations
 

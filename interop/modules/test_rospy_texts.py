@@ -132,6 +132,9 @@ print(type(handler).__name__, sorted(name for name in dir(handler) if name[0] !=
 
 @pytest.mark.parametrize("seed", [random.randrange(1 << 30) for _ in range(2)], ids=str)
 def test_random_messages(master: Master, seed: int) -> None:
+    """Feature: strings that are not UTF-8, from C++ programs and old bags -- replaced, with one warning, as in
+    stock; tested with random messages
+    """
     assert same(master, HEAD + RANDOM.replace("SEED", str(seed)))
 
 

@@ -1,4 +1,7 @@
-"""Programs that Debian's packages install, unmodified, on stock's modules and on ours, with the same results."""
+"""Programs that Debian's packages install, unmodified, on stock's modules and on ours, with the same results.
+
+Feature: programs from Debian's packages run on our modules -- rosbag and its scripts, roslaunch, rostest, topic_tools
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,8 @@
 """Stock's own tools with our rospy, rosgraph, genpy and the rest under them: they must not notice.
 
 The tools' modules are stock's, found through links; everything else that they import is ours, or from Python's index.
+
+Feature: stock's tools run on our modules -- rostopic, rosnode, rosservice, rosparam, rosmsg
 """
 
 from __future__ import annotations

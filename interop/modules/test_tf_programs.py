@@ -97,6 +97,9 @@ PUBLISHER = "/usr/lib/tf2_ros/static_transform_publisher"
 
 @pytest.mark.parametrize("pair", [("ours", "stock"), ("stock", "ours"), ("ours", "ours")], ids="-".join)
 def test_turtles(launcher: Master, pair: tuple[str, str]) -> None:
+    """Feature: Python programs that use tf, tf2_ros, tf2_py, tf2_geometry_msgs, interactive_markers run
+    unchanged -- results equal stock's
+    """
     start(pair[0], launcher, WALKER)
     said = run(pair[1], launcher, FOLLOWER)
     assert said == run("stock", launcher, FOLLOWER)

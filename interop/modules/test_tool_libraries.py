@@ -1,4 +1,8 @@
-"""rostopic, rosnode, rosservice, rosparam and rosmsg as libraries: stock's and ours answer the same."""
+"""rostopic, rosnode, rosservice, rosparam and rosmsg as libraries: stock's and ours answer the same.
+
+Feature: `import rostopic`, `rosnode`, `rosservice`, `rosparam`, `rosmsg` as libraries -- same results, exceptions and
+    signatures as stock's
+"""
 
 from __future__ import annotations
 

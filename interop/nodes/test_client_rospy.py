@@ -1,4 +1,7 @@
-"""A pyros1 client and a rospy service."""
+"""A pyros1 client and a rospy service.
+
+Feature: our clients call roscpp and rospy services -- also persistent
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Ten thousand connections that say nothing, or too little: a master and a node go on, in little memory."""
+"""Ten thousand connections that say nothing, or too little: a master and a node go on, in little memory.
+
+Feature: 10,000 connections that send nothing, or too little -- a master and a node keep working, with little memory
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ from harness import Master, Peer, Process, free_port
 CROWD = 10_000
 ROOM = 64 << 20
 """Bytes of memory that a process may take more than before."""
-MOST_CONNECTIONS = 4096
+MAX_CONNECTIONS = 4096
 """That a server of XML-RPC keeps, if it may open twice as many files."""
 TYPE = "std_msgs/String"
 
@@ -114,7 +117,7 @@ def test_ten_thousand_connections_leave_master_and_node_alive(robot: tuple[Maste
     assert sender.publish("/chat", 99) == late.received("/chat") == receiver.received("/chat")
     for process, size in zip(watched, before, strict=True):
         assert memory(process) < size + ROOM, process.label
-        assert len(list(Path(f"/proc/{process.pid}/fd").iterdir())) < MOST_CONNECTIONS + 500, process.label
+        assert len(list(Path(f"/proc/{process.pid}/fd").iterdir())) < MAX_CONNECTIONS + 500, process.label
 
 
 def test_requests_and_headers_that_come_byte_by_byte_hold_up_nobody(robot: tuple[Master, Peer, Peer]) -> None:

@@ -1,4 +1,7 @@
-"""A core that is killed and started again: stock's nodes and ours go on as if nothing had happened."""
+"""A core that is killed and started again: stock's nodes and ours go on as if nothing had happened.
+
+Feature: a core that is killed and started again carries on -- stock nodes notice nothing; dead nodes are forgotten
+"""
 
 from __future__ import annotations
 

@@ -8,6 +8,8 @@ They differ on purpose in this, and the tests named ``deliberate`` show it:
 - A replaced node that is told to end can read parameters, but does not get its name back with that.
 - Deleting a key below a scalar is answered with "not set"; stock shows a Python error in the same -1.
 - Of notifications about the same thing that wait for a busy node only the newest is sent.
+
+Feature: the master behaves like rosmaster -- same calls, same replies
 """
 
 from __future__ import annotations

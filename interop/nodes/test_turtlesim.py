@@ -93,6 +93,9 @@ def tool(launcher: Master, packages: Path, *words: str) -> str:
 
 @pytest.mark.ours_only
 def test_stocks_tools_drive_the_turtle(launcher: Master, packages: Path) -> None:
+    """Feature: turtlesim: stock's tools, a rospy program and roscpp's relay drive the turtles; poses follow
+    the published equations -- `pyros1 run turtlesim turtlesim_node`
+    """
     node = launcher.run([sys.executable, str(SCRIPTS / "turtlesim_node")], python="ours")
     node.wait_line(r"Spawning turtle \[turtle1\] at x=\[5\.544445\], y=\[5\.544445\], theta=\[0\.000000\]")
     until(lambda: launcher.publishers("/turtle1/pose"), "the turtle is there")

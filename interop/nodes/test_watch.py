@@ -1,4 +1,8 @@
-"""Nodes of all client libraries die, hang, are replaced and come back; a node of ours that watches is told."""
+"""Nodes of all client libraries die, hang, are replaced and come back; a node of ours that watches is told.
+
+Feature: notification when a node dies, hangs, is replaced, comes back, or disappears with its machine --
+    `node.watch(name, on_lost, on_found)`; also roscpp and rospy nodes; a master restart is not reported as a loss
+"""
 
 from __future__ import annotations
 

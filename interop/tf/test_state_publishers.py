@@ -151,6 +151,9 @@ def assert_same(ours: dict[Any, tuple[str, list[float]]], stock: dict[Any, tuple
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_random_robots(both: Callable[..., Both], seed: int) -> None:
+    """Feature: robot_state_publisher: the same transforms as stock's, to 1e-9, on random robots with all joint
+    types -- the same parameters, warnings and kinds of message
+    """
     robot, joints = random_robot(seed)
     pair = both(robot, "states", ignore_timestamp=True)
     chance = random.Random(seed)
@@ -244,6 +247,7 @@ JOINT_PARAMETERS: list[dict[str, Any]] = [
 @pytest.mark.parametrize("params", JOINT_PARAMETERS, ids=str)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_joint_states(both: Callable[..., Both], params: dict[str, Any], seed: int) -> None:
+    """Feature: joint_state_publisher: the same states as stock's -- all parameters, sources, mimic joints"""
     robot, joints = random_robot(seed)
     chance = random.Random(seed)
     free = [name for name in joints if f'name="{name}"' in robot][:4]

@@ -1,4 +1,7 @@
-"""pyros1 tf beside stock's tf_echo, tf_monitor, view_frames, tf_remap and static publishers, on the same frames."""
+"""pyros1 tf beside stock's tf_echo, tf_monitor, view_frames, tf_remap and static publishers, on the same frames.
+
+Feature: tf tools -- `pyros1 tf echo, monitor, tree, view_frames, static_transform_publisher, remap`
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""pyros1.tf.transformations beside stock: results and their types, on random and on degenerate input."""
+"""pyros1.tf.transformations beside stock: results and their types, on random and on degenerate input.
+
+Feature: tf.transformations: the same names, arguments, results and errors, using numpy --
+    `pyros1.tf.transformations`; lookups need no numpy
+"""
 
 from __future__ import annotations
 

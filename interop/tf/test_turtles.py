@@ -22,6 +22,9 @@ pytestmark = [
 
 
 def test_one_turtle_follows_the_other(launcher: Master) -> None:
+    """Feature: the tf2 tutorials' turtles, one following the other -- `pyros1 launch turtle_tf2
+    turtle_tf2_demo.launch`
+    """
     words = [sys.executable, "-m", "pyros1", "launch", "turtle_tf2", "turtle_tf2_demo.launch", "keys:=false"]
     launcher.run(words, python="ours", ROS_PACKAGE_PATH=OWN_PACKAGES)
     until(lambda: launcher.publishers("/turtle2/cmd_vel"), "the follower has begun")

@@ -2,6 +2,9 @@
 
 Exit code, stdout and stderr must be the same but for what differs from run to run: process ids, ports, times. Intended
 differences are the subject of tests of their own, at the end.
+
+Feature: commands print what the stock tools print -- about 1,600 command lines, both tools side by side:
+    [interop/commands.md](interop/commands.md)
 """
 
 from __future__ import annotations
@@ -480,7 +483,10 @@ def test_ctrl_c_ends_echo_and_pub_quietly(system: Master, tools: Path) -> None:
 
 
 def test_a_topic_of_a_package_that_is_installed_nowhere_is_shown(system: Master, tools: Path) -> None:
-    """The definition in the connection header is enough, nested types included; no stock tool can do that."""
+    """The definition in the connection header is enough, nested types included; no stock tool can do that.
+
+    Feature: topics of types that are not installed -- the definition comes from the connection header
+    """
     nested = "foo_msgs/Inner[] inners\nstring name\n" + "=" * 80 + "\nMSG: foo_msgs/Inner\nfloat32 x\ntime at\n"
     code = f"""
 import pyros1

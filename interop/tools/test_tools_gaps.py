@@ -57,7 +57,10 @@ FILE = """<launch><node pkg="tested" type="talk" name="talk"/>
 
 
 def test_the_nodes_of_rostest_l186(tmp_path: Path) -> None:
-    """One file, with good and with failing tests, under each rostest with its own nodes."""
+    """One file, with good and with failing tests, under each rostest with its own nodes.
+
+    Feature: .test files with hztest, paramtest, publishtest, advertisetest run -- without ROS
+    """
     package = tmp_path / "tested"
     (package / "test").mkdir(parents=True)
     (package / "package.xml").write_text(PACKAGE)
@@ -192,7 +195,11 @@ def stamped(parent: str, child: str, node: Node, x: float) -> Any:
 
 
 def test_buffer_servers_l199(launcher: Master, node: Node) -> None:
-    """Stock's client gets the same answers from stock's server and ours; ours does, too."""
+    """Stock's client gets the same answers from stock's server and ours; ours does, too.
+
+    Feature: lookups in other nodes' buffers, through actions -- `pyros1 tf buffer_server`,
+        `pyros1.tf.BufferServer`, `BufferClient`
+    """
     StaticTransformBroadcaster(node).send_transform(
         [stamped("map", "base", node, 1.5), stamped("base", "lidar", node, 0.5), stamped("other", "island", node, 0.0)]
     )

@@ -117,7 +117,10 @@ def ask(tools: ForkedTools, words: list[str], environ: dict[str, str]) -> tuple[
 
 @pytest.mark.parametrize(("server", "lines"), [("/theirs", COMMANDS), ("/mine", SHORT)], ids=["stock", "ours"])
 def test_dynparam_l200(master: Master, nodes: None, tmp_path: Path, server: str, lines: list[str]) -> None:
-    """One command after the other, by either tool; a node that is not there is a traceback in stock."""
+    """One command after the other, by either tool; a node that is not there is a traceback in stock.
+
+    Feature: dynamic_reconfigure: list, get, set, load, dump -- `pyros1 dynparam`
+    """
     ours = named_tool(tmp_path, "dynparam")
     (tmp_path / "plain.yaml").write_text("int_: 2\n---\n{str_: 'plain', double_: 3}\n")
 

@@ -1,4 +1,8 @@
-"""Packages that `pyros1 pkg create` makes, in the hands of stock ROS; catkin_create_pkg beside ours."""
+"""Packages that `pyros1 pkg create` makes, in the hands of stock ROS; catkin_create_pkg beside ours.
+
+Feature: one command creates a package that runs without a build -- catkin_make also builds it; in a shell with a
+    Python environment: `catkin_make -DPYTHON_EXECUTABLE=/usr/bin/python3`
+"""
 
 from __future__ import annotations
 

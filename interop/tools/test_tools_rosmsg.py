@@ -1,4 +1,7 @@
-"""rosmsg, rossrv and rosmsg-proto against ours, on the definitions of this machine: no master is needed (L86-L89)."""
+"""rosmsg, rossrv and rosmsg-proto against ours, on the definitions of this machine: no master is needed (L86-L89).
+
+Feature: msg and srv print what rosmsg and rossrv print
+"""
 
 from __future__ import annotations
 

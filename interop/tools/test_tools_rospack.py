@@ -1,4 +1,7 @@
-"""rospack against ours, over all packages of this machine and some that are odd: no master is needed."""
+"""rospack against ours, over all packages of this machine and some that are odd: no master is needed.
+
+Feature: packages are found and listed as by rospack
+"""
 
 from __future__ import annotations
 

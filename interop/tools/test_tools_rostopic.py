@@ -1,4 +1,7 @@
-"""Stock rostopic on pyros1's publishers and subscribers, under both masters."""
+"""Stock rostopic on pyros1's publishers and subscribers, under both masters.
+
+Feature: stock rostopic, rosnode, rosservice, rosparam work on our nodes and master
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""roswtf and ours on the same system of stock nodes (L178); ours names more, each with its cure."""
+"""roswtf and ours on the same system of stock nodes (L178); ours names more, each with its cure.
+
+Feature: `wtf` finds problems and says what to do -- each problem is provoked and found; the nodes it queries log
+    nothing
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Stock topic_tools and ours in turn: the same input, the same output, the same services and exit codes (L187-L194)."""
+"""Stock topic_tools and ours in turn: the same input, the same output, the same services and exit codes (L187-L194).
+
+Feature: topic_tools: relay, drop, throttle, mux, demux, transform, relay_field -- messages are forwarded undecoded:
+    no message packages needed
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,9 @@
 """UDPROS with roscpp's nodes, both ways (T57-T62, L108).
 
 Stock's relay and recorder ask our publishers for datagrams, ours ask roscpp's; rospy has none, and is asked over TCP.
+
+Feature: UDPROS: topics over UDP, with roscpp nodes and ours -- `node.subscribe(..., transports=("udp", "tcp"))`, `bag
+    record --udp`, `~unreliable` of relay and throttle
 """
 
 from __future__ import annotations

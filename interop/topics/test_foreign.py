@@ -2,6 +2,9 @@
 
 Stock's subscribers know only the types that are installed, whatever a publisher says of its type. Ours are tried in
 three ways: as a rospy program, as our tools decode messages of any type, and in a bag that holds what was received.
+
+Feature: publishers written with other client libraries: unusual headers and definitions, surplus bytes -- random
+    ones; we receive what stock's subscribers and tools receive
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Latched topics between pyros1 and rospy."""
+"""Latched topics between pyros1 and rospy.
+
+Feature: latched topics
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The local transport beside stock's nodes, which notice nothing of it: they are linked over TCP, as always."""
+"""The local transport beside stock's nodes, which notice nothing of it: they are linked over TCP, as always.
+
+Feature: between nodes on one machine, large messages go through shared memory, small ones and service calls over Unix
+    sockets
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""A pyros1 publisher and a roscpp subscriber."""
+"""A pyros1 publisher and a roscpp subscriber.
+
+Feature: our publishers reach roscpp subscribers
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""A pyros1 publisher and a rospy subscriber."""
+"""A pyros1 publisher and a rospy subscriber.
+
+Feature: our publishers reach rospy subscribers
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""A pyros1 subscriber and a roscpp publisher."""
+"""A pyros1 subscriber and a roscpp publisher.
+
+Feature: roscpp publishers reach our subscribers -- all field kinds, large images
+"""
 
 from __future__ import annotations
 

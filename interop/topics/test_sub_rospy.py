@@ -1,4 +1,7 @@
-"""A pyros1 subscriber and a rospy publisher."""
+"""A pyros1 subscriber and a rospy publisher.
+
+Feature: rospy publishers reach our subscribers
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Foxglove's own client (npm: @foxglove/ws-protocol, rosmsg, rosmsg-serialization) at the server's port."""
+"""Foxglove's own client (npm: @foxglove/ws-protocol, rosmsg, rosmsg-serialization) at the server's port.
+
+Feature: Foxglove clients: messages of all types, publishing, services, parameters, graph, files
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The guide on the page, beside panels that show what its steps do."""
+"""The guide on the page, beside panels that show what its steps do.
+
+Feature: the guide in a browser -- `pyros1 web guide`: the steps next to live panels
+"""
 
 from __future__ import annotations
 

@@ -54,6 +54,9 @@ def height(buffer: Buffer, frame: str) -> float:
 
 
 def test_a_slider_moves_the_robot(browser: Browser, web: Web, robot: Buffer) -> None:
+    """Feature: joint_state_publisher_gui: sliders on the page move the robot's frames -- `pyros1 launch
+    two_wheeler display.launch`
+    """
     assert robot.can_transform("base_footprint", "lift", timeout=PATIENCE)
     low = height(robot, "lift")
     browser.open(web.page("joints"))

@@ -1,4 +1,8 @@
-"""Panels beside each other, and layouts with names."""
+"""Panels beside each other, and layouts with names.
+
+Feature: the page: token, rejected host names and origins, custom layouts, a menu on phones, reconnecting to a
+    restarted server
+"""
 
 from __future__ import annotations
 

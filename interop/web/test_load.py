@@ -1,4 +1,8 @@
-"""Much at once: the page stays quick and small, shows the newest, and the server's memory is bounded."""
+"""Much at once: the page stays quick and small, shows the newest, and the server's memory is bounded.
+
+Feature: the page under load: 10,000 log messages and 20,000 numbers per second, images, a cloud of a million points
+    -- it stays responsive and shows the newest data; the server's memory is bounded
+"""
 
 from __future__ import annotations
 
@@ -85,7 +89,7 @@ PANELS = [
     ],
 ]
 NEWEST_VALUES = "document.querySelector('.plot')?.plot.curves.map((curve) => curve.points.get(-1)?.last())"
-MOST_MEMORY = 700_000  # kB; about 330 MB are used on a machine that is not busy
+MAX_MEMORY = 700_000  # kB; about 330 MB are used on a machine that is not busy
 
 
 def test_log_curves_images_and_a_cloud_at_once(browser: Browser, web: Web, start_load: Start) -> None:
@@ -109,4 +113,4 @@ def test_log_curves_images_and_a_cloud_at_once(browser: Browser, web: Web, start
     browser.wait(f"{NEWEST_VALUES}.every((value, index) => value !== arguments[0][index])", values, seconds=90)
     assert browser.run(f"return {ROWS}") < 100
     status = Path(f"/proc/{web.process.pid}/status").read_text().split()
-    assert int(status[status.index("VmHWM:") + 1]) < MOST_MEMORY
+    assert int(status[status.index("VmHWM:") + 1]) < MAX_MEMORY

@@ -1,4 +1,8 @@
-"""The page: coming in, going away, coming back."""
+"""The page: coming in, going away, coming back.
+
+Feature: the page: token, rejected host names and origins, custom layouts, a menu on phones, reconnecting to a
+    restarted server
+"""
 
 from __future__ import annotations
 

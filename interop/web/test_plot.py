@@ -1,4 +1,7 @@
-"""The plot, with the minimal simulator of the tutorial."""
+"""The plot, with the minimal simulator of the tutorial.
+
+Feature: the robot in a browser -- a plot of the minimal simulator, in Chromium
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Bags of other programs on the page: those in the folder that ``PYROS1_BAGS`` names; without it, none are."""
+"""Bags of other programs on the page: those in the folder that ``PYROS1_BAGS`` names; without it, none are.
+
+Feature: bags recorded by other programs, on the page -- rows, messages, curves, frames, 3D without tf; `PYROS1_BAGS`
+    names their folder
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""A page of another site that shows the robot with ros3djs (npm: ros3d), through the server's port."""
+"""A page of another site that shows the robot with ros3djs (npm: ros3d), through the server's port.
+
+Feature: ros3djs pages, with frames from `pyros1 run tf2_web_republisher tf2_web_republisher` -- point clouds, scans,
+    maps, markers
+"""
 
 from __future__ import annotations
 

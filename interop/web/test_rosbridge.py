@@ -1,4 +1,8 @@
-"""Programs of roslibjs and roslibpy on the server's port."""
+"""Programs of roslibjs and roslibpy on the server's port.
+
+Feature: roslibjs and roslibpy programs (rosbridge, rosapi) -- topics, services, parameters; PNG, CBOR, fragments,
+    throttling
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The bar: all views are within reach, however narrow the page is."""
+"""The bar: all views are within reach, however narrow the page is.
+
+Feature: the page: token, rejected host names and origins, custom layouts, a menu on phones, reconnecting to a
+    restarted server
+"""
 
 from __future__ import annotations
 

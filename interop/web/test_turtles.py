@@ -33,6 +33,9 @@ def test_turtles_draw_on_the_page(
     make_node: Callable[..., Node],
     tmp_path: Path,
 ) -> None:
+    """Feature: turtles on the web page and in the terminal -- `pyros1 web turtles`, `pyros1 run turtlesim
+    turtle_view`
+    """
     browser.open(web.page(""))
     tabs = "[...document.querySelectorAll('.tab')].map((tab) => tab.textContent)"
     browser.wait(f"{tabs}.includes('Plot') && !{tabs}.includes('Turtles')")  # most robots have none

@@ -1,4 +1,7 @@
-"""The asyncio loop as driver of deliveries."""
+"""The asyncio loop as driver of deliveries.
+
+Feature: asyncio
+"""
 
 from __future__ import annotations
 

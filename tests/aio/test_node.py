@@ -1,4 +1,7 @@
-"""aio: the asyncio face."""
+"""aio: the asyncio face.
+
+Feature: asyncio -- `async for message in node.messages(...)`; backpressure from slow loops; Ctrl-C ends it cleanly
+"""
 
 from __future__ import annotations
 

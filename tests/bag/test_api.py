@@ -1,4 +1,7 @@
-"""Arrays for numpy and pandas, and how far long reading is."""
+"""Arrays for numpy and pandas, and how far long reading is.
+
+Feature: bags in Python -- `pyros1.bag.open(...)`: by topic and time, arrays for numpy and pandas
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Small bags that claim to hold much: what is read of them costs no more memory than the limit promises."""
+"""Small bags that claim to hold much: what is read of them costs no more memory than the limit promises.
+
+Feature: small bags and MCAP files that claim to have huge contents -- at most 256 MiB of a chunk is read, using up to
+    four times as much memory if its messages are small; `--chunk-limit` raises the limit
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The tutorial's scene: record topic1 of the minimal nodes, stop them, play the file to minimal_subscriber."""
+"""The tutorial's scene: record topic1 of the minimal nodes, stop them, play the file to minimal_subscriber.
+
+Feature: record, stop, play -- the minimal nodes' topic1
+"""
 
 from __future__ import annotations
 

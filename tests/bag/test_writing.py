@@ -1,4 +1,8 @@
-"""Bags written by programs: `pyros1.bag.open(path, "w")`."""
+"""Bags written by programs: `pyros1.bag.open(path, "w")`.
+
+Feature: bags written by programs -- `pyros1.bag.open(path, "w")`, or `"a"`; what is left after a crash or a full disk
+    can be reindexed
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""What others send reaches no terminal as it is: every command, shown a robot whose every text would steer it."""
+"""What others send reaches no terminal as it is: every command, shown a robot whose every text would steer it.
+
+Feature: text from other nodes cannot control the terminal -- escape sequences and line breaks in names, text and
+    errors are shown escaped
+"""
 
 from __future__ import annotations
 

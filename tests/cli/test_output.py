@@ -1,4 +1,7 @@
-"""Standard output that is full, closed, not read or of a narrow encoding; and Ctrl-C at any moment."""
+"""Standard output that is full, closed, not read or of a narrow encoding; and Ctrl-C at any moment.
+
+Feature: a full, closed or narrow standard output -- at most one line of error, and the right exit code
+"""
 
 from __future__ import annotations
 
@@ -158,7 +161,11 @@ def has_our_frames(trace: str) -> bool:
 
 @pytest.mark.parametrize("words", [*SHORT, *LASTING])
 def test_ctrl_c_at_any_moment(system: dict[str, str], tmp_path: Path, words: str) -> None:
-    """Nothing is shown. What was cut short has died of the signal; what runs until Ctrl-C ends with 0 if it ran."""
+    """Nothing is shown. What was cut short has died of the signal; what runs until Ctrl-C ends with 0 if it ran.
+
+    Feature: Ctrl-C shows no traceback -- commands that run until Ctrl-C exit with 0; interrupted commands
+        die of SIGINT (130 in a shell); signals within half a second count once
+    """
     folder = make_programs(stock_names(), {"XDG_DATA_HOME": str(tmp_path)})
     (tmp_path / "node.py").write_text(NODE)
     program, *rest = words.split()

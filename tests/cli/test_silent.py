@@ -1,4 +1,8 @@
-"""A master or a node that was stopped takes connections and never answers: every command says so in a few seconds."""
+"""A master or a node that was stopped takes connections and never answers: every command says so in a few seconds.
+
+Feature: which nodes are alive, hanging or dead
+Feature: a master or node that hangs is reported within five seconds
+"""
 
 from __future__ import annotations
 

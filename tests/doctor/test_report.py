@@ -1,4 +1,7 @@
-"""The report for those who help: what it says, and what it must not say."""
+"""The report for those who help: what it says, and what it must not say.
+
+Feature: `wtf --report`: what someone needs to know to help you, without secrets
+"""
 
 from __future__ import annotations
 

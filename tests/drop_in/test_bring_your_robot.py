@@ -1,4 +1,8 @@
-"""The guide's page "Bring your robot": the commands as they are there, with the packages of a robot."""
+"""The guide's page "Bring your robot": the commands as they are there, with the packages of a robot.
+
+Feature: "Bring your robot" -- a robot package's messages, services, actions, `.cfg` files and modules, without a
+    build
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""How programs get our modules: PYTHONPATH, a .pth file, and what they are told if it cannot be."""
+"""How programs get our modules: PYTHONPATH, a .pth file, and what they are told if it cannot be.
+
+Feature: programs get our modules -- `pyros1 run`, `launch`, `test`, `setup`, `rospy enable`; a real rospy takes
+    precedence
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,9 @@
 """Any bytes give a value or a documented error, in bounded time and memory: each fuzzer, for a moment.
 
 ``python -m tests.fuzz NAME`` runs one for longer, guided by coverage if atheris is installed.
+
+Feature: any bytes give a value or a documented error, in bounded time and memory -- everything that reads data from
+    outside is fuzzed
 """
 
 from __future__ import annotations

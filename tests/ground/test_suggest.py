@@ -1,4 +1,7 @@
-"""suggest: what misspelt words were meant to be."""
+"""suggest: what misspelt words were meant to be.
+
+Feature: errors for wrong arguments, misspelt imports, types and options suggest what was probably meant
+"""
 
 from __future__ import annotations
 

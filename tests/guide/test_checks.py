@@ -1,4 +1,7 @@
-"""The exercises: what is missing is said, and what is done is seen."""
+"""The exercises: what is missing is said, and what is done is seen.
+
+Feature: the guide
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The how-to pages: what they link to is there, and their code is run by tests."""
+"""The how-to pages: what they link to is there, and their code is run by tests.
+
+Feature: how-to pages -- `pyros1 guide howto NAME`; tests run their programs
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The programs of the how-to pages that no other test runs, as they stand there."""
+"""The programs of the how-to pages that no other test runs, as they stand there.
+
+Feature: how-to pages
+"""
 
 from __future__ import annotations
 

@@ -3,6 +3,8 @@
 ``&`` lets a command run on in the background, here with its output in a pipe; the others print to a terminal, where
 some say more, or go on until Ctrl-C. `pyros1.guide.text` says the rest. As a program this types all steps one after
 the other, as a reader does: ``python tests/guide/test_steps.py [PORT PORT]``.
+
+Feature: the guide -- each file, command and output is tested; exercises are checked
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Launching from a program (X93)."""
+"""Launching from a program (X93).
+
+Feature: launching from programs -- `pyros1.launch.scripting`
+"""
 
 from __future__ import annotations
 

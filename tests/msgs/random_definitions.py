@@ -20,7 +20,7 @@ SEPARATOR = "=" * 80
 BUILTINS = [*STRUCT_CODES, "string", "time", "duration"]
 HEADER = "std_msgs/Header"
 HEADER_TEXT = "uint32 seq\ntime stamp\nstring frame_id\n"
-MOST_VALUES = 300
+MAX_VALUES = 300
 """Values that one message of a type may have at most, roughly: nested arrays multiply them."""
 
 # Names that generated code is likely to use itself, that Python gives a meaning, or that stand for one in ROS.
@@ -212,7 +212,7 @@ class _Maker:
                 suffix = "[4]"
             if base in self.costs and self.costs[base] <= 2 and suffix in ("[3]", "[4]"):
                 suffix = "[2]"  # arrays of nothing may have few elements only
-            if total + self._cost(base + suffix) > MOST_VALUES and count < 1000:
+            if total + self._cost(base + suffix) > MAX_VALUES and count < 1000:
                 continue
             field = self._field_name(taken)
             total += self._cost(base + suffix) if suffix != "[300]" else 1

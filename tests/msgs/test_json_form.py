@@ -1,4 +1,7 @@
-"""json_form: nothing is lost on the way to JSON and back, and what is wrong is named."""
+"""json_form: nothing is lost on the way to JSON and back, and what is wrong is named.
+
+Feature: messages to JSON and back, losslessly -- `topic echo --json`, `topic pub -f`
+"""
 
 from __future__ import annotations
 

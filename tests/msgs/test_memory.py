@@ -1,4 +1,7 @@
-"""What definitions of others may cost: time and memory in proportion to their length, whatever they say."""
+"""What definitions of others may cost: time and memory in proportion to their length, whatever they say.
+
+Feature: a definition takes memory in proportion to its length -- whatever it contains
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""net.allowlist: who may connect, by address."""
+"""net.allowlist: who may connect, by address.
+
+Feature: unwanted connections are refused before a byte is read
+"""
 
 from __future__ import annotations
 

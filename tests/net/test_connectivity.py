@@ -1,4 +1,7 @@
-"""net.reach: what to do about a node that cannot be reached."""
+"""net.reach: what to do about a node that cannot be reached.
+
+Feature: errors name an unreachable address, and say what to set where
+"""
 
 from __future__ import annotations
 

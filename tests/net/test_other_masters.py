@@ -1,4 +1,8 @@
-"""Masters that are not stock's: with methods missing, with other words, and with faults of several styles."""
+"""Masters that are not stock's: with methods missing, with other words, and with faults of several styles.
+
+Feature: nodes and tools work with masters that have fewer methods, such as @foxglove/ros1's `roscore` -- missing
+    methods are worked around, or reported
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""net.ports: a free port of a range, and what is said if there is none."""
+"""net.ports: a free port of a range, and what is said if there is none.
+
+Feature: nodes behind a firewall that allows only some ports
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""checks: what users hand to a node by mistake is refused at once, with a text that says what was meant."""
+"""checks: what users hand to a node by mistake is refused at once, with a text that says what was meant.
+
+Feature: errors for wrong arguments, misspelt imports, types and options suggest what was probably meant --
+    immediately, where they occur
+"""
 
 from __future__ import annotations
 

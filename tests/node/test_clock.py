@@ -1,4 +1,7 @@
-"""clock: wall time, simulated time, rates and timers (P26-P32, O17)."""
+"""clock: wall time, simulated time, rates and timers (P26-P32, O17).
+
+Feature: simulated time -- `/use_sim_time`, `/clock`
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The local transport between nodes: what comes, in which order, what may be kept, and how it ends."""
+"""The local transport between nodes: what comes, in which order, what may be kept, and how it ends.
+
+Feature: between nodes on one machine, large messages go through shared memory, small ones and service calls over Unix
+    sockets -- automatic; `PYROS1_TRANSPORTS=tcp` turns it off (`pyros1 guide howto performance`)
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""registrar: nodes that start before their master, and masters that are restarted."""
+"""registrar: nodes that start before their master, and masters that are restarted.
+
+Feature: nodes survive a restart of the master -- they register again
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""server: peers that are silent, slow, wrong or hostile harm nobody."""
+"""server: peers that are silent, slow, wrong or hostile harm nobody.
+
+Feature: hostile peers do no harm -- timeouts and limits everywhere
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,9 @@
 """signals: what a handler may do on top of whatever it has interrupted (the program is ``interrupted.py``).
 
 Each case is a process of its own, that ends with all stacks shown if it hangs.
+
+Feature: signal handlers can publish, log, use parameters, call services and shut the node down -- whatever they
+    interrupt
 """
 
 from __future__ import annotations

@@ -619,6 +619,9 @@ class Foreign:
 def test_a_message_of_another_type_is_refused_whether_or_not_somebody_listens(
     pair: Any, collect: Any, published: Any, message: Any, reason: str, listening: bool
 ) -> None:
+    """Feature: a publisher rejects a message of another type -- and names the type, with or without
+    subscribers
+    """
     talker, _ = pair
     publisher = connect(*pair, published, collect())[0] if listening else talker.advertise("t", published)
     with pytest.raises(SerializationError, match=f"^{re.escape(reason)}$"):

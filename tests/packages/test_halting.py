@@ -1,4 +1,8 @@
-"""The guide's simulator that halts, and launch files that stop one which does not."""
+"""The guide's simulator that halts, and launch files that stop one which does not.
+
+Feature: a robot that stops when its controller dies -- kill -9, SIGSTOP, a clean exit
+Feature: a final message or a stop program when a launched node has exited
+"""
 
 from __future__ import annotations
 

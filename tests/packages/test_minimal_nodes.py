@@ -1,4 +1,7 @@
-"""The tutorial's four nodes, each in a process of its own, on live topics."""
+"""The tutorial's four nodes, each in a process of its own, on live topics.
+
+Feature: the tutorial's nodes -- the controller converges as theory predicts
+"""
 
 from __future__ import annotations
 

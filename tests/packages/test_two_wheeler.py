@@ -32,6 +32,7 @@ def test_the_description_is_one_of_a_robot() -> None:
 
 
 def test_display_launch_runs_without_ros(environ: dict[str, str], make_node: Callable[..., Any]) -> None:
+    """Feature: the robot of the package two_wheeler, launched without ROS"""
     came: Queue[Any] = Queue()
     ear = make_node("ear")
     ear.subscribe("/tf", TFMessage, came.put)

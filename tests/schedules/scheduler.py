@@ -9,7 +9,7 @@ waits: a task that would wait names its condition and its deadline, and when non
 deadline.
 
 A run is decided by the plan alone, so it can be repeated. It fails if no task can ever go on (deadlock), if it does not
-end within LONGEST seconds of its clock or MOST_POINTS points (a wait that does not end, or tasks that keep each other
+end within LONGEST seconds of its clock or MAX_POINTS points (a wait that does not end, or tasks that keep each other
 busy), and if a task raises.
 """
 
@@ -31,7 +31,7 @@ BEGIN = 1000.0
 SLICE = 2000
 """Points after which another task goes on, whatever the plan says: as with CPython, none is stopped for ever."""
 LONGEST = 1000.0
-MOST_POINTS = 400_000
+MAX_POINTS = 400_000
 HIDDEN = (
     "/schedules/scheduler.py",
     "/schedules/stand_ins.py",
@@ -221,8 +221,8 @@ class Scheduler:
     def _preempt(self) -> None:
         me = self.current
         assert me is not None
-        if self.points > MOST_POINTS:
-            self._give_up(f"not over after {MOST_POINTS} points")
+        if self.points > MAX_POINTS:
+            self._give_up(f"not over after {MAX_POINTS} points")
         others = self._able(me)
         chosen = 1
         if self.points < self._turn_over:
@@ -300,7 +300,7 @@ class Scheduler:
                 return
             self.now = max(self.now, min(deadlines))
             able = self._able()
-        if self.now > BEGIN + LONGEST or self.points > MOST_POINTS:
+        if self.now > BEGIN + LONGEST or self.points > MAX_POINTS:
             self._give_up(f"not over after {LONGEST:g} s and {self.points} points", raising=not me.ended)
             return
         chosen = able[0] if len(able) == 1 else able[self._plan.choose(self.points, len(able)) % len(able)]

@@ -1,4 +1,8 @@
-"""All scenes, each with some dozens of schedules; `python -m tests.schedules.exploring` plays many more."""
+"""All scenes, each with some dozens of schedules; `python -m tests.schedules.exploring` plays many more.
+
+Feature: correct whatever the order in which threads run -- the real parts on a scheduler that the test controls:
+    seeded random orders, and all orders with few context switches
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The fixtures for users' tests, used as users use them. pytest finds them through pyros1's entry point."""
+"""The fixtures for users' tests, used as users use them. pytest finds them through pyros1's entry point.
+
+Feature: pytest fixtures: a master, nodes, programs, waiting for messages -- no test needs to sleep
+"""
 
 from __future__ import annotations
 

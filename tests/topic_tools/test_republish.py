@@ -1,4 +1,8 @@
-"""Images republished in other forms."""
+"""Images republished in other forms.
+
+Feature: compressing and decompressing images -- `pyros1 run image_transport republish compressed in:=camera raw
+    out:=camera_raw`; needs Pillow
+"""
 
 from __future__ import annotations
 

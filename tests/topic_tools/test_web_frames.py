@@ -1,4 +1,7 @@
-"""tf2_web_republisher: pages get the frames that they name, when these move."""
+"""tf2_web_republisher: pages get the frames that they name, when these move.
+
+Feature: ros3djs pages, with frames from `pyros1 run tf2_web_republisher tf2_web_republisher`
+"""
 
 from __future__ import annotations
 

@@ -56,6 +56,7 @@ def test_a_terminal_without_job_control(monkeypatch: pytest.MonkeyPatch) -> None
 
 @pytest.mark.parametrize("end", ["q", signal.SIGINT, signal.SIGTERM], ids=str)
 def test_the_program_restores_the_terminal(end: str | int, environ: dict[str, str]) -> None:
+    """Feature: turtle_teleop_key restores the terminal however it exits"""
     ours, theirs = pty.openpty()
     before = termios.tcgetattr(theirs)
     env = {**os.environ, **environ, "PYTHONPATH": str(Path(pyros1.__file__).parents[1])}

@@ -1,4 +1,7 @@
-"""turtlesim_node through its topics and services, and what shows it in a terminal."""
+"""turtlesim_node through its topics and services, and what shows it in a terminal.
+
+Feature: turtles on the web page and in the terminal
+"""
 
 from __future__ import annotations
 

@@ -237,6 +237,7 @@ def test_usage(run: Run) -> None:
 def test_a_signal_in_the_middle_leaves_nothing_half(
     run: Run, make_bag: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], number: signal.Signals
 ) -> None:
+    """Feature: a signal or a full disk while writing -- leaves no incomplete file"""
     path = make_bag()
     before = path.read_bytes()
 

@@ -1,4 +1,7 @@
-"""bag export and bag import, as commands."""
+"""bag export and bag import, as commands.
+
+Feature: bags for other programs -- `pyros1 bag export`: CSV as in stock, JSON, images, video, MCAP, ROS 2 bags
+"""
 
 from __future__ import annotations
 
@@ -319,6 +322,7 @@ def test_an_extra_that_is_missing_is_named(
     [("out.mcap", []), ("out", ["--format", "ros2"]), ("out", ["--format", "ros2", "--storage", "mcap"])],
 )
 def test_what_goes_to_ros_2_comes_back(run: Run, tmp_path: Path, output: str, more: list[str]) -> None:
+    """Feature: importing ROS 2 bags -- `pyros1 bag import`, with ROS 1's MD5 sums"""
     own: Any = from_definition(
         "my_msgs/Own",
         "int8 X=3\nstd_msgs/String[] words\nduration d\nuint8 b\n" + "=" * 80 + "\nMSG: std_msgs/String\nstring data\n",
@@ -426,6 +430,10 @@ FIELD = r"(?!.*__)(?!.*_$)[a-z][a-z0-9_]*"
 
 @pytest.mark.parametrize("output", ["out.mcap", "out"])
 def test_names_that_ros_2_does_not_allow_are_made_ones_that_it_does(run: Run, tmp_path: Path, output: str) -> None:
+    """Feature: names that ROS 2 does not allow are converted -- by a fixed rule, with a message: package
+    `Mocap` becomes `mocap`, field `timeStamp` `time_stamp`, type `my_type` `MyType`; `bag export
+    --ros1` keeps them
+    """
     cls: Any = from_definition("Mocap/rigid_body", STRANGE)
     body = cls(timeStamp=Time(5, 6), X=1.5, x=2.5)
     body.markerSets = [nested_classes(cls)["Mocap/MarkerSet"](setName="s", num__markers=3)]

@@ -1,4 +1,7 @@
-"""The rosbags library as a second opinion: it reads what we write, and we read what it writes."""
+"""The rosbags library as a second opinion: it reads what we write, and we read what it writes.
+
+Feature: bags cross-checked -- the rosbags library reads our bags, and we read its bags
+"""
 
 from __future__ import annotations
 

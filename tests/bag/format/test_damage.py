@@ -1,4 +1,8 @@
-"""Bags that were not closed, are cut off or spoilt: what is said of them, and what is saved."""
+"""Bags that were not closed, are cut off or spoilt: what is said of them, and what is saved.
+
+Feature: damaged bags are repaired -- `pyros1 bag reindex`, in time proportional to the size of the file; all other
+    commands report the file and position
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Bags of version 1.2, as the recorders of that time made them."""
+"""Bags of version 1.2, as the recorders of that time made them.
+
+Feature: bags of version 1.2 -- `info`, `play`, `reindex` and all other commands
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""When messages and /clock are played, to the nanosecond: time is made by the player's own waiting."""
+"""When messages and /clock are played, to the nanosecond: time is made by the player's own waiting.
+
+Feature: `/clock` of a bag -- exact with rate, start, pause, step, loop, gaps
+"""
 
 from __future__ import annotations
 

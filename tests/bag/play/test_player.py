@@ -1,4 +1,7 @@
-"""Playing bags to nodes in this process."""
+"""Playing bags to nodes in this process.
+
+Feature: bags: playing -- `/clock`, seek with latched topics, pause, step, several bags
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Static transforms: whoever comes late gets those of all publishers of all bags."""
+"""Static transforms: whoever comes late gets those of all publishers of all bags.
+
+Feature: static transforms of all publishers reach late subscribers -- also with `--start`
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Recording topics of nodes in this process, and in others, into files."""
+"""Recording topics of nodes in this process, and in others, into files.
+
+Feature: bags: recording -- messages are stored undecoded with their headers, and written to disk every second;
+    dropped messages are counted per topic
+"""
 
 from __future__ import annotations
 
@@ -325,6 +329,7 @@ def test_wrong_arguments(start: Any, words: list[str], code: int, text: str) -> 
 
 
 def test_a_full_disk_closes_the_file_properly(start: Any, make_node: Any, tmp_path: Path) -> None:
+    """Feature: a full disk -- the bag is closed properly, and lost messages are counted"""
     publisher = make_node("talker").advertise("t", Float64, queue_size=0)
 
     def small_files() -> None:
@@ -348,7 +353,10 @@ def test_a_full_disk_closes_the_file_properly(start: Any, make_node: Any, tmp_pa
 
 
 def test_kill_loses_at_most_what_was_not_flushed(start: Any, make_node: Any, tmp_path: Path) -> None:
-    """At random moments: all messages sent a while before the end are there, whole and in order, none twice."""
+    """At random moments: all messages sent a while before the end are there, whole and in order, none twice.
+
+    Feature: a recorder that is killed -- all flushed messages are in the bag, complete and in order
+    """
     publisher = make_node("talker").advertise("t", Float64, queue_size=0)
     moments, count = random.Random(7), 3
     children = [start("bag", "record", "-O", f"killed{number}", "/t") for number in range(count)]

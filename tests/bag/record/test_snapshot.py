@@ -1,4 +1,7 @@
-"""`bag record --snapshot`: the last messages, when somebody asks for them."""
+"""`bag record --snapshot`: the last messages, when somebody asks for them.
+
+Feature: recording the last minute before an event -- `pyros1 bag record --snapshot`
+"""
 
 from __future__ import annotations
 

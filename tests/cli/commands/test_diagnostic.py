@@ -1,6 +1,8 @@
 """diagnostic: the diagnostics of a robot's components (L202).
 
 The stock tool, rosdiagnostic, is in no distribution that these tests run on: what is expected is written down here.
+
+Feature: diagnostics in the terminal -- `pyros1 diagnostic`
 """
 
 from __future__ import annotations

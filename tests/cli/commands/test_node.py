@@ -1,4 +1,7 @@
-"""node list --check: which nodes are alive."""
+"""node list --check: which nodes are alive.
+
+Feature: which nodes are alive, hanging or dead -- `pyros1 node list --check`, `pyros1 wtf`
+"""
 
 from __future__ import annotations
 

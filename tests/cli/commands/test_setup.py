@@ -1,4 +1,8 @@
-"""`pyros1 setup` in real shells: the stock names, functions and completion come, and go without a trace."""
+"""`pyros1 setup` in real shells: the stock names, functions and completion come, and go without a trace.
+
+Feature: stock command names, functions and completion in bash, zsh, fish and sh; can be undone -- `source <(pyros1
+    setup)`
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Python nodes as forks: they cannot tell that they were not started in the usual way, and end as all others."""
+"""Python nodes as forks: they cannot tell that they were not started in the usual way, and end as all others.
+
+Feature: faster start of many Python nodes -- `pyros1 launch --preload`: forks of a process that has already imported
+    pyros1 and rospy
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""``on-death``: what is done when a node has ended."""
+"""``on-death``: what is done when a node has ended.
+
+Feature: a final message or a stop program when a launched node has exited -- `on-death="pub /cmd_vel
+    geometry_msgs/Twist"`, `on-death="run my_robot brake"`
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""All problems of a set of launch files at once, and what is missing on this machine."""
+"""All problems of a set of launch files at once, and what is missing on this machine.
+
+Feature: `pyros1 launch --check` finds problems before anything starts -- with suggestions for misspelt names; also
+    scripts that the system cannot execute, and syntax errors and missing imports in Python nodes
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Running launches are asked and told through their server, and shown in a table."""
+"""Running launches are asked and told through their server, and shown in a table.
+
+Feature: nodes of a running launch can be stopped, started, restarted -- with a table of pid, CPU, memory, uptime
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Fifty nodes that crash, respawn, fork and do not listen: one Ctrl-C ends them all, and nothing is left (X87-X90)."""
+"""Fifty nodes that crash, respawn, fork and do not listen: one Ctrl-C ends them all, and nothing is left (X87-X90).
+
+Feature: no process is left over when a launch ends or is killed -- crashes, respawns, nodes that ignore signals
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Programs in Python that cannot run, found without running them."""
+"""Programs in Python that cannot run, found without running them.
+
+Feature: `pyros1 launch --check` finds problems before anything starts
+"""
 
 from __future__ import annotations
 

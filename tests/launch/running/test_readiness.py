@@ -1,4 +1,7 @@
-"""``wait-for``: nodes start when what they need exists, or it is said what did not come."""
+"""``wait-for``: nodes start when what they need exists, or it is said what did not come.
+
+Feature: nodes that start only when a topic, service, parameter or node exists -- `wait-for="topic:/scan"`
+"""
 
 from __future__ import annotations
 

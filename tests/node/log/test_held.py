@@ -1,4 +1,7 @@
-"""A node whose terminal, pipe or disk is held goes on serving; what others do to it fills no disk."""
+"""A node whose terminal, pipe or disk is held goes on serving; what others do to it fills no disk.
+
+Feature: a blocked terminal or pipe does not block a node -- repeated log lines about peers are counted
+"""
 
 from __future__ import annotations
 

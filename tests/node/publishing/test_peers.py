@@ -1,4 +1,8 @@
-"""peers: word of subscribers that come and go, and messages for one of them (P14)."""
+"""peers: word of subscribers that come and go, and messages for one of them (P14).
+
+Feature: notification when subscribers come and go, and messages to a single one of them -- `publisher.watch(joined,
+    left)`
+"""
 
 from __future__ import annotations
 

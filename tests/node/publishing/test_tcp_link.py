@@ -1,4 +1,7 @@
-"""tcp_link: a slow or stuck subscriber harms nobody; nothing is reordered, torn or left unsent."""
+"""tcp_link: a slow or stuck subscriber harms nobody; nothing is reordered, torn or left unsent.
+
+Feature: a slow subscriber does not delay others -- its oldest messages are dropped and counted
+"""
 
 from __future__ import annotations
 

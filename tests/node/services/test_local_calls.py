@@ -1,4 +1,8 @@
-"""services: calls between nodes of one machine and user go over Unix sockets."""
+"""services: calls between nodes of one machine and user go over Unix sockets.
+
+Feature: between nodes on one machine, large messages go through shared memory, small ones and service calls over Unix
+    sockets
+"""
 
 from __future__ import annotations
 

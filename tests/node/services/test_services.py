@@ -1,4 +1,7 @@
-"""services: calls, what handlers may return, and everything that can go wrong in between."""
+"""services: calls, what handlers may return, and everything that can go wrong in between.
+
+Feature: idle service clients need no threads -- a node that spins may call its own services
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""deadline: word of messages that do not come."""
+"""deadline: word of messages that do not come.
+
+Feature: notification when messages stop coming -- `subscribe(..., deadline=0.5, on_missed=...)`, in the node's time
+"""
 
 from __future__ import annotations
 

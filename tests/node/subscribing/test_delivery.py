@@ -1,4 +1,7 @@
-"""delivery: fresh data for slow callbacks, nothing lost without a bound, and peers that send nonsense."""
+"""delivery: fresh data for slow callbacks, nothing lost without a bound, and peers that send nonsense.
+
+Feature: a slow callback gets fresh messages -- as many as `queue_size`
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""fairness: publishers that never pause keep nobody waiting, whatever the kind of queue."""
+"""fairness: publishers that never pause keep nobody waiting, whatever the kind of queue.
+
+Feature: publishers that never pause do not starve others -- all kinds of queues
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Callbacks in the thread of a publisher of the same process: `subscribe(..., in_publisher=True)`."""
+"""Callbacks in the thread of a publisher of the same process: `subscribe(..., in_publisher=True)`.
+
+Feature: callbacks run in the publisher's thread within a process -- `subscribe(..., in_publisher=True)`
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Subscribers that look for the next message before they sleep: all messages come, and nobody else waits for them."""
+"""Subscribers that look for the next message before they sleep: all messages come, and nobody else waits for them.
+
+Feature: messages delivered without the delay of waking a thread -- `subscribe(..., low_latency=True)`
+"""
 
 from __future__ import annotations
 

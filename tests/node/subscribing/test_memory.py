@@ -1,4 +1,8 @@
-"""The memory that large messages take: what is received needs at most three times its size, decoded or refused."""
+"""The memory that large messages take: what is received needs at most three times its size, decoded or refused.
+
+Feature: a large message takes at most three times its size in memory -- strings and bytes, whether accepted or
+    rejected; lists of numbers take as much as in Python, unless they are views
+"""
 
 from __future__ import annotations
 

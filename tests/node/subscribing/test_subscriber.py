@@ -1,4 +1,7 @@
-"""subscriber: what the messages of a subscription are made of, over TCP and within the process."""
+"""subscriber: what the messages of a subscription are made of, over TCP and within the process.
+
+Feature: images and point clouds arrive without being copied -- as `bytes`, memoryviews or numpy arrays
+"""
 
 from __future__ import annotations
 
@@ -107,6 +110,7 @@ def test_a_publisher_may_change_its_message_at_once(topic: Any) -> None:
 def test_within_a_process_a_large_array_is_shared_and_the_subscribers_share_the_message(
     make_node: Any, collect: Any
 ) -> None:
+    """Feature: within a process nothing is serialized -- subscribers get a copy that shares immutable parts"""
     talker = make_node("talker")
     listeners, received = [make_node(f"listener{i}") for i in range(2)], [collect() for _ in range(2)]
     for listener, got in zip(listeners, received, strict=True):

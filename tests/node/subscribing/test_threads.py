@@ -1,4 +1,7 @@
-"""threads: few threads for many subscriptions, and none that waits for another's callback."""
+"""threads: few threads for many subscriptions, and none that waits for another's callback.
+
+Feature: hundreds of idle connections need no threads of their own -- two threads wait for all of them
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Node.watch: word of another node that ends, hangs, is replaced or comes back."""
+"""Node.watch: word of another node that ends, hangs, is replaced or comes back.
+
+Feature: notification when a node dies, hangs, is replaced, comes back, or disappears with its machine
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The server's port, as pages and as attackers use it."""
+"""The server's port, as pages and as attackers use it.
+
+Feature: a slow page gets fewer, but fresh messages
+"""
 
 from __future__ import annotations
 

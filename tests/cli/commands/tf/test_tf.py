@@ -377,7 +377,10 @@ LAUNCH = """
 
 
 def test_launch_files_run(program: Callable[..., Any], make_node: Make, tmp_path: Path) -> None:
-    """pyros1's own packages, put first so that it makes no difference whether a ROS is installed."""
+    """pyros1's own packages, put first so that it makes no difference whether a ROS is installed.
+
+    Feature: launch files with `pkg="tf"` and `"tf2_ros"` run -- without ROS
+    """
     file = tmp_path / "frames.launch"
     file.write_text(LAUNCH)
     program("-m", "pyros1", "launch", str(file), ROS_PACKAGE_PATH=str(SOURCES / "pyros1/packages"))
