@@ -129,8 +129,10 @@ def test_more_imports_than_fit_into_an_argument(folder: Path) -> None:
     "deep", ["-" * 100_000 + "1", "not " * 100_000 + "1", "1" + "+1" * 200_000, "a" + ".b" * 200_000]
 )
 def test_source_that_is_too_deep(folder: Path, deep: str) -> None:
-    (found,) = problems(folder, f"{OURS}import os\nx = {deep}\n")
-    assert found == "FILE: its expressions or blocks are nested too deeply for Python"
+    found = problems(folder, f"{OURS}import os\nx = {deep}\n")
+    if sys.version_info < (3, 11) and not found:
+        return  # chains of operators have no limit there
+    assert found == ["FILE: its expressions or blocks are nested too deeply for Python"]
 
 
 def test_source_that_python_just_reads(folder: Path) -> None:

@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import sys
+import threading
 import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -19,6 +20,8 @@ from pyros1.launch.running.command_line import executable_words, is_own, program
 
 _MAX_BYTES = 4 << 20
 _TIMEOUT = 30.0
+_STACK = 512 << 20
+"""Bytes of stack to parse with: more than the deepest expression in _MAX_BYTES needs."""
 _PYTHON2 = (
     "Missing parentheses in call to",
     "multiple exception types must be",
@@ -106,7 +109,7 @@ def imports(source: bytes, name: str = "?") -> list[Import]:
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        tree = ast.parse(source, name)
+        tree = _parse(source, name)
     found: dict[str, Import] = {}
     statements = list(tree.body)
     for statement in statements:
@@ -120,6 +123,31 @@ def imports(source: bytes, name: str = "?") -> list[Import]:
             module = statement.module.partition(".")[0]
             found.setdefault(module, Import(module, statement.lineno))
     return list(found.values())
+
+
+def _parse(source: bytes, name: str) -> ast.Module:
+    """Parse a program; Python 3.10, which has no limit of depth, would crash without a large stack."""
+    if sys.version_info >= (3, 11):
+        return ast.parse(source, name)
+    results: list[ast.Module | Exception] = []
+
+    def parse() -> None:
+        try:
+            results.append(ast.parse(source, name))
+        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+            results.append(error)
+
+    default = threading.stack_size(_STACK)
+    try:
+        thread = threading.Thread(target=parse)
+        thread.start()
+    finally:
+        threading.stack_size(default)
+    thread.join()
+    (result,) = results
+    if isinstance(result, Exception):
+        raise result
+    return result
 
 
 def _asks_for_name(test: ast.expr) -> bool:
