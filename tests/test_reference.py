@@ -78,9 +78,13 @@ def test_all_public_names_are_documented() -> None:
 
 
 def test_public_names_and_signatures_change_only_on_purpose() -> None:
-    """Print the new ones with python interop/reference.py --names; CHANGELOG promises those of a release."""
-    promised = (ROOT / "interop" / "public_names.txt").read_text(encoding="utf-8").splitlines()
-    assert list(_reference().signatures()) == promised
+    """CHANGELOG promises those of a release. In a new process, as the drop-in rospy changes a method of AnyMsg."""
+    command = [sys.executable, str(ROOT / "interop" / "reference.py"), "--names"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    promised = (ROOT / "interop" / "public_names.txt").read_text(encoding="utf-8")
+    assert done.stdout == promised, (
+        "if this is intended: python interop/reference.py --names > interop/public_names.txt"
+    )
 
 
 def test_the_pages_are_made_without_a_warning(tmp_path: Path) -> None:

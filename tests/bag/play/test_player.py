@@ -311,7 +311,9 @@ def test_clock_is_steady_and_never_ahead_of_what_comes_next(
         pass
     ear.wait(20)
     clocks = [message.clock.to_nsec() for topic, message in ear.heard if topic == "/clock"]
-    assert clocks[0] == BEGIN + 100 * MS, "it begins with the first message that is played"
+    assert clocks[0] >= BEGIN + 100 * MS, (
+        "not before the first message that is played; a later tick may overtake the first"
+    )
     assert clocks == sorted(clocks) and clocks[-1] <= BEGIN + 290 * MS
     assert len(clocks) <= (0.19 / rate) * 200 + 2, "no tick twice"
     assert len(clocks) > 1, "it ticks; when exactly, a busy machine decides, and the tests of Ticker"
